@@ -1,0 +1,163 @@
+#pragma once
+
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include <Eigen/Geometry>
+
+#include "adaptation/motion/kinematics.h"
+#include "adaptation/motion/obstacle.h"
+#include "adaptation/motion/trajectory.h"
+#include "adaptation/motion/whole_body_ik.h"
+#include "drivers/robot/robot.h"
+
+namespace walkman::motion {
+
+struct JointRange {
+  double lower = 0, upper = 0;  ///< rad
+};
+
+struct HandMotionOptions {
+  std::string hand_link = "r_hand_grasp";  ///< its frame is the hand frame H
+  /// Joints that may move. All others hold the positions given to `reset`.
+  std::vector<std::string> active_joints = {"WaistLat", "WaistSag", "WaistYaw",      "RShSag", "RShLat",
+                                            "RShYaw",   "RElbj",    "RForearmPlate", "RWrj1",  "RWrj2"};
+  /// Second priority after the hand: the waist upright.
+  std::map<std::string, double> upright = {{"WaistLat", 0.0}, {"WaistSag", 0.0}, {"WaistYaw", 0.0}};
+  /// Third priority: palm down in front of the chest with the elbow out, far from the joints' limits.
+  std::map<std::string, double> posture = {{"RShSag", 0.10}, {"RShLat", -0.80},       {"RShYaw", 0.80},
+                                           {"RElbj", -1.85}, {"RForearmPlate", 0.90}, {"RWrj1", 1.00},
+                                           {"RWrj2", -0.40}};
+  /// Ranges narrower than the model's, rad: the waist may help a little; the elbow stays bent, for a
+  /// stretched arm is singular and would make its joints race.
+  std::map<std::string, JointRange> ranges = {{"WaistLat", {-0.35, 0.35}},
+                                              {"WaistSag", {-0.35, 0.35}},
+                                              {"WaistYaw", {-0.35, 0.35}},
+                                              {"RElbj", {-2.9, -0.25}}};
+  JointRates rates;
+  double hand_damping = 1e-4;  ///< see WholeBodyIk::next_level
+  double hand_gain = 10;       ///< 1/s, feedback of the hand's pose error in the reference
+  double upright_gain = 2;     ///< 1/s
+  double posture_gain = 2;     ///< 1/s
+  /// Damping of upright waist and posture. Large: neither is worth racing joints.
+  double comfort_damping = 0.1;
+  double obstacle_gain = 8;          ///< 1/s, see keep_clear
+  double obstacle_margin = 0.01;     ///< m between the arm's guard spheres and the table
+  double trunk_margin = 0.01;        ///< m between the arm's guard spheres and the robot's own trunk
+  double position_tolerance = 5e-5;  ///< m, the target counts as reached
+  double rotation_tolerance = 5e-5;  ///< rad
+  /// The target waits for the hand: its speed along the path falls to zero at these errors.
+  double position_lag = 0.02;  ///< m
+  double rotation_lag = 0.1;   ///< rad
+  double patience = 1.0;       ///< s of no progress before a motion counts as blocked
+};
+
+struct PoseError {
+  double position = 0;  ///< m
+  double rotation = 0;  ///< rad
+};
+
+/// Moves the hand of a reference model by whole-body inverse kinematics and turns it into joint set-points.
+///
+/// The reference is the model's own state, never the measured one: what the robot does with the set-points
+/// does not feed back into the motion. Only `step` is cyclic: it neither allocates nor throws.
+class HandMotion {
+ public:
+  enum class Status {
+    kHolding,  ///< at rest where `reset` or `hold` left it, or coming to rest
+    kMoving,
+    kReached,   ///< hand on the target within the tolerances; it stays there
+    kBlocked,   ///< limits or the table keep the hand from the target; it came to rest on the way
+    kIkFailed,  ///< no solution was found; the reference stayed where it was
+  };
+
+  /// `joint_names` are the set-points' order and must contain the active joints; `X_WB` is the pose of the
+  /// model's root link. Keeps a reference to `model`. Throws std::runtime_error for joints that do not fit
+  /// the model.
+  HandMotion(const RobotModel& model, const std::vector<std::string>& joint_names,
+             const Eigen::Isometry3d& X_WB, HandMotionOptions options = {});
+
+  /// Reference at rest at q (rad, joint_names order), no target. Throws std::runtime_error for a wrong size
+  /// or a value that is not finite.
+  void reset(const Eigen::VectorXd& q);
+  /// Position of a joint outside joint_names, such as the hand's motor. Throws as Kinematics::set_passive.
+  void set_passive(const std::string& joint_name, double value);
+  /// The table, from now on out of bounds for the arm. std::nullopt removes it.
+  void set_table(std::optional<ConvexPrism> table) { table_ = std::move(table); }
+  /// Mass (kg) carried at p_HCm (m, hand frame); enters the feed-forward torques with the next step.
+  void set_payload(double mass, const Eigen::Vector3d& p_HCm) noexcept;
+
+  /// Starts towards a pose of the hand frame in W, along a straight line from where the reference is now.
+  void go_to(const Eigen::Isometry3d& X_WH, const MotionLimits& limits) noexcept;
+  /// Brings the reference to rest where it is.
+  void hold() noexcept;
+
+  /// Advances the reference by dt (s) and returns the set-points, joint_names order: reference positions, and
+  /// the torques that carry the reference model with its payload.
+  const std::vector<robot::JointCommand>& step(double dt) noexcept;
+
+  [[nodiscard]] Status status() const { return state_.status; }
+  /// Not moving towards a target any more, for whatever reason.
+  [[nodiscard]] bool done() const { return state_.status != Status::kMoving; }
+  /// Reason in words for people, e.g. "the table is in the way".
+  [[nodiscard]] std::string describe() const;
+
+  /// Where a motion from here to X_WH would end, found by running it ahead without moving anything. Takes
+  /// some ten milliseconds: not for cyclic code.
+  struct Reach {
+    Status status = Status::kReached;
+    PoseError error;          ///< at the end
+    double limit_margin = 0;  ///< least distance of an active joint to a position limit on the way, rad
+    double table_clearance =
+        0;  ///< least distance of the arm to the table on the way, m; infinite without one
+    double trunk_clearance = 0;  ///< least distance of the arm to the robot's trunk on the way, m
+    Eigen::VectorXd q;           ///< at the end, joint_names order
+  };
+  [[nodiscard]] Reach reachable(const Eigen::Isometry3d& X_WH, const MotionLimits& limits);
+
+  [[nodiscard]] const Eigen::VectorXd& q_ref() const { return state_.q; }
+  [[nodiscard]] const Eigen::VectorXd& v_ref() const { return ik_.joint_velocity(); }
+  [[nodiscard]] const Eigen::Isometry3d& X_WH() const { return kinematics_.X_WL(hand_); }
+  [[nodiscard]] PoseError error() const noexcept;
+  /// Distance of the arm to the table now, m; infinite without one.
+  [[nodiscard]] double table_clearance() const noexcept;
+  /// Distance of the arm to the robot's trunk now, m.
+  [[nodiscard]] double trunk_clearance() const noexcept { return clearance(kinematics_, guards_, trunk_); }
+  /// Least distance of an active joint to a position limit now, rad.
+  [[nodiscard]] double limit_margin() const noexcept;
+  [[nodiscard]] const Kinematics& kinematics() const { return kinematics_; }
+
+ private:
+  struct Target {
+    int dof = -1;
+    double position = 0;
+  };
+  struct State {
+    Eigen::VectorXd q;
+    Status status = Status::kHolding;
+    PoseTrajectory path;
+    double path_time = 0;
+    double waited = 0;
+  };
+
+  [[nodiscard]] std::vector<Target> targets(const std::map<std::string, double>& positions) const;
+  void advance(double dt) noexcept;
+  void judge(double dt, double progress) noexcept;
+
+  HandMotionOptions options_;
+  Kinematics kinematics_;
+  int hand_;
+  std::vector<int> active_;
+  std::vector<Target> upright_, posture_;
+  std::vector<GuardSphere> guards_;
+  std::vector<GuardCapsule> trunk_;
+  WholeBodyIk ik_;
+  std::optional<ConvexPrism> table_;
+  State state_;
+  Eigen::VectorXd gravity_torques_;
+  std::vector<robot::JointCommand> commands_;
+};
+
+}  // namespace walkman::motion

@@ -1,0 +1,69 @@
+#include "adaptation/motion/priority_cascade.h"
+
+#include <Eigen/QR>
+
+namespace walkman::motion {
+namespace {
+
+/// Pivots smaller than this share of the largest count as zero.
+constexpr double kRankThreshold = 1e-7;
+/// A level whose largest pivot is below this has no hold on what is left free.
+constexpr double kSmallestPivot = 1e-9;
+
+}  // namespace
+
+void PriorityCascade::clear(int variables) noexcept {
+  variables_ = variables;
+  level_count_ = 0;
+}
+
+PriorityLevel* PriorityCascade::add_level(double damping) noexcept {
+  if (level_count_ == kMaxLevels) return nullptr;
+  PriorityLevel& level = levels_[static_cast<std::size_t>(level_count_++)];
+  level.A.resize(0, variables_);
+  level.b.resize(0);
+  level.damping = damping;
+  return &level;
+}
+
+QpStatus PriorityCascade::solve(const InequalityMatrix& C, const InequalityVector& d) noexcept {
+  x_.setZero(variables_);
+  Z_.setIdentity(variables_, variables_);
+  for (int i = 0; i < level_count_ && Z_.cols() > 0; ++i) {
+    const PriorityLevel& level = levels_[static_cast<std::size_t>(i)];
+    AZ_.noalias() = level.A * Z_;
+    G_.noalias() = AZ_.transpose() * AZ_;
+    G_.diagonal().array() += level.damping;
+    residual_.noalias() = level.A * x_;
+    residual_ -= level.b;
+    g_.noalias() = AZ_.transpose() * residual_;
+    CZ_.noalias() = C * Z_;
+    slack_ = d;
+    slack_.noalias() -= C * x_;
+    // The levels before hold every row up to rounding. Without this, rounding could make a row look violated
+    // that the remaining directions cannot mend.
+    if (i > 0) slack_ = slack_.cwiseMin(0.0);
+    const QpStatus status = program_.solve(G_, g_, CZ_, slack_);
+    if (status != QpStatus::kSolved) {
+      x_.setZero();
+      return status;
+    }
+    x_.noalias() += Z_ * program_.x();
+    if (i + 1 < level_count_) shrink_null_space();
+  }
+  return QpStatus::kSolved;
+}
+
+void PriorityCascade::shrink_null_space() {
+  if (AZ_.rows() == 0) return;
+  AZ_transposed_ = AZ_.transpose();
+  Eigen::ColPivHouseholderQR<VariableMatrix> qr(AZ_transposed_.rows(), AZ_transposed_.cols());
+  qr.setThreshold(kRankThreshold);
+  qr.compute(AZ_transposed_);
+  if (qr.maxPivot() < kSmallestPivot) return;
+  Q_ = qr.householderQ();
+  next_Z_.noalias() = Z_ * Q_.rightCols(Z_.cols() - qr.rank());
+  Z_ = next_Z_;
+}
+
+}  // namespace walkman::motion

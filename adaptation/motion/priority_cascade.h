@@ -1,0 +1,52 @@
+#pragma once
+
+#include <array>
+
+#include "adaptation/motion/quadratic_program.h"
+
+namespace walkman::motion {
+
+inline constexpr int kMaxLevels = 6;
+
+/// One priority of a cascade: minimise |A x − b|² + damping |step|², the step being what it adds to the
+/// levels before. At most kMaxVariables rows.
+struct PriorityLevel {
+  VariableMatrix A;
+  VariableVector b;
+  double damping = 1e-6;
+};
+
+/// Least squares in strict order of priority under common inequalities.
+///
+/// Level i is minimised over what the levels before it leave free, so it never changes their residuals; C x ≥
+/// d holds at every level. The formulation is that of Escande, Mansard and Wieber (IJRR 33, 2014) with each
+/// level's equality part handled by its null space, as in OpenSoT. A level that the inequalities keep from
+/// its optimum still only gives away its null space.
+class PriorityCascade {
+ public:
+  /// Drops all levels and sets the number of variables, at most kMaxVariables.
+  void clear(int variables) noexcept;
+  /// Opens a level after the present ones; nullptr when there are kMaxLevels already.
+  [[nodiscard]] PriorityLevel* add_level(double damping = 1e-6) noexcept;
+
+  /// On anything but kSolved `x()` is zero.
+  [[nodiscard]] QpStatus solve(const InequalityMatrix& C, const InequalityVector& d) noexcept;
+  [[nodiscard]] const VariableVector& x() const { return x_; }
+
+ private:
+  void shrink_null_space();
+
+  int variables_ = 0;
+  int level_count_ = 0;
+  std::array<PriorityLevel, kMaxLevels> levels_;
+
+  QuadraticProgram program_;
+  VariableVector x_;
+  VariableMatrix Z_;  ///< orthonormal basis of what is still free
+  VariableMatrix AZ_, AZ_transposed_, G_, Q_, next_Z_;
+  VariableVector g_, residual_;
+  InequalityMatrix CZ_;
+  InequalityVector slack_;
+};
+
+}  // namespace walkman::motion

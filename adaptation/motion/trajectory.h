@@ -1,0 +1,42 @@
+#pragma once
+
+#include <Eigen/Geometry>
+
+namespace walkman::motion {
+
+/// Bounds of a hand's motion along its path.
+struct MotionLimits {
+  double linear_velocity = 0.25;      ///< m/s
+  double angular_velocity = 1.0;      ///< rad/s
+  double linear_acceleration = 0.5;   ///< m/s²
+  double angular_acceleration = 2.0;  ///< rad/s²
+};
+
+/// Straight line and shortest turn from one pose to another, at rest at both ends with zero acceleration.
+///
+/// Both follow s(τ) = 10τ³ − 15τ⁴ + 6τ⁵ over one duration, the least that keeps all four limits.
+class PoseTrajectory {
+ public:
+  PoseTrajectory() = default;
+  PoseTrajectory(const Eigen::Isometry3d& X_WA, const Eigen::Isometry3d& X_WB,
+                 const MotionLimits& limits) noexcept;
+
+  struct Sample {
+    Eigen::Isometry3d X_W;
+    Eigen::Matrix<double, 6, 1> V_W;  ///< [angular; linear] velocity in W
+  };
+
+  [[nodiscard]] double duration() const { return duration_; }
+  /// `time` in s from the start; held at the ends beyond them.
+  [[nodiscard]] Sample at(double time) const noexcept;
+  [[nodiscard]] const Eigen::Isometry3d& goal() const { return X_WB_; }
+
+ private:
+  Eigen::Isometry3d X_WA_ = Eigen::Isometry3d::Identity();
+  Eigen::Isometry3d X_WB_ = Eigen::Isometry3d::Identity();
+  Eigen::Vector3d axis_W_ = Eigen::Vector3d::UnitX();
+  double angle_ = 0;
+  double duration_ = 0;
+};
+
+}  // namespace walkman::motion

@@ -1,0 +1,109 @@
+#pragma once
+
+#include <vector>
+
+#include <Eigen/Geometry>
+
+#include "adaptation/motion/kinematics.h"
+#include "adaptation/motion/priority_cascade.h"
+
+namespace walkman::motion {
+
+enum class BaseMotion {
+  kFixed,     ///< the root link stays where Kinematics::set_base puts it
+  kFloating,  ///< six more variables: the root's [angular; linear] velocity in W
+};
+
+/// Bounds of every joint's reference. Position limits come from the model.
+struct JointRates {
+  double velocity = 1.0;  ///< rad/s; the model's limit where that is lower
+  double acceleration =
+      8.0;  ///< rad/s², between consecutive steps and when slowing down before a position limit
+};
+
+/// Whole-body inverse kinematics of one instant: joint velocities from tasks in order of priority.
+///
+/// A cycle is `start`, then for each priority `next_level` and tasks, `keep_clear` for obstacles at any time,
+/// then `solve`. Each task asks for a velocity: its feed-forward plus gain (1/s) times its error. Position
+/// limits, joint velocities, accelerations and obstacles bind at every level. Zero motion always satisfies
+/// position limits and obstacles; when they cannot be met within the acceleration bound, that bound is given
+/// up.
+///
+/// Nothing allocates or throws after construction. Cascade as in OpenSoT, the library of the paper's sec. 4.
+class WholeBodyIk {
+ public:
+  /// `active` are the degrees of freedom of `kinematics` that may move; the rest are held. Keeps a reference
+  /// to `kinematics`. Throws std::runtime_error when more than kMaxVariables variables are asked for.
+  WholeBodyIk(const Kinematics& kinematics, BaseMotion base, std::vector<int> active,
+              const JointRates& rates);
+
+  [[nodiscard]] int variables() const { return first_joint_ + static_cast<int>(active_.size()); }
+
+  /// Begins a cycle at joint positions q (n), to which `kinematics` has been updated; dt in s.
+  void start(const Eigen::VectorXd& q, double dt) noexcept;
+  /// Opens the next priority. `damping` weighs squared joint velocity against squared task errors (m/s,
+  /// rad/s): it bounds velocities where the tasks could only be met by racing joints, at the price of a
+  /// little lag there.
+  void next_level(double damping = 1e-6) noexcept;
+
+  /// Frame P fixed to `link`, its origin at p_LP and its axes those of the link, to X_WP.
+  /// V_WP is the target's own [angular; linear] velocity in W.
+  void track_pose(int link, const Eigen::Vector3d& p_LP, const Eigen::Isometry3d& X_WP,
+                  const Eigen::Matrix<double, 6, 1>& V_WP, double gain) noexcept;
+  void track_position(int link, const Eigen::Vector3d& p_LP, const Eigen::Vector3d& p_WP,
+                      const Eigen::Vector3d& v_WP, double gain) noexcept;
+  void track_orientation(int link, const Eigen::Matrix3d& R_WL, const Eigen::Vector3d& w_WL,
+                         double gain) noexcept;
+  /// Horizontal position of the centre of mass in W.
+  void track_com(const Eigen::Vector2d& p_Wcm, double gain) noexcept;
+  /// One joint, by degree of freedom, to a position. Ignored for a joint that is not active.
+  void track_joint(int dof, double position, double gain) noexcept;
+
+  /// Half-space: the point p_LP of `link` may move against n_W (unit, pointing to the free side) at most at
+  /// `approach` (m/s, not negative).
+  void keep_clear(int link, const Eigen::Vector3d& p_LP, const Eigen::Vector3d& n_W,
+                  double approach) noexcept;
+  /// The same relative to the point p_KQ of another link K of the robot.
+  void keep_apart(int link, const Eigen::Vector3d& p_LP, int other, const Eigen::Vector3d& p_KQ,
+                  const Eigen::Vector3d& n_W, double approach) noexcept;
+  /// Joint `dof` keeps to [lower, upper] besides its own limits.
+  void limit_joint(int dof, double lower, double upper) noexcept;
+
+  /// On failure all velocities are zero: the caller's reference stays where it was.
+  [[nodiscard]] QpStatus solve() noexcept;
+  /// Joint velocities (n), zero for joints that are not active.
+  [[nodiscard]] const Eigen::VectorXd& joint_velocity() const { return joint_velocity_; }
+  /// [angular; linear] velocity of the root in W; zero for a fixed base.
+  [[nodiscard]] const Eigen::Matrix<double, 6, 1>& base_velocity() const { return base_velocity_; }
+  /// Forgets the last velocities, which the acceleration bound refers to.
+  void reset_rates() noexcept;
+
+ private:
+  void fill_jacobian(int link, const Eigen::Vector3d& p_LP) noexcept;
+  void append(int first_row, int rows, const Eigen::Matrix<double, 6, 1>& velocity) noexcept;
+  void write_joint_bounds(bool bound_acceleration) noexcept;
+
+  const Kinematics* kinematics_;
+  BaseMotion base_;
+  int first_joint_;
+  std::vector<int> active_;
+  JointRates rates_;
+
+  double dt_ = 0;
+  Eigen::VectorXd q_;
+  PriorityCascade cascade_;
+  PriorityLevel* level_ = nullptr;
+  Eigen::MatrixXd J_full_;                                                         ///< 6 × (6+n) or 6 × n
+  Eigen::Matrix<double, 6, Eigen::Dynamic, Eigen::ColMajor, 6, kMaxVariables> J_;  ///< the variables' columns
+  std::vector<double> lower_limit_, upper_limit_;                                  ///< of the active joints
+  InequalityMatrix C_;
+  InequalityVector d_;
+  Eigen::VectorXd joint_velocity_;
+  Eigen::Matrix<double, 6, 1> base_velocity_ = Eigen::Matrix<double, 6, 1>::Zero();
+};
+
+/// Rotation vector in W that turns R_from into R_to, rad.
+[[nodiscard]] Eigen::Vector3d rotation_error(const Eigen::Matrix3d& R_to,
+                                             const Eigen::Matrix3d& R_from) noexcept;
+
+}  // namespace walkman::motion

@@ -1,0 +1,21 @@
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include <Eigen/Core>
+
+namespace walkman::perception {
+
+/// Statistical outlier removal (paper, sec. 3.1): drops the points whose mean distance to their `neighbours`
+/// nearest exceeds the mean over the set by more than `deviations` standard deviations. Keeps the order.
+[[nodiscard]] std::vector<Eigen::Vector3f> remove_outliers(std::span<const Eigen::Vector3f> points,
+                                                           int neighbours, double deviations);
+
+/// Moving least squares of second degree (paper, sec. 3.1; Alexa et al. 2003): one point of each voxel of
+/// edge `voxel` (m), the one nearest to the voxel's centroid, is projected on the polynomial fitted to all
+/// points within `radius` (m). In the order of the voxels, whatever `threads` is.
+[[nodiscard]] std::vector<Eigen::Vector3f> smooth(std::span<const Eigen::Vector3f> points, double radius,
+                                                  double voxel, int threads);
+
+}  // namespace walkman::perception

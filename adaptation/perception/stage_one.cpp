@@ -1,0 +1,131 @@
+#include "adaptation/perception/stage_one.h"
+
+#include <chrono>
+#include <cmath>
+#include <limits>
+#include <stdexcept>
+
+#include "adaptation/perception/centroid.h"
+#include "adaptation/perception/cluster.h"
+#include "adaptation/perception/handle_alignment.h"
+#include "adaptation/perception/handle_shell.h"
+#include "adaptation/perception/normals.h"
+#include "adaptation/perception/plane.h"
+#include "adaptation/perception/smoothing.h"
+#include "adaptation/perception/voxels.h"
+
+namespace walkman::perception {
+namespace {
+
+class StepTimer {
+ public:
+  explicit StepTimer(std::vector<StepTime>& times) : times_(times) {}
+
+  void done(const char* step) {
+    const auto now = Clock::now();
+    times_.push_back({step, std::chrono::duration<double>(now - last_).count()});
+    last_ = now;
+  }
+
+ private:
+  using Clock = std::chrono::steady_clock;
+  std::vector<StepTime>& times_;
+  Clock::time_point last_ = Clock::now();
+};
+
+std::string rounded(double value) {
+  std::string text = std::to_string(value);
+  text.erase(text.find_last_not_of('0') + 1);
+  return text.back() == '.' ? text + "0" : text;
+}
+
+std::vector<Eigen::Vector3f> points_in_reach(const camera::OrganizedCloud& cloud, double reach) {
+  const auto limit = static_cast<float>(reach * reach);
+  std::vector<Eigen::Vector3f> near;
+  near.reserve(cloud.points.size());
+  for (const auto& p : cloud.points)
+    if (p.squaredNorm() < limit) near.push_back(p);  // false for NaN
+  return near;
+}
+
+std::vector<Eigen::Vector3f> members(std::span<const Eigen::Vector3f> points,
+                                     const std::vector<std::uint32_t>& chosen) {
+  std::vector<Eigen::Vector3f> out;
+  out.reserve(chosen.size());
+  for (const std::uint32_t i : chosen) out.push_back(points[i]);
+  return out;
+}
+
+std::optional<GraspFrame> nearest_grasp(const StageOneResult& result) {
+  std::optional<GraspFrame> best;
+  double nearest = std::numeric_limits<double>::infinity();
+  for (std::size_t i = 0; i < result.handles.size(); ++i) {
+    const Handle& handle = result.handles[i];
+    const double along = handle.nearest_graspable(handle.axis.dot(result.com - handle.centre));
+    const double distance = (handle.centre + along * handle.axis - result.com).norm();
+    if (distance >= nearest) continue;
+    nearest = distance;
+    best = grasp_frame_at(result, static_cast<int>(i), along);
+  }
+  return best;
+}
+
+}  // namespace
+
+StageOneResult locate(const camera::OrganizedCloud& cloud, const StageOneParameters& parameters) {
+  if (cloud.width < 0 || cloud.height < 0 ||
+      cloud.points.size() != static_cast<std::size_t>(cloud.width) * static_cast<std::size_t>(cloud.height))
+    throw std::runtime_error("cloud: " + std::to_string(cloud.points.size()) + " points where width " +
+                             std::to_string(cloud.width) + " times height " + std::to_string(cloud.height) +
+                             " was expected");
+  StageOneResult result;
+  StepTimer timer(result.times);
+
+  const auto near = points_in_reach(cloud, parameters.reach);
+  if (near.empty())
+    throw std::runtime_error("cloud: no finite point within the reach of " + rounded(parameters.reach) +
+                             " m among " + std::to_string(cloud.points.size()) + " points");
+  timer.done("reach filter");
+  const auto oriented = estimate_normals(cloud, parameters.reach);
+  timer.done("normals");
+  const auto plane = fit_dominant_plane(oriented, parameters);
+  if (!plane)
+    throw std::runtime_error("cloud: no dominant plane; none holds " +
+                             rounded(100 * parameters.plane_min_share) + " % of the " +
+                             std::to_string(oriented.points.size()) + " points with a normal");
+  result.plane = *plane;
+  timer.done("plane");
+  result.plane.hull = plane_hull(result.plane, oriented, parameters);
+  if (result.plane.hull.empty()) throw std::runtime_error("cloud: the dominant plane spans no area");
+  timer.done("convex hull");
+  const auto above = points_above(result.plane, near, parameters.above_plane, parameters.highest_above_plane);
+  timer.done("points above the plane");
+  const auto clusters = euclidean_clusters(above, parameters.cluster_tolerance,
+                                           static_cast<std::size_t>(parameters.cluster_min_points));
+  if (clusters.empty())
+    throw std::runtime_error("cloud: no object on the plane; no cluster of " +
+                             std::to_string(parameters.cluster_min_points) + " points among the " +
+                             std::to_string(above.size()) + " above it");
+  for (const auto& cluster : clusters) result.cluster_sizes.push_back(cluster.size());
+  const auto measured = members(above, clusters.front());
+  timer.done("clusters");
+  const auto kept = remove_outliers(voxel_centroids(measured, parameters.outlier_voxel),
+                                    parameters.outlier_neighbours, parameters.outlier_deviations);
+  timer.done("outlier removal");
+  result.object = smooth(kept, parameters.smoothing_radius, parameters.smoothing_voxel, parameters.threads);
+  if (result.object.empty())
+    throw std::runtime_error("cloud: the largest cluster of " + std::to_string(measured.size()) +
+                             " points is too sparse to smooth");
+  timer.done("smoothing");
+  const auto shells = find_shells(result.object, parameters);
+  timer.done("handle shells");
+  result.handles = align_handles(shells, measured, parameters);
+  timer.done("handle alignment");
+  result.com = median_of_voxel_centroids(result.object, parameters.centroid_voxel);
+  timer.done("centre of mass");
+  result.grasp = nearest_grasp(result);
+  timer.done("grasp frame");
+  return result;
+}
+
+}  // namespace walkman::perception

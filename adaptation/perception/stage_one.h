@@ -1,0 +1,116 @@
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include <Eigen/Geometry>
+
+#include "drivers/camera/range_camera.h"
+
+namespace walkman::perception {
+
+/// Parameters of Stage I. Defaults are the paper's values where it gives them (sec. 3.1), else
+/// adaptation/parameters.yaml says how they were chosen. Lengths in m, angles in rad.
+struct StageOneParameters {
+  double reach = 1.5;                ///< farther points from the camera are dropped (paper)
+  double plane_distance = 0.01;      ///< inlier distance of the dominant plane
+  double plane_normal_angle = 0.45;  ///< inlier angle between point and plane normal
+  int plane_iterations = 300;
+  double plane_min_share = 0.1;      ///< smallest share of the points in reach that makes a plane dominant
+  double above_plane = 0.012;        ///< lowest height of an object point above the plane
+  double highest_above_plane = 0.5;  ///< greatest height of an object point above the plane
+  double cluster_tolerance = 0.02;   ///< longest step between neighbours of one cluster
+  int cluster_min_points = 200;
+  double outlier_voxel = 0.005;  ///< object points are thinned to this before outlier removal
+  int outlier_neighbours = 20;
+  double outlier_deviations = 2.0;
+  double smoothing_radius = 0.025;  ///< moving least squares, second degree (paper)
+  double smoothing_voxel = 0.006;   ///< spacing of the smoothed points
+  double centroid_voxel = 0.01;     ///< voxels whose centroids' median is the CoM (paper)
+  int handle_samples = 2000;
+  double handle_neighbourhood = 0.025;  ///< radius, between 2 and 3 cm (paper)
+  double handle_min_radius = 0.015;     ///< of the hand's size
+  double handle_max_radius = 0.05;
+  double handle_gap = 0.008;            ///< free space around a handle
+  int handle_min_inliers = 15;          ///< fewest shells that make a handle
+  double handle_align_angle = 0.4;      ///< between the axes of a handle's shells
+  double handle_align_distance = 0.02;  ///< between the axes of a handle's shells
+  double handle_align_radius = 0.012;   ///< between the radii of a handle's shells
+  std::uint64_t seed = 1;
+  int threads = 2;
+};
+
+/// Reads the parameters from YAML: the section `stage_one`, or the whole file where there is none. Keys are
+/// named as the members; missing ones keep their defaults. Throws std::runtime_error with file, line and key
+/// for unknown or repeated keys and values out of range.
+[[nodiscard]] StageOneParameters load_stage_one_parameters(const std::filesystem::path& yaml_file);
+
+/// A plane n·p + d = 0 in the cloud's frame; n is a unit vector towards the sensor.
+struct Plane {
+  Eigen::Vector3d normal = Eigen::Vector3d::UnitZ();
+  double offset = 0;
+  std::vector<Eigen::Vector3d> hull;  ///< convex hull of the inliers, in the plane, counter-clockwise about n
+};
+
+/// A handle: co-linear cylinders refined to one. A grasp may sit anywhere in [from, to] along the axis.
+struct Handle {
+  Eigen::Vector3d centre = Eigen::Vector3d::Zero();  ///< point of the axis midway between the ends, m
+  Eigen::Vector3d axis = Eigen::Vector3d::UnitX();   ///< unit vector, to the right (along +x of the camera)
+  double radius = 0;                                 ///< m
+  double from = 0, to = 0;                           ///< ends along the axis from the centre, m
+  double reach = 0;  ///< what a shell stands for to both sides of its place, m
+  /// Axial positions (m from the centre) of the shells that make the handle, sorted. Stretches between the
+  /// ends that no shell reaches have no free gap around them (a weight sits there): no grasp there.
+  std::vector<double> places;
+
+  /// The position nearest to `along` (m from the centre) that is between the ends and within reach of a
+  /// shell.
+  [[nodiscard]] double nearest_graspable(double along) const;
+};
+
+/// A grasp frame C_f (paper, sec. 3.1): x along the handle to the right, y the plane's normal, z towards the
+/// sensor; origin on the object's surface above the handle's axis. y is n_p made square to x. For a handle
+/// that stands on the plane (axis within 5° of n_p) z is the direction to the sensor made square to x
+/// instead, and y = z × x.
+struct GraspFrame {
+  Eigen::Isometry3d X_CG = Eigen::Isometry3d::Identity();  ///< in the cloud's frame
+  int handle = -1;
+  double along = 0;  ///< position on the handle's axis from its centre, m
+};
+
+struct StepTime {
+  std::string step;
+  double seconds = 0;
+};
+
+struct StageOneResult {
+  Plane plane;
+  std::vector<std::size_t> cluster_sizes;         ///< points, largest first
+  std::vector<Eigen::Vector3f> object;            ///< points of the largest cluster, smoothed
+  Eigen::Vector3d com = Eigen::Vector3d::Zero();  ///< visual centre of mass
+  std::vector<Handle> handles;
+  std::optional<GraspFrame> grasp;  ///< nearest handle place to the CoM; none without handles
+  std::vector<StepTime> times;
+};
+
+/// Runs Stage I (paper, sec. 3.1, steps I.1 to I.6). The sensor is at the origin of the cloud's frame. An
+/// unorganized cloud (height 1) works too. The result is the same for every number of threads. Throws
+/// std::runtime_error with one sentence when there is no finite point in reach, no plane, or nothing above
+/// it.
+[[nodiscard]] StageOneResult locate(const camera::OrganizedCloud& cloud,
+                                    const StageOneParameters& parameters);
+
+/// The grasp frame on `handle` at the axial position `along`, clamped to the handle's ends, for Stage II's
+/// regrasp. Throws std::out_of_range for a handle that is not there.
+[[nodiscard]] GraspFrame grasp_frame_at(const StageOneResult& result, int handle, double along);
+
+/// Reads a PCD file (ascii or binary; organized or not). Throws std::runtime_error with file, place and
+/// reason for empty, truncated or foreign files.
+[[nodiscard]] camera::OrganizedCloud read_pcd(const std::filesystem::path& file);
+/// Writes a binary PCD (x y z, float32), organized.
+void write_pcd(const std::filesystem::path& file, const camera::OrganizedCloud& cloud);
+
+}  // namespace walkman::perception

@@ -1,0 +1,74 @@
+#include "adaptation/perception/voxels.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+namespace walkman::perception {
+namespace {
+
+// Three coordinates of 21 bits, so that keys sort by x, then y, then z.
+constexpr int kBits = 21;
+constexpr std::int64_t kHalf = std::int64_t{1} << (kBits - 1);
+
+std::uint64_t key_of(std::int64_t x, std::int64_t y, std::int64_t z) {
+  return (static_cast<std::uint64_t>(x + kHalf) << (2 * kBits)) |
+         (static_cast<std::uint64_t>(y + kHalf) << kBits) | static_cast<std::uint64_t>(z + kHalf);
+}
+
+}  // namespace
+
+CellIndex::CellIndex(std::span<const Eigen::Vector3f> points, double size) : size_(size) {
+  std::vector<std::pair<std::uint64_t, std::uint32_t>> tagged(points.size());
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    const Eigen::Vector3i c = coordinates_of(points[i]);
+    tagged[i] = {key_of(c.x(), c.y(), c.z()), static_cast<std::uint32_t>(i)};
+  }
+  std::sort(tagged.begin(), tagged.end());
+  order_.reserve(points.size());
+  for (std::size_t i = 0; i < tagged.size(); ++i) {
+    if (i == 0 || tagged[i].first != tagged[i - 1].first) {
+      keys_.push_back(tagged[i].first);
+      starts_.push_back(static_cast<std::uint32_t>(i));
+    }
+    order_.push_back(tagged[i].second);
+  }
+  starts_.push_back(static_cast<std::uint32_t>(points.size()));
+}
+
+Eigen::Vector3i CellIndex::coordinates(std::size_t cell) const {
+  constexpr std::uint64_t kMask = (std::uint64_t{1} << kBits) - 1;
+  const std::uint64_t key = keys_[cell];
+  return {static_cast<int>(static_cast<std::int64_t>(key >> (2 * kBits)) - kHalf),
+          static_cast<int>(static_cast<std::int64_t>((key >> kBits) & kMask) - kHalf),
+          static_cast<int>(static_cast<std::int64_t>(key & kMask) - kHalf)};
+}
+
+Eigen::Vector3i CellIndex::coordinates_of(const Eigen::Vector3f& point) const {
+  const auto limit = static_cast<double>(kHalf - 1);
+  const auto cell = [this, limit](float v) {
+    return static_cast<int>(std::clamp(std::floor(v / size_), -limit, limit));
+  };
+  return {cell(point.x()), cell(point.y()), cell(point.z())};
+}
+
+std::pair<std::size_t, std::size_t> CellIndex::column(int x, int y, int z_from, int z_to) const {
+  const auto first = std::lower_bound(keys_.begin(), keys_.end(), key_of(x, y, z_from));
+  const std::uint64_t last_key = key_of(x, y, z_to);
+  auto last = first;
+  while (last != keys_.end() && *last <= last_key) ++last;
+  return {static_cast<std::size_t>(first - keys_.begin()), static_cast<std::size_t>(last - keys_.begin())};
+}
+
+std::vector<Eigen::Vector3f> voxel_centroids(std::span<const Eigen::Vector3f> points, double size) {
+  const CellIndex cells(points, size);
+  std::vector<Eigen::Vector3f> centroids(cells.cell_count());
+  for (std::size_t c = 0; c < cells.cell_count(); ++c) {
+    Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+    for (const std::uint32_t i : cells.members(c)) sum += points[i].cast<double>();
+    centroids[c] = (sum / static_cast<double>(cells.members(c).size())).cast<float>();
+  }
+  return centroids;
+}
+
+}  // namespace walkman::perception

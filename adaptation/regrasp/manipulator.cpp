@@ -1,0 +1,164 @@
+#include "adaptation/regrasp/manipulator.h"
+
+#include <cmath>
+
+#include <fmt/format.h>
+
+#include "adaptation/wrench/com_line.h"
+#include "adaptation/wrench/wrench_average.h"
+
+namespace walkman::regrasp {
+namespace {
+
+constexpr double kOpenTorque = 0.2;  // share of rated: enough to let the ligaments open the hand
+
+motion::HandMotionOptions motion_options(const HandSide& side) {
+  motion::HandMotionOptions options;
+  options.hand_link = side.grasp_frame;
+  return options;
+}
+
+Eigen::Isometry3d raised(const Eigen::Isometry3d& X_B, double height, double back = 0) {
+  Eigen::Isometry3d out = X_B;
+  out.translation() += Eigen::Vector3d(-back, 0, height);
+  return out;
+}
+
+}  // namespace
+
+Manipulator::Manipulator(const RobotModel& model, Session& session, const StageTwoParameters& parameters)
+    : session_(session),
+      parameters_(parameters),
+      motion_(model, session.joint_names(), Eigen::Isometry3d::Identity(), motion_options(session.side())),
+      hand_weight_(model, session.side().sensor_frame) {}
+
+void Manipulator::start() {
+  motion_.reset(session_.link_positions());
+  hold(parameters_.settle_time);
+  X_BH_start_ = motion_.X_WH();
+}
+
+void Manipulator::set_table(const Eigen::Vector3d& normal_B, const std::vector<Eigen::Vector3d>& hull_B) {
+  motion_.set_table(motion::ConvexPrism(normal_B, hull_B));
+}
+
+void Manipulator::for_seconds(double seconds, const std::function<void(double)>& each_cycle) {
+  const int cycles = static_cast<int>(std::lround(seconds / session_.period()));
+  for (int i = 1; i <= cycles; ++i) {
+    if (each_cycle) each_cycle(static_cast<double>(i) / cycles);
+    session_.tick(motion_.step(session_.period()));
+  }
+}
+
+void Manipulator::hold(double seconds) { for_seconds(seconds, nullptr); }
+
+void Manipulator::move_to(const Eigen::Isometry3d& X_BH, double speed) {
+  motion::MotionLimits limits;
+  limits.linear_velocity = speed;
+  limits.angular_velocity = parameters_.angular_speed;
+  const auto refuse = [&](const std::string& reason) {
+    const Eigen::Vector3d p = X_BH.translation();
+    throw RunStopped(fmt::format("the hand cannot reach ({:.3f}, {:.3f}, {:.3f}) m from the base: {}", p.x(),
+                                 p.y(), p.z(), reason));
+  };
+  const motion::HandMotion::Reach ahead = motion_.reachable(X_BH, limits);
+  if (ahead.status != motion::HandMotion::Status::kReached) {
+    refuse(fmt::format("the motion would end {:.0f} mm short", 1e3 * ahead.error.position));
+  }
+  motion_.go_to(X_BH, limits);
+  while (!motion_.done()) session_.tick(motion_.step(session_.period()));
+  if (motion_.status() != motion::HandMotion::Status::kReached) refuse(motion_.describe());
+}
+
+void Manipulator::retreat() { move_to(X_BH_start_, parameters_.travel_speed); }
+
+void Manipulator::approach(const Eigen::Isometry3d& X_BG) {
+  session_.set_grip(0, kOpenTorque);
+  move_to(raised(X_BG, parameters_.approach_height, parameters_.approach_back), parameters_.travel_speed);
+  move_to(raised(X_BG, parameters_.approach_height), parameters_.travel_speed);
+}
+
+void Manipulator::tare() {
+  hold(parameters_.settle_time);
+  wrench::WrenchAverage average;
+  for_seconds(parameters_.tare_time, [&](double) {
+    const Wrench hand = hand_weight_.F_So_S(session_.measured());
+    const Wrench& reading = session_.F_So_S();
+    average.add({reading.torque - hand.torque, reading.force - hand.force});
+  });
+  residual_So_S_ = average.mean();
+}
+
+void Manipulator::grasp(const Eigen::Isometry3d& X_BG) {
+  X_BH_grasp_ = X_BG;
+  X_BH_grasp_.translation() += parameters_.palm_clearance * X_BG.linear().col(1);
+  move_to(X_BH_grasp_, parameters_.approach_speed);
+  hold(parameters_.hold_time);
+  for_seconds(parameters_.close_time,
+              [&](double share) { session_.set_grip(share, parameters_.grip_torque); });
+  hold(parameters_.hold_time);
+  if (session_.hand_closure() > parameters_.empty_closure) {
+    throw RunStopped(fmt::format("the hand closed to {:.0f} % of its travel and holds nothing",
+                                 100 * session_.hand_closure()));
+  }
+  lifted_ = 0;
+}
+
+void Manipulator::lift() {
+  const auto rise_to = [&](double height) {
+    lifted_ = height;
+    move_to(raised(X_BH_grasp_, height), parameters_.lift_speed);
+    hold(parameters_.settle_time);
+    return mean_object_load(parameters_.lift_window).force.norm();
+  };
+  double force = rise_to(parameters_.lift_height);
+  while (true) {
+    const double next = lifted_ + parameters_.lift_step;
+    if (next > parameters_.lift_max + 1e-9) {
+      throw RunStopped(
+          fmt::format("the wrist force still changes with height at {:.2f} m: the object rests on "
+                      "something or slips",
+                      lifted_));
+    }
+    const double higher = rise_to(next);
+    const double change = std::abs(higher - force);
+    force = higher;
+    if (change <= parameters_.lift_force_change) break;
+  }
+  if (force < parameters_.min_force) {
+    throw RunStopped(
+        fmt::format("the wrist weighs {:.2f} N after the lift: the object is not in the hand", force));
+  }
+}
+
+Wrench Manipulator::object_load() const {
+  const Wrench hand = hand_weight_.F_So_S(session_.measured());
+  const Wrench& reading = session_.F_So_S();
+  const Eigen::Isometry3d& X_BS = session_.X_BS();
+  const Wrench F_So_B{X_BS.linear() * (reading.torque - residual_So_S_.torque - hand.torque),
+                      X_BS.linear() * (reading.force - residual_So_S_.force - hand.force)};
+  return wrench::shift(F_So_B, session_.X_BH().translation() - X_BS.translation());
+}
+
+Wrench Manipulator::mean_object_load(double seconds) {
+  wrench::WrenchAverage average;
+  for_seconds(seconds, [&](double) { average.add(object_load()); });
+  return average.mean();
+}
+
+Wrench Manipulator::weigh() { return mean_object_load(parameters_.average_time); }
+
+Eigen::Isometry3d Manipulator::lower_and_release() {
+  move_to(X_BH_grasp_, parameters_.lift_speed);
+  hold(parameters_.hold_time);
+  const Eigen::Isometry3d X_BH = session_.X_BH();
+  for_seconds(parameters_.close_time,
+              [&](double share) { session_.set_grip(1 - share, parameters_.grip_torque); });
+  session_.set_grip(0, kOpenTorque);
+  hold(parameters_.hold_time);
+  move_to(raised(X_BH_grasp_, parameters_.approach_height), parameters_.approach_speed);
+  lifted_ = 0;
+  return X_BH;
+}
+
+}  // namespace walkman::regrasp

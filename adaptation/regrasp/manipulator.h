@@ -1,0 +1,59 @@
+#pragma once
+
+#include <functional>
+
+#include <Eigen/Geometry>
+
+#include "adaptation/motion/hand_motion.h"
+#include "adaptation/regrasp/session.h"
+#include "adaptation/regrasp/stage_two_parameters.h"
+#include "adaptation/wrench/hand_weight.h"
+
+namespace walkman::regrasp {
+
+/// Motion primitives of one arm and hand: reach, grasp, lift, weigh, lower, release. Poses are of the hand's
+/// grasp frame H in the robot's base B. Each returns when done and throws RunStopped when it cannot be done.
+class Manipulator {
+ public:
+  Manipulator(const RobotModel& model, Session& session, const StageTwoParameters& parameters);
+
+  /// Takes over the posture the drives report; to be called once after boot.
+  void start();
+  /// Keeps the arm out of the table from now on. Hull and normal in B.
+  void set_table(const Eigen::Vector3d& normal_B, const std::vector<Eigen::Vector3d>& hull_B);
+
+  /// Moves to the start pose out of the camera's view.
+  void retreat();
+  /// Over and behind the grasp, with the hand open; then, averaging in the air, removes the sensor's
+  /// residuals.
+  void approach(const Eigen::Isometry3d& X_BG);
+  void tare();
+  /// Down to the grasp and closes the hand.
+  void grasp(const Eigen::Isometry3d& X_BG);
+  /// Up until the force no longer changes with height.
+  void lift();
+  /// Mean load of the object alone over the averaging time, about Ho in B.
+  [[nodiscard]] Wrench weigh();
+  /// Back down to where it was grasped, and opens the hand. Returns the hand's measured pose just before it
+  /// opened.
+  [[nodiscard]] Eigen::Isometry3d lower_and_release();
+
+  void hold(double seconds);
+
+ private:
+  void move_to(const Eigen::Isometry3d& X_BH, double speed);
+  void for_seconds(double seconds, const std::function<void(double share)>& each_cycle);
+  [[nodiscard]] Wrench mean_object_load(double seconds);
+  [[nodiscard]] Wrench object_load() const;
+
+  Session& session_;
+  StageTwoParameters parameters_;
+  motion::HandMotion motion_;
+  wrench::HandWeight hand_weight_;
+  Wrench residual_So_S_;
+  Eigen::Isometry3d X_BH_start_ = Eigen::Isometry3d::Identity();
+  Eigen::Isometry3d X_BH_grasp_ = Eigen::Isometry3d::Identity();
+  double lifted_ = 0;
+};
+
+}  // namespace walkman::regrasp

@@ -1,0 +1,35 @@
+#pragma once
+
+#include <string_view>
+
+#include "adaptation/perception/stage_one.h"
+#include "drivers/camera/range_camera.h"
+#include "drivers/can/frame.h"
+#include "urdf/wrench.h"
+
+namespace walkman::regrasp {
+
+/// What one lift measured. B is the robot's base, H the grasping hand's frame H_f.
+struct Weighing {
+  Wrench F_Ho_B;  ///< load of the object alone: sensor residual and hand weight removed
+  Eigen::Isometry3d X_BH = Eigen::Isometry3d::Identity();
+  double f_g = 0;           ///< force along gravity, N, positive downwards
+  double torque = 0;        ///< |τ| about the grasp frame, N·m, signed like the displacement
+  double displacement = 0;  ///< d: from the grasp to the CoM line, m along the handle, positive to the right
+};
+
+/// Reads what the pipeline knows as it learns it; has no way to change it.
+class Observer {
+ public:
+  virtual ~Observer() = default;
+  virtual void on_phase(std::string_view /*phase*/, Time /*now*/) {}
+  /// Once a cycle: the wrist sensor's raw reading and the hand's measured pose.
+  virtual void on_cycle(Time /*now*/, const Wrench& /*F_So_S*/, const Eigen::Isometry3d& /*X_BH*/) {}
+  virtual void on_located(const camera::OrganizedCloud& /*cloud*/,
+                          const perception::StageOneResult& /*result*/) {}
+  /// The frame about to be grasped, in base coordinates.
+  virtual void on_grasp(const Eigen::Isometry3d& /*X_BG*/) {}
+  virtual void on_weighed(const Weighing& /*weighing*/) {}
+};
+
+}  // namespace walkman::regrasp

@@ -1,0 +1,177 @@
+#include "adaptation/regrasp/regrasp.h"
+
+#include <cmath>
+#include <limits>
+
+#include <fmt/format.h>
+
+#include "adaptation/regrasp/manipulator.h"
+#include "adaptation/wrench/com_line.h"
+
+namespace walkman::regrasp {
+namespace {
+
+constexpr double kCloudTimeout = 1.0;  // s without a new cloud: several frame periods of the camera
+
+/// The CoM line as the hand carries it: relative to Ho, in H.
+struct CarriedLine {
+  wrench::ComLine line_H;
+  double force;  // N
+};
+
+/// Least-torque place on a handle (paper, sec. 3.2): where |d_h × f| is least.
+struct Candidate {
+  int handle = -1;
+  double along = 0;
+  double torque = std::numeric_limits<double>::infinity();
+};
+
+/// Axial position on a handle nearest to a line: both as point and unit direction, in one frame.
+double nearest_along(const Eigen::Vector3d& centre, const Eigen::Vector3d& axis, const Eigen::Vector3d& point,
+                     const Eigen::Vector3d& direction) {
+  const Eigen::Vector3d across =
+      axis - axis.dot(direction) * direction;  // part of the axis square to the line
+  const double square = across.squaredNorm();
+  return square < 1e-9 ? 0 : across.dot(point - centre) / square;
+}
+
+}  // namespace
+
+struct Regrasp::Impl {
+  Impl(const RobotModel& model, robot::Robot& robot, robot::Cycle& cycle, camera::RangeCamera& range_camera,
+       const Parameters& all, Observer& watcher)
+      : parameters(all),
+        camera(range_camera),
+        observer(watcher),
+        session(model, robot, cycle, watcher),
+        manipulator(model, session, all.stage_two) {}
+
+  void look();
+  [[nodiscard]] Eigen::Isometry3d frame_on(const perception::GraspFrame& grasp) const;
+  [[nodiscard]] Weighing lift_and_weigh();
+  [[nodiscard]] Candidate least_torque(const CarriedLine& carried, const Eigen::Isometry3d& X_BH) const;
+
+  const Parameters& parameters;
+  camera::RangeCamera& camera;
+  Observer& observer;
+  Session session;
+  Manipulator manipulator;
+  camera::OrganizedCloud cloud;
+  perception::StageOneResult seen;
+  Eigen::Isometry3d X_BC = Eigen::Isometry3d::Identity();  // camera when `cloud` was exposed
+};
+
+void Regrasp::Impl::look() {
+  session.enter("look");
+  const Time asked = session.now();
+  X_BC = session.X_BC();
+  while (!camera.latest(asked, cloud)) {
+    if (std::chrono::duration<double>(session.now() - asked).count() > kCloudTimeout) {
+      throw RunStopped(fmt::format("no cloud from the camera for {} s", kCloudTimeout));
+    }
+    manipulator.hold(session.period());
+    X_BC = session.X_BC();
+  }
+  try {
+    seen = perception::locate(cloud, parameters.stage_one);
+  } catch (const std::runtime_error& e) {
+    throw RunStopped(e.what());
+  }
+  if (!seen.grasp) throw RunStopped("no handle of the hand's size on the object");
+  std::vector<Eigen::Vector3d> hull_B;
+  for (const Eigen::Vector3d& p : seen.plane.hull) hull_B.push_back(X_BC * p);
+  manipulator.set_table(X_BC.linear() * seen.plane.normal, hull_B);
+  observer.on_located(cloud, seen);
+}
+
+Eigen::Isometry3d Regrasp::Impl::frame_on(const perception::GraspFrame& grasp) const {
+  return X_BC * grasp.X_CG;
+}
+
+Weighing Regrasp::Impl::lift_and_weigh() {
+  session.enter("lift");
+  manipulator.lift();
+  session.enter("weigh");
+  Weighing weighing;
+  weighing.F_Ho_B = manipulator.weigh();
+  weighing.X_BH = session.X_BH();
+  weighing.f_g = -weighing.F_Ho_B.force.z();
+  const auto line = wrench::com_line(weighing.F_Ho_B, parameters.stage_two.min_force);
+  if (!line) throw RunStopped("the object slipped out of the hand while it was weighed");
+  const Eigen::Vector3d right_B = weighing.X_BH.linear().col(0);
+  weighing.displacement = nearest_along(Eigen::Vector3d::Zero(), right_B, line->foot, line->direction);
+  weighing.torque = std::copysign(weighing.F_Ho_B.torque.norm(), weighing.displacement);
+  observer.on_weighed(weighing);
+  return weighing;
+}
+
+Candidate Regrasp::Impl::least_torque(const CarriedLine& carried, const Eigen::Isometry3d& X_BH) const {
+  const Eigen::Vector3d point = X_BH * carried.line_H.foot;
+  const Eigen::Vector3d direction = X_BH.linear() * carried.line_H.direction;
+  Candidate best;
+  for (std::size_t i = 0; i < seen.handles.size(); ++i) {
+    const perception::Handle& handle = seen.handles[i];
+    const Eigen::Vector3d centre = X_BC * handle.centre;
+    const Eigen::Vector3d axis = X_BC.linear() * handle.axis;
+    const double along = handle.nearest_graspable(nearest_along(centre, axis, point, direction));
+    const double torque =
+        wrench::torque_about({point, direction}, carried.force, Eigen::Vector3d(centre + along * axis));
+    if (torque < best.torque) best = {static_cast<int>(i), along, torque};
+  }
+  return best;
+}
+
+Regrasp::Regrasp(const RobotModel& model, robot::Robot& robot, robot::Cycle& cycle,
+                 camera::RangeCamera& camera, const Parameters& parameters, Observer& observer)
+    : impl_(std::make_unique<Impl>(model, robot, cycle, camera, parameters, observer)) {}
+
+Regrasp::~Regrasp() = default;
+
+Report Regrasp::run() {
+  Impl& r = *impl_;
+  const StageTwoParameters& limits = r.parameters.stage_two;
+  r.session.boot();
+  r.session.enter("settle");
+  r.manipulator.start();
+  r.look();
+  Eigen::Isometry3d X_BG = r.frame_on(*r.seen.grasp);
+  Report report;
+  bool nearest = false;  // the grasp is the nearest to the CoM line that the handles allow
+  while (true) {
+    r.observer.on_grasp(X_BG);
+    r.session.enter("approach");
+    r.manipulator.approach(X_BG);
+    r.session.enter("tare");
+    r.manipulator.tare();
+    r.session.enter("grasp");
+    r.manipulator.grasp(X_BG);
+    const Weighing weighing = r.lift_and_weigh();
+    report.weighings.push_back(weighing);
+    if (std::abs(weighing.torque) <= limits.torque_threshold) {
+      report.ending = Ending::kMinimumTorque;
+      return report;
+    }
+    if (nearest || std::abs(weighing.displacement) <= limits.displacement_threshold) {
+      report.ending = Ending::kMinimumDisplacement;
+      return report;
+    }
+    if (static_cast<int>(report.weighings.size()) > limits.max_regrasps) {
+      report.ending = Ending::kRegraspLimit;
+      return report;
+    }
+    const auto line = wrench::com_line(weighing.F_Ho_B, limits.min_force);
+    const Eigen::Matrix3d R_HB = weighing.X_BH.linear().transpose();
+    const CarriedLine carried{{R_HB * line->foot, R_HB * line->direction}, weighing.F_Ho_B.force.norm()};
+
+    r.session.enter("lower");
+    const Eigen::Isometry3d X_BH_released = r.manipulator.lower_and_release();
+    r.session.enter("retreat");
+    r.manipulator.retreat();
+    r.look();
+    const Candidate next = r.least_torque(carried, X_BH_released);
+    X_BG = r.frame_on(perception::grasp_frame_at(r.seen, next.handle, next.along));
+    nearest = (X_BG.translation() - X_BH_released.translation()).norm() <= limits.displacement_threshold;
+  }
+}
+
+}  // namespace walkman::regrasp

@@ -1,0 +1,46 @@
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "adaptation/regrasp/observer.h"
+#include "adaptation/regrasp/stage_two_parameters.h"
+#include "drivers/robot/cycle.h"
+#include "drivers/robot/robot.h"
+
+namespace walkman::regrasp {
+
+/// Why the loop ended (paper, sec. 3.2, step II.9).
+enum class Ending {
+  kMinimumTorque,        ///< |τ| ≤ τ_thres
+  kMinimumDisplacement,  ///< no handle place nearer to the CoM line by more than d_thres
+  kRegraspLimit,         ///< still off after the last allowed regrasp
+};
+
+struct Report {
+  std::vector<Weighing> weighings;  ///< one a lift
+  Ending ending = Ending::kMinimumTorque;
+};
+
+/// The paper's method: Stage I finds handles and grasps the one nearest to the visual centre of mass; Stage
+/// II lifts, weighs with the wrist's force/torque sensor, and regrasps where the wrist torque is least. Ends
+/// with the object held in the air.
+///
+/// Knows the robot only through its drivers, the camera and the URDF.
+class Regrasp {
+ public:
+  Regrasp(const RobotModel& model, robot::Robot& robot, robot::Cycle& cycle, camera::RangeCamera& camera,
+          const Parameters& parameters, Observer& observer);
+  ~Regrasp();
+
+  /// Runs from power-on to the last weighing. Throws RunStopped with one sentence when it has to stop.
+  [[nodiscard]] Report run();
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace walkman::regrasp

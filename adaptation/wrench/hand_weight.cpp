@@ -1,0 +1,41 @@
+#include "adaptation/wrench/hand_weight.h"
+
+#include <stdexcept>
+
+namespace walkman::wrench {
+
+HandWeight::HandWeight(const RobotModel& model, const std::string& sensor_frame)
+    : sensor_link_(model.link_index(sensor_frame)) {
+  std::vector<bool> below(model.links.size(), false);
+  below[static_cast<std::size_t>(sensor_link_)] = true;
+  for (std::size_t i = 0; i < model.links.size(); ++i) {
+    const int joint = model.links[i].parent_joint;
+    if (joint >= 0) {
+      const auto parent = static_cast<std::size_t>(model.joints[static_cast<std::size_t>(joint)].parent_link);
+      if (below[parent]) below[i] = true;
+    }
+    if (below[i] && model.links[i].mass > 0) {
+      links_.push_back(static_cast<int>(i));
+      mass_ += model.links[i].mass;
+    }
+  }
+  if (links_.empty()) {
+    throw std::runtime_error(model.file.string() + ": nothing with mass hangs below force/torque frame '" +
+                             sensor_frame + "', expected a hand");
+  }
+}
+
+Wrench HandWeight::F_So_S(const motion::Kinematics& posed) const {
+  const Eigen::Isometry3d& X_WS = posed.X_WL(sensor_link_);
+  Wrench F_So_W;
+  for (const int i : links_) {
+    const Link& link = posed.model().links[static_cast<std::size_t>(i)];
+    const Eigen::Vector3d weight(0, 0, -link.mass * motion::kGravity);
+    F_So_W.force += weight;
+    F_So_W.torque += (posed.X_WL(i) * link.p_LLcm - X_WS.translation()).cross(weight);
+  }
+  const Eigen::Matrix3d R_SW = X_WS.linear().transpose();
+  return {R_SW * F_So_W.torque, R_SW * F_So_W.force};
+}
+
+}  // namespace walkman::wrench

@@ -1,0 +1,29 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "adaptation/motion/kinematics.h"
+#include "urdf/wrench.h"
+
+namespace walkman::wrench {
+
+/// The load a hand's own weight puts on the wrist's force/torque sensor, from the URDF's masses and the
+/// present posture. Fingers are where the synergy motor's transmission has them in the mean (the URDF's mimic
+/// joints).
+class HandWeight {
+ public:
+  /// Everything the URDF hangs below `sensor_frame`. Throws std::runtime_error when that has no mass.
+  HandWeight(const RobotModel& model, const std::string& sensor_frame);
+
+  /// Weight of the hand about So in sensor axes, for posed kinematics of the same model; W has z up.
+  [[nodiscard]] Wrench F_So_S(const motion::Kinematics& posed) const;
+  [[nodiscard]] double mass() const { return mass_; }  ///< kg
+
+ private:
+  int sensor_link_;
+  std::vector<int> links_;
+  double mass_ = 0;
+};
+
+}  // namespace walkman::wrench

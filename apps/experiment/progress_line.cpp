@@ -1,0 +1,22 @@
+#include "apps/experiment/progress_line.h"
+
+#include <cstdio>
+
+#include <unistd.h>
+
+namespace walkman::apps {
+
+ProgressLine::ProgressLine() : terminal_(isatty(STDERR_FILENO) == 1) {}
+
+ProgressLine::~ProgressLine() {
+  if (shown_) std::fputs("\r\033[K", stderr);
+}
+
+void ProgressLine::show(const std::string& text) {
+  if (!terminal_) return;
+  std::fprintf(stderr, "\r\033[K%s", text.c_str());
+  std::fflush(stderr);
+  shown_ = true;
+}
+
+}  // namespace walkman::apps

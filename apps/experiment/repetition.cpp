@@ -1,0 +1,175 @@
+#include "apps/experiment/repetition.h"
+
+#include <chrono>
+#include <cmath>
+
+#include "adaptation/regrasp/regrasp.h"
+#include "adaptation/regrasp/session.h"
+#include "apps/experiment/judge.h"
+#include "apps/experiment/scene_reach.h"
+#include "apps/lockstep_cycle.h"
+#include "drivers/robot/robot.h"
+#include "emulator/bus/candump_log.h"
+#include "emulator/emulator.h"
+
+namespace walkman::apps {
+namespace {
+
+using Wall = std::chrono::steady_clock;
+
+double seconds(Time t) { return std::chrono::duration<double>(t).count(); }
+
+/// Everything one repetition needs, built in order of dependence.
+struct Bench {
+  Scene scene;
+  RobotModel robot_model;
+  DeviceTable devices;
+  Emulator emulator;
+
+  explicit Bench(const RepetitionOptions& options)
+      : scene(load_scene(options.scene)),
+        robot_model(load_robot_model(scene.robot_urdf)),
+        devices(load_device_table(scene.device_table, robot_model)),
+        emulator(robot_model, devices, placed(options.seed), emulator_options(options)) {}
+
+ private:
+  const Scene& placed(std::uint64_t seed) {
+    require_reach(scene, robot_model);
+    apply_jitter(scene, seed);
+    return scene;
+  }
+  static EmulatorOptions emulator_options(const RepetitionOptions& options) {
+    EmulatorOptions out;
+    out.actuators = options.actuators;
+    out.seed = options.seed;
+    return out;
+  }
+};
+
+/// Watches the buses: writes the CAN log, and loses what the options say.
+class WireTap {
+ public:
+  WireTap(Emulator& emulator, const RepetitionOptions& options) {
+    if (!options.out.empty()) log_ = std::make_unique<bus::CandumpLog>(options.out / "can.log");
+    for (bus::CanBus* bus : emulator.buses()) {
+      if (log_) {
+        bus->set_observer([this, bus](const can::StampedFrame& f) { log_->write(bus->interface_name(), f); });
+      }
+      if (options.wire) {
+        bus->set_filter([bus, &options](const can::Frame& frame, Time now) {
+          return options.wire(bus->name(), frame.id, seconds(now));
+        });
+      }
+    }
+  }
+  void cycle() {
+    if (log_) log_->commit();
+  }
+  void finish() {
+    if (log_) log_->flush();
+  }
+
+ private:
+  std::unique_ptr<bus::CandumpLog> log_;
+};
+
+Outcome outcome_of(regrasp::Ending ending) {
+  switch (ending) {
+    case regrasp::Ending::kMinimumTorque:
+      return Outcome::kMinimumTorque;
+    case regrasp::Ending::kMinimumDisplacement:
+      return Outcome::kMinimumDisplacement;
+    case regrasp::Ending::kRegraspLimit:
+      return Outcome::kRegraspLimit;
+  }
+  return Outcome::kStopped;
+}
+
+TableRow table_row(const Scene& scene, const Judge& judge) {
+  TableRow row;
+  const SceneObject& object = scene.objects.front();
+  row.d_r = object.p_OOcm().x() + object.length / 2;
+  if (!judge.grasp_positions().empty()) row.d_v = judge.grasp_positions().front();
+  if (judge.weighings().empty()) return row;
+  const regrasp::Weighing& first = judge.weighings().front();
+  const regrasp::Weighing& last = judge.weighings().back();
+  row.f_g = first.f_g;
+  row.tau = first.torque;
+  row.d = first.displacement;
+  row.tau_after = last.torque;
+  row.d_after = last.displacement;
+  row.reduction_percent = 100 * (1 - std::abs(row.tau_after) / std::abs(row.tau));
+  return row;
+}
+
+}  // namespace
+
+std::string to_string(Outcome outcome) {
+  switch (outcome) {
+    case Outcome::kMinimumTorque:
+      return "minimum torque";
+    case Outcome::kMinimumDisplacement:
+      return "minimum displacement";
+    case Outcome::kRegraspLimit:
+      return "regrasp limit";
+    case Outcome::kDropped:
+      return "dropped";
+    case Outcome::kStopped:
+      return "stopped";
+  }
+  return "unknown";
+}
+
+RepetitionResult run_repetition(const RepetitionOptions& options) {
+  if (!options.out.empty()) std::filesystem::create_directories(options.out);
+  Bench bench(options);
+  const regrasp::Parameters parameters = regrasp::load_parameters(options.parameters);
+  robot::RobotOptions robot_options;
+  robot::Robot robot(bench.robot_model, bench.devices, bench.emulator.interfaces(), robot_options);
+  LockstepCycle cycle(bench.emulator, robot_options.cycle);
+  WireTap tap(bench.emulator, options);
+
+  const Wall::time_point start = Wall::now();
+  Progress progress;
+  const auto report_progress = [&](Time now) {
+    progress.simulated_seconds = seconds(now);
+    progress.real_time_factor =
+        progress.simulated_seconds / std::chrono::duration<double>(Wall::now() - start).count();
+    if (options.progress) options.progress(progress);
+  };
+  Judge judge(
+      bench.emulator, bench.scene,
+      [&](std::string_view phase) {
+        progress.phase = phase;
+        report_progress(bench.emulator.now());
+      },
+      [&](Time now) {
+        tap.cycle();
+        report_progress(now);
+      });
+  if (!options.out.empty()) {
+    judge.trace_to(options.out / "wrench.csv");
+    judge.keep_cloud(options.out / "cloud.pcd");
+  }
+
+  RepetitionResult result;
+  result.seed = options.seed;
+  try {
+    regrasp::Regrasp method(bench.robot_model, robot, cycle, bench.emulator.camera(), parameters, judge);
+    result.outcome = outcome_of(method.run().ending);
+    if (!judge.always_held() || !judge.held_now()) result.outcome = Outcome::kDropped;
+  } catch (const regrasp::RunStopped& stop) {
+    robot.stop();
+    result.outcome = Outcome::kStopped;
+    result.reason = stop.what();
+  }
+  tap.finish();
+  report_progress(bench.emulator.now());
+  result.row = table_row(bench.scene, judge);
+  result.regrasps = std::max(0, static_cast<int>(judge.weighings().size()) - 1);
+  result.simulated_seconds = progress.simulated_seconds;
+  result.real_time_factor = progress.real_time_factor;
+  return result;
+}
+
+}  // namespace walkman::apps

@@ -1,0 +1,142 @@
+#include "apps/experiment/repetition_pool.h"
+
+#include <cerrno>
+#include <chrono>
+#include <cstring>
+#include <optional>
+#include <stdexcept>
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+#include <poll.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include "apps/experiment/result_report.h"
+
+namespace walkman::apps {
+namespace {
+
+constexpr auto kProgressInterval = std::chrono::milliseconds(200);
+
+struct Child {
+  std::size_t index;
+  pid_t pid;
+  int pipe;
+  std::string received;
+};
+
+void write_line(int pipe, const nlohmann::json& message) {
+  const std::string line = message.dump() + "\n";
+  std::size_t done = 0;
+  while (done < line.size()) {
+    const ssize_t n = write(pipe, line.data() + done, line.size() - done);
+    if (n < 0 && errno == EINTR) continue;
+    if (n <= 0) _exit(5);  // the parent is gone
+    done += static_cast<std::size_t>(n);
+  }
+}
+
+/// The child's whole life: one repetition, its messages as JSON lines.
+[[noreturn]] void run_child(const RepetitionOptions& options, int pipe) {
+  RepetitionOptions own = options;
+  auto last = std::chrono::steady_clock::time_point::min();
+  own.progress = [&](const Progress& p) {
+    const auto now = std::chrono::steady_clock::now();
+    if (now - last < kProgressInterval) return;
+    last = now;
+    write_line(pipe, {{"phase", p.phase}, {"time", p.simulated_seconds}, {"rtf", p.real_time_factor}});
+  };
+  try {
+    write_line(pipe, {{"result", to_json(run_repetition(own))}});
+  } catch (const std::exception& e) {
+    write_line(pipe, {{"error", e.what()}});
+  }
+  _exit(0);
+}
+
+Child start(std::size_t index, const RepetitionOptions& options) {
+  int ends[2];
+  if (pipe(ends) != 0)
+    throw std::runtime_error(fmt::format("no pipe for a repetition: {}", std::strerror(errno)));
+  const pid_t pid = fork();
+  if (pid < 0) throw std::runtime_error(fmt::format("no process for a repetition: {}", std::strerror(errno)));
+  if (pid == 0) {
+    close(ends[0]);
+    run_child(options, ends[1]);
+  }
+  close(ends[1]);
+  return {index, pid, ends[0], {}};
+}
+
+/// Takes whole lines out of what a child has sent.
+void take_messages(Child& child, std::optional<RepetitionResult>& result,
+                   const std::function<void(std::size_t, const Progress&)>& progress) {
+  std::size_t end = 0;
+  while ((end = child.received.find('\n')) != std::string::npos) {
+    const auto message = nlohmann::json::parse(child.received.substr(0, end));
+    child.received.erase(0, end + 1);
+    if (message.contains("error")) throw std::runtime_error(message["error"].get<std::string>());
+    if (message.contains("result")) {
+      result = repetition_from_json(message["result"]);
+    } else if (progress) {
+      progress(child.index, {message["phase"].get<std::string>(), message["time"].get<double>(),
+                             message["rtf"].get<double>()});
+    }
+  }
+}
+
+/// Reads once from a child; false when it has closed its end.
+bool read_from(Child& child) {
+  char buffer[4096];
+  const ssize_t n = read(child.pipe, buffer, sizeof buffer);
+  if (n > 0) child.received.append(buffer, static_cast<std::size_t>(n));
+  return n > 0 || (n < 0 && errno == EINTR);
+}
+
+}  // namespace
+
+std::vector<RepetitionResult> run_repetitions(
+    const std::vector<RepetitionOptions>& repetitions, int jobs,
+    const std::function<void(std::size_t, const Progress&)>& progress) {
+  std::vector<std::optional<RepetitionResult>> results(repetitions.size());
+  std::vector<Child> running;
+  std::string error;
+  std::size_t next = 0;
+  while (!running.empty() || (next < repetitions.size() && error.empty())) {
+    while (error.empty() && next < repetitions.size() && static_cast<int>(running.size()) < jobs) {
+      running.push_back(start(next, repetitions[next]));
+      ++next;
+    }
+    std::vector<pollfd> waits;
+    for (const Child& child : running) waits.push_back({child.pipe, POLLIN, 0});
+    if (poll(waits.data(), waits.size(), -1) < 0 && errno != EINTR) break;
+    for (std::size_t i = running.size(); i-- > 0;) {
+      if ((waits[i].revents & (POLLIN | POLLHUP)) == 0) continue;
+      Child& child = running[i];
+      const bool open = read_from(child);
+      try {
+        take_messages(child, results[child.index], progress);
+      } catch (const std::exception& e) {
+        error = e.what();
+      }
+      if (open) continue;
+      int status = 0;
+      waitpid(child.pid, &status, 0);
+      close(child.pipe);
+      if (WIFSIGNALED(status)) {
+        error = fmt::format("repetition {} died by signal {}", child.index + 1, WTERMSIG(status));
+      }
+      running.erase(running.begin() + static_cast<std::ptrdiff_t>(i));
+    }
+  }
+  if (!error.empty()) throw std::runtime_error(error);
+  std::vector<RepetitionResult> complete;
+  for (std::size_t i = 0; i < results.size(); ++i) {
+    if (!results[i]) throw std::runtime_error(fmt::format("repetition {} ended without a result", i + 1));
+    complete.push_back(*results[i]);
+  }
+  return complete;
+}
+
+}  // namespace walkman::apps

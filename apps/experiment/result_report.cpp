@@ -1,0 +1,117 @@
+#include "apps/experiment/result_report.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+namespace walkman::apps {
+namespace {
+
+struct Column {
+  const char* key;
+  double TableRow::*value;
+};
+
+constexpr std::array<Column, 8> kColumns = {{{"d_r", &TableRow::d_r},
+                                             {"d_v", &TableRow::d_v},
+                                             {"f_g", &TableRow::f_g},
+                                             {"tau", &TableRow::tau},
+                                             {"d", &TableRow::d},
+                                             {"tau_after", &TableRow::tau_after},
+                                             {"d_after", &TableRow::d_after},
+                                             {"reduction_percent", &TableRow::reduction_percent}}};
+
+/// Six decimals: a micrometre, a micronewton-metre; finer is noise to a reader.
+double rounded(double value) { return std::round(value * 1e6) / 1e6; }
+
+nlohmann::json row_json(const TableRow& row) {
+  nlohmann::json json;
+  for (const Column& column : kColumns) json[column.key] = rounded(row.*column.value);
+  return json;
+}
+
+std::string row_text(const TableRow& row) {
+  return fmt::format("{:6.3f}  {:6.3f}  {:6.2f}  {:7.3f}  {:8.4f}  {:7.3f}  {:8.4f}  {:6.1f}", row.d_r,
+                     row.d_v, row.f_g, row.tau, row.d, row.tau_after, row.d_after, row.reduction_percent);
+}
+
+constexpr std::array kOutcomes = {Outcome::kMinimumTorque, Outcome::kMinimumDisplacement,
+                                  Outcome::kRegraspLimit, Outcome::kDropped, Outcome::kStopped};
+
+}  // namespace
+
+TableRow ExperimentResult::mean() const {
+  TableRow mean;
+  const auto complete = [](const RepetitionResult& r) { return r.outcome != Outcome::kStopped; };
+  const auto count = std::count_if(repetitions.begin(), repetitions.end(), complete);
+  for (const RepetitionResult& repetition : repetitions) {
+    if (!complete(repetition)) continue;
+    for (const Column& column : kColumns) {
+      mean.*column.value += repetition.row.*column.value / static_cast<double>(count);
+    }
+  }
+  return mean;
+}
+
+bool ExperimentResult::succeeded() const {
+  return std::all_of(repetitions.begin(), repetitions.end(), [](const RepetitionResult& r) {
+    return r.outcome == Outcome::kMinimumTorque || r.outcome == Outcome::kMinimumDisplacement;
+  });
+}
+
+nlohmann::json to_json(const RepetitionResult& result) {
+  nlohmann::json json = row_json(result.row);
+  json["seed"] = result.seed;
+  json["regrasps"] = result.regrasps;
+  json["outcome"] = to_string(result.outcome);
+  if (!result.reason.empty()) json["reason"] = result.reason;
+  json["simulated_seconds"] = rounded(result.simulated_seconds);
+  json["real_time_factor"] = std::round(result.real_time_factor * 1e3) / 1e3;
+  return json;
+}
+
+RepetitionResult repetition_from_json(const nlohmann::json& json) {
+  RepetitionResult result;
+  for (const Column& column : kColumns) result.row.*column.value = json.at(column.key).get<double>();
+  result.seed = json.at("seed").get<std::uint64_t>();
+  result.regrasps = json.at("regrasps").get<int>();
+  const auto outcome = json.at("outcome").get<std::string>();
+  for (const Outcome candidate : kOutcomes) {
+    if (to_string(candidate) == outcome) result.outcome = candidate;
+  }
+  result.reason = json.value("reason", "");
+  result.simulated_seconds = json.at("simulated_seconds").get<double>();
+  result.real_time_factor = json.at("real_time_factor").get<double>();
+  return result;
+}
+
+nlohmann::json to_json(const ExperimentResult& result) {
+  nlohmann::json json;
+  json["experiment"] = result.number;
+  json["repetitions"] = nlohmann::json::array();
+  for (const RepetitionResult& repetition : result.repetitions)
+    json["repetitions"].push_back(to_json(repetition));
+  json["mean"] = row_json(result.mean());
+  json["paper"] = row_json(result.paper);
+  return json;
+}
+
+std::string to_text(const ExperimentResult& result) {
+  std::string text = fmt::format("Experiment {}\n", result.number);
+  text +=
+      "              d_r     d_v     f_g      tau         d     tau'        d'  reduction  regrasps  "
+      "outcome\n";
+  text += "                m       m       N       Nm         m       Nm         m          %\n";
+  for (const RepetitionResult& r : result.repetitions) {
+    text += fmt::format("seed {:<6} {}     {:8d}  {}{}\n", r.seed, row_text(r.row), r.regrasps,
+                        to_string(r.outcome), r.reason.empty() ? "" : ": " + r.reason);
+  }
+  text += fmt::format("mean        {}\n", row_text(result.mean()));
+  text += fmt::format("paper       {}\n", row_text(result.paper));
+  return text;
+}
+
+}  // namespace walkman::apps

@@ -1,0 +1,32 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include <nlohmann/json_fwd.hpp>
+
+#include "apps/experiment/repetition.h"
+
+namespace walkman::apps {
+
+struct ExperimentResult {
+  int number = 1;
+  std::vector<RepetitionResult> repetitions;
+  TableRow paper;
+
+  /// Mean over the repetitions that weighed the object twice or more; zeros when none did.
+  [[nodiscard]] TableRow mean() const;
+  /// Every repetition ended with the object held where the wrist's torque is least.
+  [[nodiscard]] bool succeeded() const;
+};
+
+/// {"experiment", "repetitions": [...], "mean", "paper"}; SI units, distances along the object from its left
+/// end. Only `real_time_factor` differs from run to run.
+[[nodiscard]] nlohmann::json to_json(const ExperimentResult& result);
+[[nodiscard]] nlohmann::json to_json(const RepetitionResult& result);
+[[nodiscard]] RepetitionResult repetition_from_json(const nlohmann::json& json);
+
+/// A table for people: one line a repetition, the mean, the paper's row.
+[[nodiscard]] std::string to_text(const ExperimentResult& result);
+
+}  // namespace walkman::apps

@@ -1,0 +1,52 @@
+# Compiler settings shared by every target, and two helpers that keep the folders' CMake files short.
+#
+# No -march flags anywhere: Debian's PCL and KDL exchange Eigen types with this code, and a different vector
+# width changes Eigen's allocation alignment (heap corruption).
+
+set(CMAKE_CXX_STANDARD 20)
+set(CMAKE_CXX_STANDARD_REQUIRED ON)
+set(CMAKE_CXX_EXTENSIONS OFF)
+
+option(WALKMAN_WARNINGS_AS_ERRORS "Treat compiler warnings as errors" OFF)
+set(WALKMAN_SANITIZE "" CACHE STRING "Sanitizers to compile with, as -fsanitize= takes them")
+
+get_filename_component(WALKMAN_ROOT "${CMAKE_CURRENT_LIST_DIR}/.." ABSOLUTE)
+
+find_program(CCACHE_PROGRAM ccache)
+if(CCACHE_PROGRAM)
+  set(CMAKE_CXX_COMPILER_LAUNCHER "${CCACHE_PROGRAM}")
+endif()
+
+add_library(walkman_settings INTERFACE)
+target_include_directories(walkman_settings INTERFACE "${WALKMAN_ROOT}")
+target_compile_options(walkman_settings INTERFACE -Wall -Wextra -Wpedantic -Wshadow -Wnon-virtual-dtor
+                                                  -Woverloaded-virtual -Wcast-qual)
+if(WALKMAN_WARNINGS_AS_ERRORS)
+  target_compile_options(walkman_settings INTERFACE -Werror)
+endif()
+if(WALKMAN_SANITIZE)
+  target_compile_options(walkman_settings INTERFACE "-fsanitize=${WALKMAN_SANITIZE}" -fno-omit-frame-pointer)
+  target_link_options(walkman_settings INTERFACE "-fsanitize=${WALKMAN_SANITIZE}")
+endif()
+
+# walkman_library(NAME SOURCES... [PUBLIC targets...] [PRIVATE targets...]): a static library walkman_NAME,
+# also known as walkman::NAME.
+function(walkman_library name)
+  cmake_parse_arguments(ARG "" "" "SOURCES;PUBLIC;PRIVATE" ${ARGN})
+  add_library(walkman_${name} STATIC ${ARG_SOURCES})
+  add_library(walkman::${name} ALIAS walkman_${name})
+  target_link_libraries(walkman_${name} PUBLIC walkman_settings ${ARG_PUBLIC} PRIVATE ${ARG_PRIVATE})
+endfunction()
+
+# walkman_test(NAME SOURCES... LINK targets...): a GoogleTest program; each of its cases is one CTest test.
+function(walkman_test name)
+  cmake_parse_arguments(ARG "" "TIMEOUT" "SOURCES;LINK" ${ARGN})
+  if(NOT ARG_TIMEOUT)
+    set(ARG_TIMEOUT 120)
+  endif()
+  add_executable(${name} ${ARG_SOURCES})
+  target_link_libraries(${name} PRIVATE ${ARG_LINK} GTest::gmock GTest::gtest_main)
+  target_compile_definitions(${name} PRIVATE WALKMAN_TEST_DATA="${WALKMAN_ROOT}/tests/data"
+                                             WALKMAN_URDF_DIR="${WALKMAN_ROOT}/urdf")
+  gtest_discover_tests(${name} PROPERTIES TIMEOUT ${ARG_TIMEOUT} DISCOVERY_TIMEOUT 60)
+endfunction()

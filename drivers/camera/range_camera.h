@@ -1,0 +1,37 @@
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "drivers/can/frame.h"
+
+namespace walkman::camera {
+
+/// An organized cloud of a range camera: row-major, width × height, one point a pixel of the left rectified
+/// image. Points are in the left optical frame (x right, y down, z forward), metres; invalid points are NaN
+/// in all three.
+struct OrganizedCloud {
+  Time stamp{};             ///< instant of exposure
+  std::uint64_t frame = 0;  ///< frame counter
+  int width = 0;
+  int height = 0;
+  std::vector<Eigen::Vector3f> points;
+
+  [[nodiscard]] const Eigen::Vector3f& at(int column, int row) const {
+    return points[static_cast<std::size_t>(row) * static_cast<std::size_t>(width) +
+                  static_cast<std::size_t>(column)];
+  }
+};
+
+/// A range camera as the robot's computer sees it: the newest complete cloud.
+class RangeCamera {
+ public:
+  virtual ~RangeCamera() = default;
+
+  /// Copies the newest cloud exposed at or after `not_before`. False while there is none.
+  [[nodiscard]] virtual bool latest(Time not_before, OrganizedCloud& out) = 0;
+};
+
+}  // namespace walkman::camera

@@ -1,0 +1,54 @@
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <chrono>
+#include <cstdint>
+#include <cstring>
+#include <initializer_list>
+#include <span>
+
+namespace walkman {
+
+/// Time since an arbitrary but fixed origin. On an emulated robot this is the emulated clock, on a real one
+/// CLOCK_MONOTONIC.
+using Time = std::chrono::nanoseconds;
+
+namespace can {
+
+/// Longest payload of a CAN FD data frame, in bytes (ISO 11898-1).
+inline constexpr std::size_t kMaxPayload = 64;
+
+/// One CAN data or remote frame as a value.
+struct Frame {
+  std::uint32_t id = 0;     ///< identifier, 11 or 29 bits, without flag bits
+  bool extended = false;    ///< 29-bit identifier
+  bool remote = false;      ///< remote transmission request: carries a length but no data
+  bool fd = false;          ///< CAN FD frame; `length` may then exceed 8
+  std::uint8_t length = 0;  ///< payload bytes
+  std::array<std::uint8_t, kMaxPayload> data{};
+
+  Frame() = default;
+  Frame(std::uint32_t identifier, std::span<const std::uint8_t> payload)
+      : id(identifier), length(static_cast<std::uint8_t>(std::min(payload.size(), kMaxPayload))) {
+    if (length > 0) std::memcpy(data.data(), payload.data(), length);
+  }
+  Frame(std::uint32_t identifier, std::initializer_list<std::uint8_t> payload)
+      : Frame(identifier, std::span(payload.begin(), payload.size())) {}
+
+  [[nodiscard]] std::span<const std::uint8_t> payload() const { return {data.data(), length}; }
+
+  friend bool operator==(const Frame& a, const Frame& b) {
+    return a.id == b.id && a.extended == b.extended && a.remote == b.remote && a.fd == b.fd &&
+           a.length == b.length && (a.remote || std::memcmp(a.data.data(), b.data.data(), a.length) == 0);
+  }
+};
+
+/// A frame and the instant its last bit was on the bus.
+struct StampedFrame {
+  Time time{};
+  Frame frame;
+};
+
+}  // namespace can
+}  // namespace walkman

@@ -1,0 +1,75 @@
+#include "drivers/canopen/master.h"
+
+#include "drivers/canopen/cob_id.h"
+#include "drivers/canopen/remote_node.h"
+
+namespace walkman::canopen {
+namespace {
+
+// A flood must not keep the control cycle from ending; what is left is taken the next time.
+constexpr int kMaxFramesPerCall = 4096;
+
+bool only_a_master_sends(const can::Frame& frame) {
+  const std::uint32_t function = frame.id & 0x780U;
+  return !frame.extended &&
+         (frame.id == cob_id::kNmt || frame.id == cob_id::kSync ||
+          frame.id == cob_id::error_control(kMasterNodeId) || function == 0x200 || function == 0x300 ||
+          function == 0x400 || function == 0x500 || function == 0x600);
+}
+
+}  // namespace
+
+void Master::add(RemoteNode& node) noexcept { nodes_[node.node_id() & 0x7FU] = &node; }
+
+void Master::receive(Time now) noexcept {
+  can::StampedFrame stamped;
+  for (int i = 0; i < kMaxFramesPerCall && interface_->receive(stamped); ++i) {
+    ++counters_.received;
+    RemoteNode* node = stamped.frame.id <= 0x7FF ? nodes_[stamped.frame.id & 0x7FU] : nullptr;
+    if (node != nullptr && node->receive(stamped, now)) continue;
+    ++counters_.ignored;
+    if (only_a_master_sends(stamped.frame)) ++counters_.foreign;
+  }
+}
+
+void Master::discard() noexcept {
+  can::StampedFrame stamped;
+  for (int i = 0; i < kMaxFramesPerCall && interface_->receive(stamped); ++i) ++counters_.received;
+}
+
+bool Master::send(const can::Frame& frame) noexcept {
+  const can::SendResult result = interface_->send(frame);
+  if (result == can::SendResult::kQueued) return true;
+  ++counters_.not_sent;
+  refused_full_ = refused_full_ || result == can::SendResult::kQueueFull;
+  refused_down_ = refused_down_ || result == can::SendResult::kInterfaceDown;
+  return false;
+}
+
+bool Master::nmt(NmtCommand command, std::uint8_t node) noexcept {
+  return send(can::Frame(cob_id::kNmt, {static_cast<std::uint8_t>(command), node}));
+}
+
+bool Master::sync() noexcept { return send(can::Frame(cob_id::kSync, {})); }
+
+void Master::heartbeat(Time now) noexcept {
+  if (heartbeat_sent_ != Time::min() && now - heartbeat_sent_ < heartbeat_period_) return;
+  const auto state = static_cast<std::uint8_t>(NmtState::kOperational);
+  if (send(can::Frame(cob_id::error_control(kMasterNodeId), {state}))) heartbeat_sent_ = now;
+}
+
+void Master::send_requests() noexcept {
+  for (RemoteNode* node : nodes_) {
+    if (node == nullptr || node->sdo().pending() == nullptr) continue;
+    if (!send(*node->sdo().pending())) return;
+    node->sdo().sent();
+  }
+}
+
+void Master::end_cycle() noexcept {
+  full_cycles_ = refused_full_ ? full_cycles_ + 1 : 0;
+  down_ = refused_down_;
+  refused_full_ = refused_down_ = false;
+}
+
+}  // namespace walkman::canopen

@@ -1,0 +1,113 @@
+#pragma once
+
+#include <cstdint>
+
+#include "drivers/canopen/remote_node.h"
+#include "drivers/cia402/words.h"
+
+namespace walkman::cia402 {
+
+/// Device type 1000h of a servo drive: device profile 402, type 2.
+inline constexpr std::uint32_t kServoDriveType = 0x00020192;
+
+/// What the master knows of a drive before it has spoken with it.
+struct DriveSettings {
+  canopen::NodeSettings node;
+  std::uint32_t rated_torque_mnm = 0;        ///< expected in 6076h
+  std::uint16_t max_torque_permille = 1000;  ///< 6072h
+  int sync_divider = 1;                      ///< the drive's PDOs travel with every n-th SYNC
+  double max_velocity = 6.3;  ///< rad/s; motor positions that change several times faster are implausible
+};
+
+/// Newest values of a drive's TPDOs, in SI units on the joint side of the gearbox.
+struct DriveSample {
+  double motor_position = 0;            ///< 6064h, rad
+  double motor_velocity = 0;            ///< 606Ch, rad/s
+  double torque = 0;                    ///< 6077h: torque of the series spring on the link, N·m
+  std::uint16_t statusword = 0;         ///< 6041h
+  std::int8_t mode = 0;                 ///< 6061h
+  std::uint16_t error_code = 0;         ///< 603Fh
+  std::int8_t motor_temperature_c = 0;  ///< 2031h:1
+  bool torque_out_of_range = false;     ///< 6077h at an end of its range: no measurement
+  Time tpdo1_at = Time::min();          ///< status, mode, torque; `Time::min()` before the first
+  Time tpdo2_at = Time::min();          ///< position, velocity
+};
+
+/// One CiA 402 drive with a series elastic actuator behind it: its configuration, its walk to operation
+/// enabled in cyclic synchronous position mode, its PDOs (layout A of docs/protocol.md). The only place where
+/// its wire units (µrad, per mille of rated torque) meet SI units.
+class JointDrive final : public canopen::RemoteNode {
+ public:
+  explicit JointDrive(const DriveSettings& settings);
+
+  /// One step towards operation enabled, judged by the newest TPDOs; the controlword goes out with `rpdo1`.
+  /// Until it is told to enable operation, the target follows the motor; from then on it stands still.
+  void power_up() noexcept;
+  /// The drive has reported operation enabled and cyclic synchronous position mode.
+  [[nodiscard]] bool powered_up() const noexcept;
+
+  /// Set-point of the motor position, rad. Not finite: ignored.
+  void set_target(double motor_position, double velocity) noexcept;
+  [[nodiscard]] double target() const noexcept;
+
+  /// From now on `rpdo1` carries quick stop.
+  void quick_stop() noexcept { controlword_ = controlword::kQuickStop; }
+
+  /// Torque limit in per mille of rated; written to 6072h in the background when it changes.
+  void limit_torque(std::uint16_t permille) noexcept { wanted_max_torque_ = permille; }
+
+  [[nodiscard]] can::Frame rpdo1() const noexcept;  ///< 6040h, 6060h, 6071h
+  [[nodiscard]] can::Frame rpdo2() const noexcept;  ///< 607Ah, 60FFh
+
+  void poll(Time now) noexcept override;
+  void clear_events() noexcept override;
+
+  [[nodiscard]] const DriveSample& sample() const noexcept { return sample_; }
+  [[nodiscard]] bool has_samples() const noexcept;
+  [[nodiscard]] State state() const noexcept { return state_of(sample_.statusword); }
+  [[nodiscard]] int sync_divider() const noexcept { return sync_divider_; }
+  [[nodiscard]] double spring_constant() const noexcept;  ///< 2020h:3, N·m/rad
+  [[nodiscard]] double rated_torque() const noexcept;     ///< 6076h, N·m
+
+  /// Link position: the motor's less the spring's deflection, rad.
+  [[nodiscard]] double link_position() const noexcept;
+  /// Motor position that holds the link at `link_position` under the static `torque` on it, rad.
+  [[nodiscard]] double motor_position_for(double link_position, double torque) const noexcept;
+
+  /// First motion, in rad, between two samples that the joint cannot have made; 0 when there was none.
+  [[nodiscard]] double implausible_step() const noexcept { return implausible_step_; }
+  /// How long TPDO4s have arrived without 2050h:1 counting on: the firmware hangs while its PDOs go on.
+  [[nodiscard]] Time counter_stuck_for() const noexcept { return counter_stuck_for_; }
+  [[nodiscard]] std::uint16_t cycle_counter() const noexcept { return cycle_counter_; }
+
+ private:
+  bool on_tpdo(int number, const can::StampedFrame& frame) noexcept override;
+  void on_begin_boot() noexcept override;
+  void on_position(const can::StampedFrame& frame) noexcept;
+  void on_counter(std::uint16_t counter, Time at) noexcept;
+  [[nodiscard]] static std::vector<canopen::SdoStep> configuration_of(const DriveSettings& settings,
+                                                                      JointDrive& drive);
+
+  int sync_divider_;
+  double max_velocity_;
+  std::uint16_t configured_max_torque_;
+  std::uint16_t wanted_max_torque_;
+  std::uint16_t written_max_torque_;
+  bool writing_max_torque_ = false;
+  std::uint32_t rated_torque_mnm_;
+  std::uint32_t spring_constant_mnm_ = 0;  // mN·m/rad
+
+  std::uint16_t controlword_ = controlword::kDisableVoltage;
+  bool holding_ = false;
+  std::int32_t target_urad_ = 0;
+  std::int32_t target_velocity_urad_ = 0;
+  DriveSample sample_;
+
+  double implausible_step_ = 0;
+  bool counter_seen_ = false;
+  std::uint16_t cycle_counter_ = 0;
+  Time counter_changed_at_{};
+  Time counter_stuck_for_{};
+};
+
+}  // namespace walkman::cia402

@@ -1,0 +1,65 @@
+#pragma once
+
+#include <cstdint>
+
+/// Controlword, statusword and modes of operation (CiA 402-2 = IEC 61800-7-201).
+namespace walkman::cia402 {
+
+enum class State : std::uint8_t {
+  kNotReadyToSwitchOn,
+  kSwitchOnDisabled,
+  kReadyToSwitchOn,
+  kSwitchedOn,
+  kOperationEnabled,
+  kQuickStopActive,
+  kFaultReactionActive,
+  kFault,
+};
+
+/// State from the statusword's bits 0-3, 5 and 6.
+[[nodiscard]] constexpr State state_of(std::uint16_t statusword) noexcept {
+  switch (statusword & 0x4FU) {
+    case 0x00:
+      return State::kNotReadyToSwitchOn;
+    case 0x40:
+      return State::kSwitchOnDisabled;
+    case 0x0F:
+      return State::kFaultReactionActive;
+    case 0x08:
+      return State::kFault;
+    default:
+      break;
+  }
+  switch (statusword & 0x6FU) {
+    case 0x21:
+      return State::kReadyToSwitchOn;
+    case 0x23:
+      return State::kSwitchedOn;
+    case 0x27:
+      return State::kOperationEnabled;
+    case 0x07:
+      return State::kQuickStopActive;
+    default:
+      return State::kNotReadyToSwitchOn;
+  }
+}
+
+namespace controlword {
+inline constexpr std::uint16_t kDisableVoltage = 0x0000;
+inline constexpr std::uint16_t kQuickStop = 0x0002;
+inline constexpr std::uint16_t kShutdown = 0x0006;
+inline constexpr std::uint16_t kSwitchOn = 0x0007;
+inline constexpr std::uint16_t kEnableOperation = 0x000F;
+inline constexpr std::uint16_t kFaultReset = 0x0080;
+inline constexpr std::uint16_t kHalt = 0x0100;
+}  // namespace controlword
+
+/// Values of 6060h and 6061h.
+enum class Mode : std::int8_t {
+  kImpedance = -1,  ///< manufacturer: torque = K (target − position) − D velocity + offset, on the link side
+  kNone = 0,
+  kCyclicSynchronousPosition = 8,
+  kCyclicSynchronousTorque = 10,
+};
+
+}  // namespace walkman::cia402

@@ -1,0 +1,166 @@
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "drivers/can/interface.h"
+#include "urdf/device_table.h"
+#include "urdf/wrench.h"
+
+namespace walkman::robot {
+
+/// Newest state of one drive. SI units, joint side of the gearbox.
+struct JointState {
+  double motor_position = 0;     ///< 6064h: motor-side encoder, reflected to the joint, rad
+  double motor_velocity = 0;     ///< 606Ch, rad/s
+  double torque = 0;             ///< 6077h: series-spring torque on the link, N·m
+  double link_position = 0;      ///< motor position less the spring's deflection at `torque`, rad
+  std::uint16_t statusword = 0;  ///< 6041h
+  std::int8_t mode = 0;          ///< 6061h
+  Time age = Time::max();        ///< of the older of the two TPDOs
+};
+
+/// Newest sample of one force/torque sensor: the load on the sensor, about and in the sensor frame.
+struct ForceTorqueState {
+  Wrench F_So_S;
+  std::uint16_t sample_counter = 0;  ///< 2050h; equal for both TPDOs of a sample
+  std::uint8_t status = 0;           ///< 6150h: bit 0 invalid, 1 positive, 2 negative overload
+  Time age = Time::max();
+};
+
+/// Set-point of one drive for the next SYNC.
+struct JointCommand {
+  double link_position = 0;       ///< rad; the driver adds the spring's deflection at `feedforward_torque`
+  double feedforward_torque = 0;  ///< expected static torque on the link, N·m
+};
+
+enum class FaultKind {
+  kBootFailed,        ///< no boot-up, wrong identity, SDO abort or time-out while configuring
+  kDataStale,         ///< cyclic data older than the limit
+  kHeartbeatLost,     ///< no heartbeat within the consumer time
+  kUnexpectedBootUp,  ///< boot-up message in operation
+  kDriveFault,        ///< statusword fault bit, or left operation enabled unasked
+  kNmtState,          ///< left NMT operational unasked
+  kEmergency,         ///< EMCY received
+  kSensorInvalid,     ///< F/T status bit set
+  kNotFinite,         ///< a value that is not a number, or outside what the device can measure
+  kLimit,             ///< a command outside joint limits (clamped) by more than the tolerance
+  kInterfaceDown,     ///< frames cannot be sent: interface down, or its queue full for several cycles
+  kRequestFailed,     ///< an SDO request in operation (tare, torque limit) was refused or not answered
+};
+
+/// The first thing that went wrong. Stays until `Robot::clear_fault`.
+struct Fault {
+  FaultKind kind{};
+  std::string device;  ///< URDF joint or frame
+  std::uint8_t node_id = 0;
+  Time time{};
+  std::string text;  ///< one sentence for people
+};
+
+struct RobotOptions {
+  Time cycle = std::chrono::milliseconds(5);  ///< SYNC period
+  int stale_after_cycles = 3;                 ///< cyclic data older than this many cycles is a fault
+  Time heartbeat_producer = std::chrono::milliseconds(100);
+  Time heartbeat_timeout = std::chrono::milliseconds(250);
+  Time boot_timeout = std::chrono::seconds(5);
+  double max_joint_velocity =
+      6.0;  ///< rad/s, between consecutive set-points; the URDF's limit where it is lower
+  double limit_tolerance = 0.01;  ///< rad beyond a position limit that are clamped without a fault
+};
+
+/// Progress of `Robot::tare`.
+enum class TareState { kIdle, kBusy, kDone, kFailed };
+
+/// Where one node stands, for people.
+struct NodeStatus {
+  std::string name;  ///< URDF joint or frame
+  std::string interface;
+  std::uint8_t node_id = 0;
+  std::string state;  ///< e.g. "awaiting boot-up", "configuring 3/10", "operation enabled"
+};
+
+/// What has passed since construction, over all buses.
+struct Counters {
+  std::uint64_t syncs = 0;  ///< cycles with SYNC
+  std::uint64_t frames_received = 0;
+  std::uint64_t frames_ignored = 0;     ///< of those: unknown sender, wrong kind or wrong length
+  std::uint64_t foreign_frames = 0;     ///< of those: frames only a master sends, so there is a second one
+  std::uint64_t frames_not_sent = 0;    ///< refused by an interface; the next cycle sends newer values
+  std::uint64_t receive_overflows = 0;  ///< lost in receive queues
+  std::uint64_t emergencies = 0;        ///< EMCY with an error code
+};
+
+/// The robot as its control computer sees it: every drive and sensor of a device table, over one CAN
+/// interface a bus. Holds no thread and no clock. Once booted, `read`, `write` and `sync` neither allocate
+/// nor throw.
+class Robot {
+ public:
+  /// PDOs of the hand drives travel with every n-th SYNC (transmission type n).
+  static constexpr int kHandSyncDivider = 4;
+
+  /// `interfaces` in the order of `table.buses`; they must outlive the robot.
+  /// Throws std::runtime_error when a drive's joint is not in the model, a node-ID is used twice on a bus, or
+  /// the number of interfaces does not fit.
+  Robot(const RobotModel& model, const DeviceTable& table, const std::vector<can::Interface*>& interfaces,
+        const RobotOptions& options = {});
+  ~Robot();
+  Robot(const Robot&) = delete;
+  Robot& operator=(const Robot&) = delete;
+
+  /// Brings every node from power-on to operational and every drive to operation enabled, holding position.
+  /// To be called once a cycle, with `now` advancing, until it returns true; it sends SYNC itself in every
+  /// call that returns false. The call that returns true sends nothing: `read`, `write` and `sync` take over
+  /// in that cycle. All nodes of all buses are configured at the same time; then NMT start, then the drives'
+  /// power-up. After `stop` it begins anew, from NMT reset communication; so it also does when called after a
+  /// fault. Throws std::runtime_error with node, object and reason when a node does not come up.
+  bool boot(Time now);
+
+  /// Takes in everything received, judges ages and states. Returns false once a fault is latched; from then
+  /// on the drives hold their last set-points and `write` is without effect until `clear_fault`.
+  bool read(Time now) noexcept;
+
+  /// Stores set-points, in the order of `joint_names`; sent by the next `sync`.
+  /// Values outside position limits are clamped, steps faster than the velocity limit shortened: the
+  /// set-point then moves on in the following cycles. A value that is not finite, or a wrong number of
+  /// commands, is a fault and leaves the set-points as they were.
+  void write(const std::vector<JointCommand>& commands) noexcept;
+
+  /// Hand drives: target in 0 (open) .. 1 (closed) of the motor's travel, torque limit in 0..1 of rated.
+  void write_hand(int hand, double closure, double torque_limit) noexcept;
+
+  /// Asks a sensor to take its present load as zero (6139h), in the background of the following cycles.
+  void tare(int sensor) noexcept;
+  [[nodiscard]] TareState tare_state(int sensor) const noexcept;
+
+  /// Sends SYNC on every bus, then the set-points as RPDOs; the devices take them at the next SYNC.
+  void sync(Time now) noexcept;
+
+  /// Quick stop on every drive and NMT stop on every bus.
+  void stop() noexcept;
+
+  [[nodiscard]] const std::vector<std::string>& joint_names() const;  ///< body joints, table order
+  [[nodiscard]] const std::vector<JointState>& joints() const;
+  [[nodiscard]] const std::vector<std::string>& hand_names() const;
+  [[nodiscard]] const std::vector<JointState>& hands() const;
+  [[nodiscard]] const std::vector<std::string>& sensor_names() const;
+  [[nodiscard]] const std::vector<ForceTorqueState>& sensors() const;
+
+  /// The latched fault. Words are made when it is first asked for, outside the cycle.
+  [[nodiscard]] const std::optional<Fault>& fault() const;
+  /// Forgets the latched fault and the events behind it; a cause that persists is found again by the next
+  /// `read`. A node that booted up, or a drive that left operation enabled, comes back by `boot` only.
+  void clear_fault();
+
+  [[nodiscard]] Counters counters() const noexcept;
+  [[nodiscard]] std::vector<NodeStatus> nodes() const;  ///< table order
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace walkman::robot

@@ -1,0 +1,37 @@
+#pragma once
+
+#include <cstdint>
+
+#include "drivers/can/frame.h"
+
+namespace walkman::bus {
+
+/// Something with a CAN controller on an emulated bus. It holds no socket and no clock: frames and time are
+/// pushed in, frames to send are taken out. No member allocates or throws.
+class Participant {
+ public:
+  Participant() = default;
+  virtual ~Participant() = default;
+  Participant(const Participant&) = delete;
+  Participant& operator=(const Participant&) = delete;
+
+  /// A frame of another participant was complete on the bus at `now`.
+  virtual void receive(const can::Frame& frame, Time now) noexcept = 0;
+
+  /// Lets every timer run that is due at or before `now`. Time never goes back.
+  virtual void advance(Time now) noexcept = 0;
+
+  /// When `advance` has to be called next; Time::max() when no timer runs. A time in the past means at once.
+  [[nodiscard]] virtual Time next_event() const noexcept = 0;
+
+  /// The frame it would send next, or null. Its contents may change until `take`.
+  [[nodiscard]] virtual const can::Frame* pending() const noexcept = 0;
+
+  /// The frame `pending` shows has won arbitration and is on the wire now.
+  virtual void take() noexcept = 0;
+
+  /// Frames it could not queue for transmission.
+  [[nodiscard]] virtual std::uint64_t transmit_overflows() const noexcept = 0;
+};
+
+}  // namespace walkman::bus

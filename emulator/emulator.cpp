@@ -1,0 +1,142 @@
+#include "emulator/emulator.h"
+
+#include <stdexcept>
+
+#include "emulator/multisense.h"
+#include "emulator/nodes/drive_node.h"
+#include "emulator/nodes/force_torque_node.h"
+#include "emulator/nodes/hand_node.h"
+
+namespace walkman {
+namespace {
+
+constexpr Time kPhysicsStep = std::chrono::milliseconds(1);
+constexpr double kSubStep = plant::Plant::kStep / plant::Plant::kSubSteps;
+constexpr const char* kOpticalFrame = "multisense/left_camera_optical_frame";
+
+nodes::DriveParameters drive_parameters(const Device& device, const RobotModel& robot,
+                                        const plant::ActuatorParameters& actuator) {
+  const Joint& joint = robot.joints[static_cast<std::size_t>(robot.joint_index(device.name))];
+  const double rated_torque = device.rated_torque_mnm * 1e-3;
+  nodes::DriveParameters parameters;
+  if (device.kind == DeviceKind::kHandDrive) {
+    parameters = nodes::hand_parameters(device.node_id, device.name, device.node_id, rated_torque);
+  }
+  parameters.node_id = device.node_id;
+  parameters.name = device.name;
+  parameters.serial = device.node_id;
+  parameters.rated_torque = rated_torque;
+  parameters.peak_torque = actuator.peak_torque;
+  parameters.spring_constant = actuator.spring_constant;
+  parameters.motor_inertia = actuator.motor_inertia;
+  parameters.position_bandwidth_hz = actuator.position_bandwidth_hz;
+  parameters.lower = joint.limits.lower;
+  parameters.upper = joint.limits.upper;
+  parameters.max_velocity = joint.limits.velocity;
+  return parameters;
+}
+
+nodes::ServoFeedback feedback(const plant::ActuatorReadings& readings) {
+  nodes::ServoFeedback out;
+  out.motor_position = readings.motor_position;
+  out.motor_velocity = readings.motor_velocity;
+  out.link_position = readings.link_position;
+  out.link_velocity = readings.link_velocity;
+  out.spring_torque = readings.spring_torque;
+  return out;
+}
+
+}  // namespace
+
+struct Emulator::Impl {
+  Impl(const RobotModel& robot, const DeviceTable& devices, const Scene& scene,
+       const EmulatorOptions& options, const std::map<std::string, plant::ActuatorParameters>& actuators);
+
+  void step();
+
+  plant::Plant plant;
+  MultiSense multisense;
+  std::vector<std::unique_ptr<bus::CanBus>> buses;
+  std::vector<std::unique_ptr<nodes::DriveNode>> drives;         // device-table order, as the plant's
+  std::vector<std::unique_ptr<nodes::ForceTorqueNode>> sensors;  // device-table order, as the plant's
+  Time now{};
+};
+
+Emulator::Impl::Impl(const RobotModel& robot, const DeviceTable& devices, const Scene& scene,
+                     const EmulatorOptions& options,
+                     const std::map<std::string, plant::ActuatorParameters>& actuators)
+    : plant(robot, scene, devices, actuators),
+      multisense(robot, scene, robot.link_index(kOpticalFrame), options.camera, options.camera_rate_hz,
+                 options.seed) {
+  for (const Bus& wiring : devices.buses) {
+    buses.push_back(std::make_unique<bus::CanBus>(wiring.name, wiring.interface));
+    for (const Device& device : wiring.devices) {
+      if (device.kind == DeviceKind::kForceTorque) {
+        nodes::ForceTorqueParameters parameters;
+        parameters.node_id = device.node_id;
+        parameters.name = device.name;
+        parameters.serial = device.node_id;
+        sensors.push_back(std::make_unique<nodes::ForceTorqueNode>(parameters));
+        buses.back()->attach(*sensors.back());
+      } else {
+        drives.push_back(std::make_unique<nodes::DriveNode>(
+            drive_parameters(device, robot, actuators.at(device.actuator))));
+        buses.back()->attach(*drives.back());
+      }
+    }
+  }
+}
+
+void Emulator::Impl::step() {
+  const Time next = now + kPhysicsStep;
+  for (const auto& bus : buses) bus->advance(next);
+  for (int sub_step = 0; sub_step < plant::Plant::kSubSteps; ++sub_step) {
+    for (std::size_t i = 0; i < drives.size(); ++i) {
+      nodes::DriveNode& drive = *drives[i];
+      const double torque = drive.control(feedback(plant.readings(static_cast<int>(i))), kSubStep);
+      plant.advance_drive(static_cast<int>(i), torque, drive.brake_engaged());
+    }
+  }
+  plant.step();
+  for (std::size_t i = 0; i < sensors.size(); ++i) sensors[i]->sample(plant.F_So_S(static_cast<int>(i)));
+  now = next;
+  multisense.advance(now, plant);
+}
+
+Emulator::Emulator(const RobotModel& robot, const DeviceTable& devices, const Scene& scene,
+                   const EmulatorOptions& options)
+    : impl_(
+          std::make_unique<Impl>(robot, devices, scene, options, plant::load_actuators(options.actuators))) {}
+
+Emulator::~Emulator() = default;
+
+void Emulator::advance(Time until) {
+  while (impl_->now + kPhysicsStep <= until) impl_->step();
+}
+
+Time Emulator::now() const { return impl_->now; }
+
+std::vector<can::Interface*> Emulator::interfaces() {
+  std::vector<can::Interface*> ends;
+  for (const auto& bus : impl_->buses) ends.push_back(&bus->computer_end());
+  return ends;
+}
+
+camera::RangeCamera& Emulator::camera() { return impl_->multisense; }
+
+bus::CanBus& Emulator::bus(const std::string& name) {
+  for (const auto& bus : impl_->buses) {
+    if (bus->name() == name) return *bus;
+  }
+  throw std::out_of_range("the device table has no bus '" + name + "'");
+}
+
+std::vector<bus::CanBus*> Emulator::buses() {
+  std::vector<bus::CanBus*> all;
+  for (const auto& bus : impl_->buses) all.push_back(bus.get());
+  return all;
+}
+
+const plant::Plant& Emulator::plant() const { return impl_->plant; }
+
+}  // namespace walkman

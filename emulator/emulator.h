@@ -1,0 +1,60 @@
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "drivers/camera/range_camera.h"
+#include "drivers/can/interface.h"
+#include "emulator/bus/can_bus.h"
+#include "emulator/plant/plant.h"
+#include "sensors/stereo_camera.h"
+#include "urdf/device_table.h"
+#include "urdf/scene.h"
+
+namespace walkman {
+
+struct EmulatorOptions {
+  std::filesystem::path actuators;  ///< YAML file of actuator classes
+  sensors::StereoOptions camera;
+  double camera_rate_hz = 15;
+  std::uint64_t seed = 1;  ///< of the sensors' noise
+};
+
+/// The robot that is not there: plant, drives, sensors and buses, behind CAN interfaces and a camera.
+///
+/// Lock-step: time moves only in `advance`, in physics steps; within each, the buses carry what is due, every
+/// drive closes its loops, the plant moves, and the sensors' nodes take their samples.
+class Emulator {
+ public:
+  /// `robot` must outlive the emulator. Throws std::runtime_error when scene, table and model do not fit
+  /// together.
+  Emulator(const RobotModel& robot, const DeviceTable& devices, const Scene& scene,
+           const EmulatorOptions& options);
+  ~Emulator();
+  Emulator(const Emulator&) = delete;
+  Emulator& operator=(const Emulator&) = delete;
+
+  /// Emulates up to `until`, a whole number of physics steps from zero.
+  void advance(Time until);
+  [[nodiscard]] Time now() const;
+
+  /// The computer's end of each bus, in the order of the device table.
+  [[nodiscard]] std::vector<can::Interface*> interfaces();
+  [[nodiscard]] camera::RangeCamera& camera();
+
+  /// A bus by its name in the device table. Throws std::out_of_range.
+  [[nodiscard]] bus::CanBus& bus(const std::string& name);
+  [[nodiscard]] std::vector<bus::CanBus*> buses();
+
+  /// Ground truth: for judging, never for the pipeline.
+  [[nodiscard]] const plant::Plant& plant() const;
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace walkman

@@ -1,0 +1,73 @@
+#include "emulator/multisense.h"
+
+#include <cmath>
+
+#include "emulator/plant/world_objects.h"
+
+namespace walkman {
+namespace {
+
+/// All geometry of a rigid model in its root link's frame.
+std::vector<LinkGeometry> rigid_geometry(const RobotModel& model) {
+  std::vector<Eigen::Isometry3d> X_RL(model.links.size(), Eigen::Isometry3d::Identity());
+  std::vector<LinkGeometry> all;
+  for (std::size_t i = 0; i < model.links.size(); ++i) {
+    const int joint_index = model.links[i].parent_joint;
+    if (joint_index >= 0) {
+      const Joint& joint = model.joints[static_cast<std::size_t>(joint_index)];
+      X_RL[i] = X_RL[static_cast<std::size_t>(joint.parent_link)] * joint.X_PJ;
+    }
+    for (LinkGeometry geometry : model.links[i].visuals) {
+      geometry.X_LG = X_RL[i] * geometry.X_LG;
+      all.push_back(std::move(geometry));
+    }
+  }
+  return all;
+}
+
+}  // namespace
+
+MultiSense::MultiSense(const RobotModel& robot, const Scene& scene, int optical_link,
+                       const sensors::StereoOptions& options, double rate_hz, std::uint64_t seed)
+    : robot_(robot),
+      camera_(options),
+      object_count_(scene.objects.size()),
+      optical_link_(optical_link),
+      seed_(seed),
+      period_(static_cast<std::int64_t>(std::llround(1e9 / rate_hz))) {
+  for (const FixedBody& body : scene.fixed) rays_.add_fixed(rigid_geometry(body.model), body.X_WF);
+  for (std::size_t i = 0; i < robot_.links.size(); ++i) {
+    if (robot_.links[i].visuals.empty()) continue;
+    (void)rays_.add_movable(robot_.links[i].visuals);
+    robot_links_.push_back(static_cast<int>(i));
+  }
+  for (const SceneObject& object : scene.objects) {
+    (void)rays_.add_movable(rigid_geometry(plant::with_weights(object)));
+  }
+  poses_.resize(robot_links_.size() + object_count_, Eigen::Isometry3d::Identity());
+}
+
+void MultiSense::advance(Time now, const plant::Plant& plant) {
+  if (now < next_) return;
+  while (next_ <= now) next_ += period_;
+  ++frame_;
+  stamp_ = now;
+  X_WC_ = plant.X_WL(optical_link_);
+  for (std::size_t i = 0; i < robot_links_.size(); ++i) poses_[i] = plant.X_WL(robot_links_[i]);
+  for (std::size_t i = 0; i < object_count_; ++i) {
+    poses_[robot_links_.size() + i] = plant.X_WO(static_cast<int>(i));
+  }
+}
+
+bool MultiSense::latest(Time not_before, camera::OrganizedCloud& out) {
+  if (stamp_ < not_before || stamp_ == Time::min()) return false;
+  rays_.update(poses_);
+  camera_.capture(rays_, X_WC_, seed_, frame_, out.points);
+  out.stamp = stamp_;
+  out.frame = frame_;
+  out.width = camera_.options().width;
+  out.height = camera_.options().height;
+  return true;
+}
+
+}  // namespace walkman

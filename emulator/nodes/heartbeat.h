@@ -1,0 +1,69 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+
+#include "drivers/can/frame.h"
+#include "drivers/canopen/nmt.h"
+#include "emulator/nodes/object_dictionary.h"
+#include "emulator/nodes/outbox.h"
+
+namespace walkman::nodes {
+
+/// Heartbeat producer (CiA 301, 7.2.8.3.2.2), object 1017h. The first heartbeat follows one period after the
+/// time is written or the boot-up message was sent.
+class HeartbeatProducer {
+ public:
+  HeartbeatProducer(ObjectDictionary& dictionary, Outbox& outbox, std::uint8_t node_id, const Time& now);
+  HeartbeatProducer(const HeartbeatProducer&) = delete;
+  HeartbeatProducer& operator=(const HeartbeatProducer&) = delete;
+
+  /// Sends the boot-up message and restarts the period.
+  void boot_up(Time now) noexcept;
+  void advance(Time now, canopen::NmtState state) noexcept;
+  [[nodiscard]] Time next_event() const noexcept { return due_; }
+
+ private:
+  void schedule(Time from, std::uint16_t period_ms) noexcept;
+  void send(canopen::NmtState state) noexcept;
+
+  Outbox& outbox_;
+  std::uint8_t node_id_;
+  Object<std::uint16_t> period_;
+  Time due_ = Time::max();
+};
+
+/// Heartbeat consumer (CiA 301, 7.2.8.3.2.2), object 1016h with four entries: bits 16-23 node-ID, 0-15 time
+/// in ms. A node is watched from its first heartbeat on.
+class HeartbeatConsumer {
+ public:
+  static constexpr std::size_t kEntries = 4;
+
+  explicit HeartbeatConsumer(ObjectDictionary& dictionary);
+  HeartbeatConsumer(const HeartbeatConsumer&) = delete;
+  HeartbeatConsumer& operator=(const HeartbeatConsumer&) = delete;
+
+  enum class Change { kNone, kLost, kRecovered };
+
+  /// A heartbeat of `node` has come. kRecovered when it was lost and now all watched nodes are alive.
+  [[nodiscard]] Change beat(std::uint8_t node, Time now) noexcept;
+  /// kLost when a watched node has just failed to send in time; `lost_node` tells the first.
+  [[nodiscard]] Change advance(Time now) noexcept;
+  [[nodiscard]] std::uint8_t lost_node() const noexcept { return lost_node_; }
+  [[nodiscard]] Time next_event() const noexcept;
+  void reset() noexcept;
+
+ private:
+  struct Watch {
+    Time deadline = Time::max();
+    bool lost = false;
+  };
+
+  [[nodiscard]] Verdict check(std::size_t entry, std::uint32_t value) const noexcept;
+
+  std::array<Object<std::uint32_t>, kEntries> entries_;
+  std::array<Watch, kEntries> watches_{};
+  std::uint8_t lost_node_ = 0;
+};
+
+}  // namespace walkman::nodes

@@ -1,0 +1,167 @@
+#pragma once
+
+#include <cstdint>
+#include <cstring>
+#include <functional>
+#include <limits>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+#include <type_traits>
+#include <vector>
+
+#include "drivers/canopen/sdo.h"
+
+namespace walkman::nodes {
+
+using canopen::ObjectAddress;
+using canopen::SdoAbort;
+
+/// Nothing when an access is granted, else the abort code the client is told.
+using Verdict = std::optional<SdoAbort>;
+
+enum class DataType : std::uint8_t {
+  kInteger8,
+  kInteger16,
+  kInteger32,
+  kUnsigned8,
+  kUnsigned16,
+  kUnsigned32,
+  kReal32,
+  kVisibleString,
+};
+
+enum class Access : std::uint8_t { kReadOnly, kWriteOnly, kReadWrite, kConst };
+enum class Mappable : bool { kNo, kYes };
+
+/// One sub-index of an object: type, rights, value. Numbers are kept as the bytes they have on the wire.
+struct Entry {
+  ObjectAddress address;
+  DataType type{};
+  Access access{};
+  Mappable mappable = Mappable::kNo;
+  std::uint32_t raw = 0;          ///< little-endian value of a number, upper bytes zero
+  std::uint32_t default_raw = 0;  ///< value after a reset
+  std::string text;               ///< value of a visible string
+  std::int64_t lowest = 0;        ///< limits of an integer that may be written
+  std::int64_t highest = 0;
+
+  /// Asked before a read; may refuse it.
+  std::function<Verdict()> read_hook;
+  /// Asked before a new value is stored; may refuse it or act on it.
+  std::function<Verdict(std::uint32_t raw)> write_hook;
+
+  /// Bytes of the value.
+  [[nodiscard]] std::size_t size() const noexcept;
+  [[nodiscard]] bool readable() const noexcept { return access != Access::kWriteOnly; }
+  [[nodiscard]] bool writable() const noexcept {
+    return access == Access::kReadWrite || access == Access::kWriteOnly;
+  }
+};
+
+template <typename T>
+[[nodiscard]] std::uint32_t to_raw(T value) noexcept {
+  static_assert(std::is_arithmetic_v<T> && sizeof(T) <= 4);
+  std::uint32_t raw = 0;
+  std::memcpy(&raw, &value, sizeof(T));
+  return raw;
+}
+
+template <typename T>
+[[nodiscard]] T from_raw(std::uint32_t raw) noexcept {
+  static_assert(std::is_arithmetic_v<T> && sizeof(T) <= 4);
+  T value;
+  std::memcpy(&value, &raw, sizeof(T));
+  return value;
+}
+
+/// The node's own typed grip on an entry. Setting a value here asks no hook and no limit.
+template <typename T>
+class Object {
+ public:
+  Object() = default;
+  explicit Object(Entry& entry) : entry_(&entry) {}
+
+  [[nodiscard]] T get() const noexcept { return from_raw<T>(entry_->raw); }
+  void set(T value) noexcept { entry_->raw = to_raw(value); }
+  [[nodiscard]] const Entry& entry() const noexcept { return *entry_; }
+
+  /// Values outside [lowest, highest] are refused with 0609 0032 or 0609 0031.
+  Object& limits(std::int64_t lowest, std::int64_t highest) {
+    entry_->lowest = lowest;
+    entry_->highest = highest;
+    return *this;
+  }
+  Object& on_write(std::function<Verdict(T)> hook) {
+    entry_->write_hook = [hook = std::move(hook)](std::uint32_t raw) { return hook(from_raw<T>(raw)); };
+    return *this;
+  }
+  Object& on_read(std::function<Verdict()> hook) {
+    entry_->read_hook = std::move(hook);
+    return *this;
+  }
+
+ private:
+  Entry* entry_ = nullptr;
+};
+
+/// A node's object dictionary (CiA 301, 7.4). Built once with `add`; entries stay where they are, and no
+/// access allocates.
+class ObjectDictionary {
+ public:
+  /// Throws std::runtime_error when the address is taken.
+  template <typename T>
+  Object<T> add(std::uint16_t index, std::uint8_t sub, Access access, T value,
+                Mappable mappable = Mappable::kNo) {
+    Entry& entry = insert({index, sub}, type_of<T>(), access, mappable);
+    entry.raw = entry.default_raw = to_raw(value);
+    if constexpr (std::is_integral_v<T>) {
+      entry.lowest = +std::numeric_limits<T>::min();
+      entry.highest = +std::numeric_limits<T>::max();
+    }
+    return Object<T>(entry);
+  }
+  /// A constant visible string.
+  void add_text(std::uint16_t index, std::uint8_t sub, std::string text);
+
+  /// Null when there is none.
+  [[nodiscard]] Entry* find(std::uint16_t index, std::uint8_t sub) noexcept;
+  [[nodiscard]] const Entry* find(std::uint16_t index, std::uint8_t sub) const noexcept;
+  /// 0602 0000 or 0609 0011 for an address `find` does not know.
+  [[nodiscard]] SdoAbort missing(std::uint16_t index) const noexcept;
+
+  /// Stores `bytes` in `entry` after checking rights, length, limits and the hook.
+  [[nodiscard]] Verdict write(Entry& entry, std::span<const std::uint8_t> bytes) noexcept;
+  /// Checks rights and asks the hook; the value is then in `entry`.
+  [[nodiscard]] Verdict read(const Entry& entry) const noexcept;
+
+  /// Gives every writable entry with an index in [first, last] its default, without asking hooks.
+  void restore_defaults(std::uint16_t first, std::uint16_t last) noexcept;
+
+ private:
+  template <typename T>
+  static constexpr DataType type_of() {
+    if constexpr (std::is_same_v<T, std::int8_t>)
+      return DataType::kInteger8;
+    else if constexpr (std::is_same_v<T, std::int16_t>)
+      return DataType::kInteger16;
+    else if constexpr (std::is_same_v<T, std::int32_t>)
+      return DataType::kInteger32;
+    else if constexpr (std::is_same_v<T, std::uint8_t>)
+      return DataType::kUnsigned8;
+    else if constexpr (std::is_same_v<T, std::uint16_t>)
+      return DataType::kUnsigned16;
+    else if constexpr (std::is_same_v<T, std::uint32_t>)
+      return DataType::kUnsigned32;
+    else {
+      static_assert(std::is_same_v<T, float>);
+      return DataType::kReal32;
+    }
+  }
+  Entry& insert(ObjectAddress address, DataType type, Access access, Mappable mappable);
+
+  std::vector<std::unique_ptr<Entry>> entries_;  // by index, then sub-index
+};
+
+}  // namespace walkman::nodes

@@ -1,0 +1,29 @@
+#include "emulator/nodes/outbox.h"
+
+#include <algorithm>
+
+namespace walkman::nodes {
+
+void Outbox::push(const can::Frame& frame) noexcept {
+  if (size_ == kCapacity) {
+    ++overflows_;
+    return;
+  }
+  std::size_t place = size_;
+  while (place > 0 && frames_[place - 1].id <= frame.id) --place;
+  std::copy_backward(frames_.begin() + place, frames_.begin() + size_, frames_.begin() + size_ + 1);
+  frames_[place] = frame;
+  ++size_;
+}
+
+void Outbox::replace(const can::Frame& frame) noexcept {
+  for (std::size_t i = 0; i < size_; ++i) {
+    if (frames_[i].id == frame.id) {
+      frames_[i] = frame;
+      return;
+    }
+  }
+  push(frame);
+}
+
+}  // namespace walkman::nodes

@@ -1,0 +1,34 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+
+#include "drivers/can/frame.h"
+
+namespace walkman::nodes {
+
+/// The transmit mailboxes of a node's CAN controller: the most urgent identifier goes first, frames of the
+/// same identifier in the order they came. Bounded.
+class Outbox {
+ public:
+  static constexpr std::size_t kCapacity = 32;
+
+  /// A full outbox drops the frame and counts it.
+  void push(const can::Frame& frame) noexcept;
+  /// Overwrites the waiting frame of the same identifier, as a PDO's mailbox does; else like `push`.
+  void replace(const can::Frame& frame) noexcept;
+  void clear() noexcept { size_ = 0; }
+
+  [[nodiscard]] const can::Frame* front() const noexcept {
+    return size_ == 0 ? nullptr : &frames_[size_ - 1];
+  }
+  void pop() noexcept { --size_; }
+  [[nodiscard]] std::uint64_t overflows() const noexcept { return overflows_; }
+
+ private:
+  std::array<can::Frame, kCapacity> frames_;  // most urgent last
+  std::size_t size_ = 0;
+  std::uint64_t overflows_ = 0;
+};
+
+}  // namespace walkman::nodes

@@ -1,0 +1,97 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <functional>
+#include <span>
+#include <vector>
+
+#include "drivers/can/frame.h"
+#include "emulator/nodes/object_dictionary.h"
+
+namespace walkman::nodes {
+
+/// Factory settings of one PDO.
+struct PdoDefaults {
+  bool enabled = false;
+  std::uint8_t type = 1;                 ///< transmission type
+  std::uint16_t event_time_ms = 0;       ///< sub-index 5
+  std::vector<std::uint32_t> mapping{};  ///< index << 16 | sub << 8 | bits
+};
+
+/// Value of a mapping entry.
+[[nodiscard]] constexpr std::uint32_t mapped(std::uint16_t index, std::uint8_t sub,
+                                             std::uint8_t bits) noexcept {
+  return std::uint32_t{index} << 16U | std::uint32_t{sub} << 8U | bits;
+}
+
+/// Communication record (14xxh, 18xxh) and mapping record (16xxh, 1Axxh) of one PDO, with the checks of a
+/// change at run time (CiA 301, 7.5.2.36): invalidate, sub 0 := 0, entries, sub 0 := n, validate. Out of
+/// order: 0800 0022.
+class PdoRecord {
+ public:
+  enum class Direction { kReceive, kTransmit };
+  static constexpr std::size_t kMaxObjects = 8;
+  static constexpr std::size_t kMaxBytes = 8;
+
+  struct MappedObject {
+    Entry* entry = nullptr;  ///< null: dummy bytes
+    std::uint8_t bytes = 0;
+  };
+
+  /// `number` 1..4. Objects of the default mapping must be in the dictionary already; throws
+  /// std::runtime_error when one cannot be mapped.
+  PdoRecord(ObjectDictionary& dictionary, Direction direction, int number, std::uint32_t cob_id,
+            const PdoDefaults& defaults);
+  PdoRecord(const PdoRecord&) = delete;
+  PdoRecord& operator=(const PdoRecord&) = delete;
+
+  /// Called after a communication parameter has changed.
+  void on_change(std::function<void()> hook) { changed_ = std::move(hook); }
+
+  /// Takes up the values now in the dictionary, after defaults were restored.
+  void reload() noexcept;
+
+  [[nodiscard]] bool valid() const noexcept { return valid_; }
+  [[nodiscard]] bool remote_allowed() const noexcept { return remote_allowed_; }
+  [[nodiscard]] std::uint32_t identifier() const noexcept { return identifier_; }
+  [[nodiscard]] std::uint8_t type() const noexcept { return type_value_; }
+  [[nodiscard]] bool synchronous() const noexcept { return type_value_ <= 240; }
+  [[nodiscard]] Time inhibit_time() const noexcept { return inhibit_time_; }
+  [[nodiscard]] Time event_time() const noexcept { return event_time_; }
+  [[nodiscard]] std::span<const MappedObject> objects() const noexcept { return {objects_.data(), count_}; }
+  [[nodiscard]] std::size_t bytes() const noexcept { return bytes_; }
+  [[nodiscard]] bool maps(const Entry& entry) const noexcept;
+
+ private:
+  void add_communication_record(std::uint32_t cob_id, const PdoDefaults& defaults, int number);
+  void add_mapping_record(const PdoDefaults& defaults, int number);
+  [[nodiscard]] Verdict resolve(std::uint32_t entry, MappedObject& object) const noexcept;
+  [[nodiscard]] Verdict resolve_all(std::size_t count) noexcept;
+  void take_cob_id(std::uint32_t value) noexcept;
+  void changed() noexcept {
+    if (changed_) changed_();
+  }
+
+  ObjectDictionary& dictionary_;
+  Direction direction_;
+  Object<std::uint32_t> cob_id_;
+  Object<std::uint8_t> type_;
+  Object<std::uint16_t> inhibit_;
+  Object<std::uint16_t> event_;
+  Object<std::uint8_t> mapping_count_;
+  std::array<Object<std::uint32_t>, kMaxObjects> mapping_;
+  std::function<void()> changed_;
+
+  bool valid_ = false;
+  bool remote_allowed_ = false;
+  std::uint32_t identifier_ = 0;
+  std::uint8_t type_value_ = 0;
+  Time inhibit_time_{};
+  Time event_time_{};
+  std::array<MappedObject, kMaxObjects> objects_{};
+  std::size_t count_ = 0;
+  std::size_t bytes_ = 0;
+};
+
+}  // namespace walkman::nodes

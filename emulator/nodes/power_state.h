@@ -1,0 +1,45 @@
+#pragma once
+
+#include <cstdint>
+
+#include "drivers/cia402/words.h"
+
+namespace walkman::nodes {
+
+/// The power state machine of a CiA 402 drive (IEC 61800-7-201, figure of transitions 0..16), without time:
+/// stops report their end from outside.
+class PowerState {
+ public:
+  [[nodiscard]] cia402::State state() const noexcept { return state_; }
+  /// Torque is applied: operation enabled, or slowing down on the way out of it.
+  [[nodiscard]] bool powered() const noexcept {
+    return state_ == cia402::State::kOperationEnabled || stopping();
+  }
+  /// Slowing down by quick stop or fault reaction.
+  [[nodiscard]] bool stopping() const noexcept {
+    return state_ == cia402::State::kQuickStopActive || state_ == cia402::State::kFaultReactionActive;
+  }
+
+  /// Initialised: transitions 0 and 1.
+  void ready() noexcept;
+  /// Transitions 2..12, 15 and 16. `quick_stop_option` is 605Ah; `cause_gone` tells whether a fault may be
+  /// reset. The edge of bit 7 is found here, from the word of the last call.
+  void command(std::uint16_t controlword, int quick_stop_option, bool cause_gone) noexcept;
+  /// The same orders given by the drive itself, when it loses its master.
+  void disable_voltage() noexcept;
+  void quick_stop(int quick_stop_option) noexcept;
+  /// Transition 13, and 14 at once when there is nothing to stop or `coast`.
+  void fault(bool coast) noexcept;
+  /// The motor has come to rest: transition 14, or 12 unless the drive stays in quick stop (605Ah 5..8).
+  void stopped(int quick_stop_option) noexcept;
+  void reset() noexcept;
+
+ private:
+  cia402::State state_ = cia402::State::kNotReadyToSwitchOn;
+  std::uint16_t last_word_ = 0;
+};
+
+/// Bits 0-6 and 9 of the statusword in a state, bit 4 (voltage) and bit 9 (remote) set once initialised.
+[[nodiscard]] std::uint16_t status_bits(cia402::State state) noexcept;
+
+}  // namespace walkman::nodes

@@ -1,0 +1,37 @@
+#pragma once
+
+namespace walkman::nodes {
+
+/// Position demand of a drive between set-points: a straight line to each new target over the interpolation
+/// period, then it holds; or a ramp to standstill. Never faster than the velocity limit. Units rad, rad/s, s.
+class SetPoint {
+ public:
+  explicit SetPoint(double max_velocity) : max_velocity_(max_velocity) {}
+
+  void set_max_velocity(double value) noexcept { max_velocity_ = value; }
+  /// Stand still at `position`.
+  void hold(double position) noexcept;
+  /// Reach `position` after `period`.
+  void move_to(double position, double period) noexcept;
+  /// Slow down to rest from `position` and `velocity` with the given deceleration, rad/s^2.
+  void brake(double position, double velocity, double deceleration) noexcept;
+
+  void step(double dt) noexcept;
+
+  [[nodiscard]] double position() const noexcept { return position_; }
+  [[nodiscard]] double velocity() const noexcept { return velocity_; }
+  [[nodiscard]] bool braking() const noexcept { return deceleration_ > 0; }
+  /// The last step was shortened by the velocity limit.
+  [[nodiscard]] bool limited() const noexcept { return limited_; }
+
+ private:
+  double max_velocity_;
+  double position_ = 0;
+  double velocity_ = 0;
+  double target_ = 0;
+  double remaining_ = 0;     // time to the target
+  double deceleration_ = 0;  // 0: not braking
+  bool limited_ = false;
+};
+
+}  // namespace walkman::nodes

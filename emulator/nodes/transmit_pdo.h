@@ -1,0 +1,44 @@
+#pragma once
+
+#include "emulator/nodes/outbox.h"
+#include "emulator/nodes/pdo_record.h"
+
+namespace walkman::nodes {
+
+/// One TPDO (CiA 301, 7.2.2): transmission types 0 (with the next SYNC after a change), 1..240 (every n-th
+/// SYNC), 254 and 255 (event: application, event timer), inhibit time, remote request. An event of the
+/// application is a change it announces with `event`; the first transmission follows on entering operational.
+class TransmitPdo {
+ public:
+  TransmitPdo(ObjectDictionary& dictionary, Outbox& outbox, int number, std::uint32_t cob_id,
+              const PdoDefaults& defaults, const Time& now);
+
+  void start(Time now) noexcept;  ///< entering operational
+  void stop() noexcept;           ///< leaving it
+  void reload() noexcept { record_.reload(); }
+
+  void sync(Time now) noexcept;
+  void event(const Entry& entry, Time now) noexcept;
+  void remote_request(std::uint32_t identifier, Time now) noexcept;
+  void advance(Time now) noexcept;
+  [[nodiscard]] Time next_event() const noexcept;
+
+ private:
+  void restart(Time now) noexcept;
+  void request(Time now) noexcept;
+  void transmit(Time now) noexcept;
+  [[nodiscard]] can::Frame sample() const noexcept;
+  [[nodiscard]] bool running() const noexcept { return operational_ && record_.valid(); }
+
+  Outbox& outbox_;
+  PdoRecord record_;
+  bool operational_ = false;
+  int syncs_ = 0;           // since the last transmission
+  bool requested_ = false;  // waits for the end of the inhibit time
+  Time allowed_from_{};
+  Time event_due_ = Time::max();
+  can::Frame last_;
+  bool sent_ = false;
+};
+
+}  // namespace walkman::nodes

@@ -1,0 +1,352 @@
+#include "emulator/plant/plant.h"
+
+#include <algorithm>
+#include <bit>
+#include <stdexcept>
+
+#include <btBulletDynamicsCommon.h>
+
+#include "emulator/plant/bullet_types.h"
+#include "emulator/plant/multibody.h"
+#include "emulator/plant/row_space_solver.h"
+#include "emulator/plant/soft_hand.h"
+#include "emulator/plant/world_objects.h"
+#include "emulator/plant/wrench_probe.h"
+
+namespace walkman::plant {
+namespace {
+
+// Coulomb coefficients; a pair of surfaces has the product of both. Steel and wood on a laminate table,
+// rubbered fingers: estimates within published ranges.
+constexpr double kHandFriction = 1.0;
+constexpr double kBodyFriction = 0.8;
+constexpr double kObjectFriction = 0.8;
+constexpr double kFixedFriction = 0.75;
+
+/// A joint and the actuator that moves it.
+struct JointDrive {
+  int bullet_link;
+  JointLimits limits;
+  double damping;
+  SeriesElasticActuator actuator;
+  double torque_sum = 0;
+};
+
+struct HandDrive {
+  std::unique_ptr<SoftHand> hand;
+};
+
+/// Which of the two kinds a drive of the device table is, and its place among them.
+struct DriveSlot {
+  bool hand;
+  int index;
+};
+
+std::vector<std::string> joint_names_of(const DeviceTable& devices, DeviceKind kind) {
+  std::vector<std::string> names;
+  for (const Bus& bus : devices.buses) {
+    for (const Device& device : bus.devices) {
+      if (device.kind == kind) names.push_back(device.name);
+    }
+  }
+  return names;
+}
+
+}  // namespace
+
+struct Plant::Impl {
+  const RobotModel* robot = nullptr;
+  btDefaultCollisionConfiguration configuration;
+  btCollisionDispatcher dispatcher{&configuration};
+  btDbvtBroadphase broadphase;
+  RowSpaceSolver solver;
+  PlantWorld world{&dispatcher, &broadphase, &solver, &configuration};
+  std::unique_ptr<Multibody> body;
+  std::vector<std::unique_ptr<StaticBody>> fixed;
+  std::vector<std::unique_ptr<Multibody>> objects;
+  std::vector<std::string> object_names;
+  std::vector<JointDrive> joints;
+  std::vector<HandDrive> hands;
+  std::vector<DriveSlot> drives;
+  std::vector<std::unique_ptr<WrenchProbe>> probes;
+  std::vector<int> sub_steps;  // taken since the last step, a drive
+  double time = 0;
+
+  void add_robot(const Scene& scene, const DeviceTable& devices);
+  void add_drives(const DeviceTable& devices, const std::map<std::string, ActuatorParameters>& actuators);
+  void add_probes(const DeviceTable& devices);
+  void set_posture(const std::map<std::string, double>& posture);
+  [[nodiscard]] double holding_torque(int bullet_link) const;
+  [[nodiscard]] std::string name_of(const btCollisionObject* object) const;
+};
+
+void Plant::Impl::add_robot(const Scene& scene, const DeviceTable& devices) {
+  std::vector<std::string> cuts;  // fixed joints that carry a force/torque frame with a body below it
+  for (const std::string& frame : joint_names_of(devices, DeviceKind::kForceTorque)) {
+    const Link& link = robot->links[static_cast<std::size_t>(robot->link_index(frame))];
+    if (link.parent_joint < 0) continue;
+    const bool carries = std::any_of(robot->joints.begin(), robot->joints.end(), [&](const Joint& joint) {
+      return robot->links[static_cast<std::size_t>(joint.parent_link)].name == frame;
+    });
+    if (carries) cuts.push_back(robot->joints[static_cast<std::size_t>(link.parent_joint)].name);
+  }
+  std::vector<std::string> frozen = joint_names_of(devices, DeviceKind::kHandDrive);
+  const std::vector<std::string> driven = joint_names_of(devices, DeviceKind::kJointDrive);
+  for (const Joint& joint : robot->joints) {
+    const bool moved = joint.mimic || std::find(driven.begin(), driven.end(), joint.name) != driven.end();
+    if (joint.type != JointType::kFixed && !moved) frozen.push_back(joint.name);
+  }
+  RigidTree tree(*robot, cuts, frozen);
+
+  std::vector<Surface> surfaces(robot->links.size(), Surface{kBodyFriction, false});
+  for (std::size_t i = 0; i < robot->links.size(); ++i) {
+    const int parent_joint = robot->links[i].parent_joint;
+    if (parent_joint < 0) continue;
+    const Joint& joint = robot->joints[static_cast<std::size_t>(parent_joint)];
+    const auto parent = static_cast<std::size_t>(joint.parent_link);
+    const bool starts_hand = std::find(cuts.begin(), cuts.end(), joint.name) != cuts.end();
+    surfaces[i] = starts_hand ? Surface{kHandFriction, true} : surfaces[parent];
+  }
+  body = std::make_unique<Multibody>(world, *robot, std::move(tree), scene.base == BaseKind::kFixed,
+                                     scene.X_WB, kRobotGroup, kObjectGroup | kFixedGroup, surfaces);
+}
+
+void Plant::Impl::add_drives(const DeviceTable& devices,
+                             const std::map<std::string, ActuatorParameters>& actuators) {
+  for (const Bus& bus : devices.buses) {
+    for (const Device& device : bus.devices) {
+      if (device.kind == DeviceKind::kForceTorque) continue;
+      const auto found = actuators.find(device.actuator);
+      if (found == actuators.end()) {
+        throw std::runtime_error("drive '" + device.name + "' has actuator class '" + device.actuator +
+                                 "', which the actuator file does not define");
+      }
+      if (device.kind == DeviceKind::kHandDrive) {
+        drives.push_back({true, static_cast<int>(hands.size())});
+        hands.push_back(
+            {std::make_unique<SoftHand>(*robot, *body, device.name, found->second, SoftHandParameters{})});
+        continue;
+      }
+      const int index = robot->joint_index(device.name);
+      const Joint& joint = robot->joints[static_cast<std::size_t>(index)];
+      drives.push_back({false, static_cast<int>(joints.size())});
+      joints.push_back(
+          {body->bullet_link(index), joint.limits, joint.damping, SeriesElasticActuator(found->second)});
+    }
+  }
+  sub_steps.assign(drives.size(), 0);
+}
+
+void Plant::Impl::add_probes(const DeviceTable& devices) {
+  for (const std::string& frame : joint_names_of(devices, DeviceKind::kForceTorque)) {
+    const int link = robot->link_index(frame);
+    probes.push_back(std::make_unique<WrenchProbe>(*body, link, body->tree().group_of(link)));
+    world.add_probe(*probes.back());
+  }
+}
+
+double Plant::Impl::holding_torque(int bullet_link) const {
+  const btMultiBody& mb = body->bullet();
+  const btMultibodyLink& joint = mb.getLink(bullet_link);
+  const btMatrix3x3& R = joint.m_cachedWorldTransform.getBasis();
+  const btVector3 pivot = joint.m_cachedWorldTransform.getOrigin() - R * joint.m_dVector;
+  const btVector3 axis = R * joint.m_axes[0].m_topVec;
+  std::vector<bool> distal(static_cast<std::size_t>(mb.getNumLinks()), false);
+  double torque = 0;
+  for (int i = bullet_link; i < mb.getNumLinks(); ++i) {
+    const int parent = mb.getParent(i);
+    const bool below =
+        i == bullet_link || (parent >= bullet_link && distal[static_cast<std::size_t>(parent)]);
+    distal[static_cast<std::size_t>(i)] = below;
+    if (!below) continue;
+    const btVector3 weight(0, 0, -kGravity * mb.getLinkMass(i));
+    torque -= axis.dot((mb.getLink(i).m_cachedWorldTransform.getOrigin() - pivot).cross(weight));
+  }
+  return torque;
+}
+
+void Plant::Impl::set_posture(const std::map<std::string, double>& posture) {
+  for (const HandDrive& drive : hands) drive.hand->reset();
+  for (const auto& [name, value] : posture) {
+    const int link = body->bullet_link(robot->joint_index(name));
+    if (link >= 0) body->bullet().setJointPos(link, value);
+  }
+  body->update_poses();
+  for (JointDrive& drive : joints) {
+    drive.actuator.reset(body->bullet().getJointPos(drive.bullet_link), holding_torque(drive.bullet_link));
+  }
+}
+
+std::string Plant::Impl::name_of(const btCollisionObject* object) const {
+  if (const auto* collider = btMultiBodyLinkCollider::upcast(object)) {
+    if (collider->m_multiBody == &body->bullet()) {
+      const auto group = static_cast<std::size_t>(collider->m_link + 1);
+      return robot->links[static_cast<std::size_t>(body->tree().groups()[group].root_link)].name;
+    }
+    for (std::size_t i = 0; i < objects.size(); ++i) {
+      if (collider->m_multiBody == &objects[i]->bullet()) return object_names[i];
+    }
+  }
+  for (const auto& candidate : fixed) {
+    if (candidate->owns(object)) return candidate->name();
+  }
+  return "unknown";
+}
+
+Plant::Plant(const RobotModel& robot, const Scene& scene, const DeviceTable& devices,
+             const std::map<std::string, ActuatorParameters>& actuators)
+    : impl_(std::make_unique<Impl>()) {
+  Impl& p = *impl_;
+  p.robot = &robot;
+  p.world.setGravity(btVector3(0, 0, -kGravity));
+  btContactSolverInfo& info = p.world.getSolverInfo();
+  info.m_numIterations = 50;
+  info.m_erp2 = 0.2;
+  info.m_globalCfm = 0;
+  info.m_linearSlop = 1e-5;  // with none, resting contacts vanish and come back every few steps
+  for (const FixedBody& fixed : scene.fixed) {
+    p.fixed.push_back(std::make_unique<StaticBody>(p.world, fixed, kFixedFriction));
+  }
+  p.add_robot(scene, devices);
+  p.add_drives(devices, actuators);
+  p.add_probes(devices);
+  for (const SceneObject& object : scene.objects) {
+    const RobotModel model = with_weights(object);
+    p.objects.push_back(std::make_unique<Multibody>(
+        p.world, model, RigidTree(model, {}, {}), false, object.X_WO, kObjectGroup,
+        kObjectGroup | kFixedGroup | kRobotGroup,
+        std::vector<Surface>(model.links.size(), Surface{kObjectFriction, false})));
+    p.object_names.push_back(object.name);
+  }
+  p.set_posture(load_posture(scene.robot_srdf, scene.posture, robot));
+}
+
+Plant::~Plant() = default;
+
+int Plant::drive_count() const { return static_cast<int>(impl_->drives.size()); }
+
+const ActuatorReadings& Plant::readings(int drive) const {
+  const DriveSlot slot = impl_->drives[static_cast<std::size_t>(drive)];
+  const auto i = static_cast<std::size_t>(slot.index);
+  return slot.hand ? impl_->hands[i].hand->readings() : impl_->joints[i].actuator.readings();
+}
+
+void Plant::advance_drive(int drive, double wanted_torque, bool locked) {
+  Impl& p = *impl_;
+  const DriveSlot slot = p.drives[static_cast<std::size_t>(drive)];
+  constexpr double kSubStep = kStep / kSubSteps;
+  const double since_step = kSubStep * p.sub_steps[static_cast<std::size_t>(drive)]++;
+  if (slot.hand) {
+    p.hands[static_cast<std::size_t>(slot.index)].hand->advance(wanted_torque, locked, since_step, kSubStep);
+    return;
+  }
+  JointDrive& joint = p.joints[static_cast<std::size_t>(slot.index)];
+  const double rate = p.body->bullet().getJointVel(joint.bullet_link);
+  const double position = p.body->bullet().getJointPos(joint.bullet_link) + rate * since_step;
+  joint.torque_sum += joint.actuator.advance(position, rate, wanted_torque, locked, kSubStep);
+}
+
+void Plant::step() {
+  Impl& p = *impl_;
+  btMultiBody& body = p.body->bullet();
+  for (JointDrive& joint : p.joints) {
+    const double q = body.getJointPos(joint.bullet_link);
+    const double rate = body.getJointVel(joint.bullet_link);
+    double torque = joint.torque_sum / kSubSteps - joint.damping * rate;
+    // Joint stops: as stiff as the series spring, which the 1 ms step is known to bear.
+    const double beyond = q - std::clamp(q, joint.limits.lower, joint.limits.upper);
+    torque -= joint.actuator.parameters().spring_constant * beyond;
+    body.addJointTorque(joint.bullet_link, torque);
+    joint.torque_sum = 0;
+  }
+  for (HandDrive& drive : p.hands) drive.hand->apply();
+  std::fill(p.sub_steps.begin(), p.sub_steps.end(), 0);
+  p.world.stepSimulation(kStep, 0);
+  p.time += kStep;
+}
+
+int Plant::sensor_count() const { return static_cast<int>(impl_->probes.size()); }
+
+const Wrench& Plant::F_So_S(int sensor) const {
+  return impl_->probes[static_cast<std::size_t>(sensor)]->F_So_S();
+}
+
+double Plant::time() const { return impl_->time; }
+
+Eigen::Isometry3d Plant::X_WL(int robot_link) const { return impl_->body->X_WL(robot_link); }
+
+Eigen::Isometry3d Plant::X_WO(int object) const {
+  return impl_->objects[static_cast<std::size_t>(object)]->X_WL(0);
+}
+
+double Plant::joint_position(int robot_joint) const {
+  const int link = impl_->body->bullet_link(robot_joint);
+  return link < 0 ? 0 : impl_->body->bullet().getJointPos(link);
+}
+
+double Plant::joint_velocity(int robot_joint) const {
+  const int link = impl_->body->bullet_link(robot_joint);
+  return link < 0 ? 0 : impl_->body->bullet().getJointVel(link);
+}
+
+std::vector<Contact> Plant::contacts() const {
+  std::vector<Contact> contacts;
+  const btDispatcher& dispatcher = impl_->dispatcher;
+  for (int i = 0; i < dispatcher.getNumManifolds(); ++i) {
+    const btPersistentManifold* manifold = impl_->dispatcher.getManifoldByIndexInternal(i);
+    for (int k = 0; k < manifold->getNumContacts(); ++k) {
+      const btManifoldPoint& point = manifold->getContactPoint(k);
+      if (point.getAppliedImpulse() <= 0) continue;
+      contacts.push_back({impl_->name_of(manifold->getBody0()), impl_->name_of(manifold->getBody1()),
+                          from_bullet(point.getPositionWorldOnB()), point.getAppliedImpulse() / kStep});
+    }
+  }
+  return contacts;
+}
+
+bool Plant::object_touches_fixed(int object) const {
+  const std::string& name = impl_->object_names[static_cast<std::size_t>(object)];
+  const auto is_fixed = [&](const std::string& other) {
+    return std::any_of(impl_->fixed.begin(), impl_->fixed.end(),
+                       [&](const auto& f) { return f->name() == other; });
+  };
+  for (const Contact& contact : contacts()) {
+    if ((contact.body_a == name && is_fixed(contact.body_b)) ||
+        (contact.body_b == name && is_fixed(contact.body_a))) {
+      return true;
+    }
+  }
+  return false;
+}
+
+double Plant::tendon_tension(int hand) const {
+  return impl_->hands[static_cast<std::size_t>(hand)].hand->tension();
+}
+
+std::uint64_t Plant::state_hash() const {
+  std::uint64_t hash = 14695981039346656037ULL;  // FNV-1a
+  const auto mix = [&](double value) {
+    const auto bits = std::bit_cast<std::uint64_t>(value);
+    for (int byte = 0; byte < 8; ++byte) {
+      hash ^= (bits >> (8 * byte)) & 0xFFU;
+      hash *= 1099511628211ULL;
+    }
+  };
+  const auto mix_body = [&](const Multibody& multibody) {
+    const btMultiBody& mb = multibody.bullet();
+    for (int i = 0; i < mb.getNumLinks(); ++i) {
+      if (mb.getLink(i).m_dofCount > 0) mix(mb.getJointPos(i));
+    }
+    for (int i = 0; i < 6 + mb.getNumDofs(); ++i) mix(mb.getVelocityVector()[i]);
+    const btTransform pose = mb.getBaseWorldTransform();
+    for (int i = 0; i < 3; ++i) mix(pose.getOrigin()[i]);
+    for (int i = 0; i < 4; ++i) mix(pose.getRotation()[i]);
+  };
+  mix_body(*impl_->body);
+  for (const auto& object : impl_->objects) mix_body(*object);
+  return hash;
+}
+
+long Plant::solver_fallbacks() const { return impl_->solver.fallbacks(); }
+
+}  // namespace walkman::plant

@@ -1,0 +1,74 @@
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include <Eigen/Geometry>
+
+#include "emulator/plant/series_elastic_actuator.h"
+#include "urdf/device_table.h"
+#include "urdf/scene.h"
+#include "urdf/wrench.h"
+
+namespace walkman::plant {
+
+/// One contact the solver holds, for judging and for pictures.
+struct Contact {
+  std::string body_a, body_b;  ///< names of URDF links or scene bodies
+  Eigen::Vector3d p_WC;        ///< m
+  double normal_force = 0;     ///< N
+};
+
+/// The physical world: robot, objects and surroundings in Bullet, one step a millisecond.
+///
+/// A drive's electronics act on its actuator in `kSubSteps` control sub-steps a physics step; the multibody
+/// moves once. Everything that reads a pose or a contact here is ground truth and stays on this side of the
+/// wire.
+class Plant {
+ public:
+  static constexpr double kStep = 1e-3;  ///< s
+  static constexpr int kSubSteps = 4;
+  static constexpr double kGravity = 9.81;  ///< m/s²
+
+  /// Builds the world of `scene` around `robot`; `devices` tells which joints have which actuator class and
+  /// where force/torque sensors sit. Throws std::runtime_error when a class or frame is missing.
+  Plant(const RobotModel& robot, const Scene& scene, const DeviceTable& devices,
+        const std::map<std::string, ActuatorParameters>& actuators);
+  ~Plant();
+  Plant(const Plant&) = delete;
+  Plant& operator=(const Plant&) = delete;
+
+  /// Drives in the order of the device table: joints first met, then hands where they stand in it.
+  [[nodiscard]] int drive_count() const;
+  [[nodiscard]] const ActuatorReadings& readings(int drive) const;
+  /// One control sub-step of a drive: motor torque wanted, N·m; holding brake.
+  void advance_drive(int drive, double wanted_torque, bool locked);
+  /// Moves the world on by one step with the torques of the last `kSubSteps` sub-steps.
+  void step();
+
+  /// Loads on the force/torque sensors in the order of the device table.
+  [[nodiscard]] int sensor_count() const;
+  [[nodiscard]] const Wrench& F_So_S(int sensor) const;
+
+  // Ground truth.
+  [[nodiscard]] double time() const;  ///< s
+  [[nodiscard]] Eigen::Isometry3d X_WL(int robot_link) const;
+  [[nodiscard]] Eigen::Isometry3d X_WO(int object) const;
+  [[nodiscard]] double joint_position(int robot_joint) const;  ///< rad; fixed joints 0
+  [[nodiscard]] double joint_velocity(int robot_joint) const;  ///< rad/s
+  [[nodiscard]] std::vector<Contact> contacts() const;
+  [[nodiscard]] bool object_touches_fixed(int object) const;
+  [[nodiscard]] double tendon_tension(int hand) const;  ///< N
+  /// FNV-1a hash of all positions and velocities, for reproducibility checks.
+  [[nodiscard]] std::uint64_t state_hash() const;
+  [[nodiscard]] long solver_fallbacks() const;
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace walkman::plant

@@ -1,0 +1,59 @@
+#pragma once
+
+#include <map>
+#include <vector>
+
+#include <BulletDynamics/Featherstone/btMultiBodyDynamicsWorld.h>
+#include <Eigen/Geometry>
+#include <btBulletDynamicsCommon.h>
+
+#include "emulator/plant/multibody.h"
+#include "urdf/wrench.h"
+
+namespace walkman::plant {
+
+/// What a force/torque sensor in the load path reads: the load of everything distal to it.
+///
+/// Momentum balance of the distal subtree over the step (Newton–Euler about each centre of mass, with the
+/// contact forces the solver applied), at the poses of the start of the step. Exact for Bullet's discrete
+/// step, without lag. Bullet's own joint feedback is not used: in 3.24 it counts joint torques and Coriolis
+/// terms twice.
+class WrenchProbe {
+ public:
+  /// The sensor's frame S is that of the URDF link `sensor_link`; the subtree starts at the group of
+  /// `first_distal`.
+  WrenchProbe(const Multibody& body, int sensor_link, int first_distal_group);
+
+  /// Load on the sensor, about So and expressed in S.
+  [[nodiscard]] const Wrench& F_So_S() const { return F_So_S_; }
+
+ private:
+  friend class PlantWorld;
+  /// `before`: generalised velocity at the start of the step; the body holds that of its end.
+  void measure(const std::vector<double>& before, double dt, const btVector3& gravity);
+  void accelerations(const std::vector<double>& before, double dt);
+
+  const Multibody* body_;
+  int sensor_link_;
+  std::vector<int> subtree_;                                      // Bullet link indices
+  std::vector<btVector3> angular_, angular_rate_, acceleration_;  // per group, world axes, of M
+  Wrench F_So_S_;
+};
+
+/// Bullet's multibody world with probes that measure inside the step.
+class PlantWorld : public btMultiBodyDynamicsWorld {
+ public:
+  using btMultiBodyDynamicsWorld::btMultiBodyDynamicsWorld;
+
+  void add_probe(WrenchProbe& probe) { probes_.push_back(&probe); }
+
+ protected:
+  void solveExternalForces(btContactSolverInfo& info) override;
+  void integrateTransforms(btScalar dt) override;
+
+ private:
+  std::vector<WrenchProbe*> probes_;
+  std::map<const btMultiBody*, std::vector<double>> velocity_before_;
+};
+
+}  // namespace walkman::plant

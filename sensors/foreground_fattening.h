@@ -1,0 +1,33 @@
+#pragma once
+
+#include <cstddef>
+#include <vector>
+
+namespace walkman::sensors {
+
+/// A block matcher gives pixels beside a near surface that surface's disparity, as its texture dominates
+/// their window. Each pixel less than the largest matched disparity in the (2 radius + 1)² window around it
+/// by more than 1 px takes that one; this includes pixels that have no match of their own.
+class ForegroundFattening {
+ public:
+  static constexpr float kJump = 1;  ///< px
+
+  /// Images have `height` rows of `width` pixels, `stride` apart.
+  ForegroundFattening(int width, int height, int stride, int radius);
+
+  /// First step, once for every row v of `matched` (0 = no match). `scratch` is resized. Rows are
+  /// independent.
+  void widen_row(int v, const std::vector<float>& matched, std::vector<float>& scratch);
+  /// Second step: row v as the matcher finds it, from the true disparities, `width` values.
+  void row(int v, const std::vector<float>& disparity, const std::vector<float>& matched, float* out) const;
+
+ private:
+  [[nodiscard]] std::size_t start(int v) const {
+    return static_cast<std::size_t>(v) * static_cast<std::size_t>(stride_);
+  }
+
+  int width_, height_, stride_, radius_;
+  std::vector<float> widened_;  // largest match within the radius along the row
+};
+
+}  // namespace walkman::sensors

@@ -1,0 +1,30 @@
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+
+#include "sensors/ray_scene.h"
+
+struct RTCSceneTy;
+
+namespace walkman::sensors {
+
+/// Triangles in W as they are in the ray-cast scene. `vertices` holds x, y, z of each vertex in turn, m.
+struct TriangleView {
+  std::span<const float> vertices;
+  std::span<const std::array<std::uint32_t, 3>> triangles;
+};
+
+/// What the cameras of this folder need of a RayScene and other users do not.
+class RaySceneAccess {
+ public:
+  /// The committed Embree scene. A scene without movable bodies is built at the first call; one that has some
+  /// throws std::logic_error before its first `update`.
+  [[nodiscard]] static RTCSceneTy* embree_scene(const RayScene& scene);
+  /// Fixed triangles, then movable ones. Valid until the next change of the scene.
+  [[nodiscard]] static std::array<TriangleView, 2> triangles(const RayScene& scene);
+};
+
+}  // namespace walkman::sensors

@@ -1,0 +1,134 @@
+#include "sensors/stereo_camera.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <stdexcept>
+#include <string>
+
+#include "sensors/disparity_noise.h"
+#include "sensors/foreground_fattening.h"
+#include "sensors/stereo_rays.h"
+#include "sensors/worker_pool.h"
+
+namespace walkman::sensors {
+namespace {
+
+// Bounds of the type of option, not of any real camera: they keep sizes and indices in range.
+constexpr int kMostPixels = 16384;
+constexpr int kMostThreads = 256;
+constexpr int kMostFattening = 64;
+constexpr double kMostCorrelation = 64;
+constexpr double kLeastStep = 1e-4;
+
+void require(bool good, const char* option, double value, const char* expected) {
+  if (!good) {
+    throw std::invalid_argument(std::string("stereo camera: ") + option + " is " + std::to_string(value) +
+                                ", expected " + expected);
+  }
+}
+
+StereoOptions checked(const StereoOptions& o) {
+  const auto positive = [](double x) { return std::isfinite(x) && x > 0; };
+  const auto not_negative = [](double x) { return std::isfinite(x) && x >= 0; };
+  const auto fraction = [](double x) { return x >= 0 && x < 1; };
+  require(o.width >= 1 && o.width <= kMostPixels, "width", o.width, "1 to 16384 px");
+  require(o.height >= 1 && o.height <= kMostPixels, "height", o.height, "1 to 16384 px");
+  require(positive(o.focal_px), "focal_px", o.focal_px, "a positive number of px");
+  require(std::isfinite(o.cx), "cx", o.cx, "a finite number of px");
+  require(std::isfinite(o.cy), "cy", o.cy, "a finite number of px");
+  require(positive(o.baseline), "baseline", o.baseline, "a positive length in m");
+  require(positive(o.min_depth), "min_depth", o.min_depth, "a positive length in m");
+  require(o.max_disparity >= 1 && o.max_disparity <= kMostPixels, "max_disparity", o.max_disparity,
+          "1 to 16384 px");
+  require(not_negative(o.sigma_d), "sigma_d", o.sigma_d, "0 px or more");
+  require(o.correlation_px >= 0 && o.correlation_px <= kMostCorrelation, "correlation_px", o.correlation_px,
+          "0 to 64 px");
+  require(o.fattening_px >= 0 && o.fattening_px <= kMostFattening, "fattening_px", o.fattening_px,
+          "0 to 64 px");
+  require(fraction(o.spike_fraction), "spike_fraction", o.spike_fraction, "at least 0 and less than 1");
+  require(fraction(o.dropout_fraction), "dropout_fraction", o.dropout_fraction, "at least 0 and less than 1");
+  require(o.disparity_step == 0 || (o.disparity_step >= kLeastStep && o.disparity_step <= kMostPixels),
+          "disparity_step", o.disparity_step, "0, or 1e-4 to 16384 px");
+  require(o.threads >= 1 && o.threads <= kMostThreads, "threads", o.threads, "1 to 256");
+  return o;
+}
+
+}  // namespace
+
+StereoOptions StereoOptions::noise_free() const {
+  StereoOptions clean = *this;
+  clean.sigma_d = 0;
+  clean.fattening_px = 0;
+  clean.spike_fraction = 0;
+  clean.dropout_fraction = 0;
+  clean.disparity_step = 0;
+  return clean;
+}
+
+struct StereoCamera::Impl {
+  WorkerPool pool;
+  StereoRays rays;
+  ForegroundFattening fattening;
+  DisparityNoise noise;
+  std::vector<float> disparity, matched;
+  std::vector<std::vector<float>> scratch;  // per worker
+
+  explicit Impl(const StereoOptions& o)
+      : pool(o.threads),
+        rays(o, pool.threads()),
+        fattening(o.width, o.height, rays.stride(), o.fattening_px),
+        noise(o, pool.threads()),
+        scratch(static_cast<std::size_t>(pool.threads())) {
+    const auto pixels = static_cast<std::size_t>(rays.stride()) *
+                        static_cast<std::size_t>(rays.bands() * StereoRays::kBandRows);
+    disparity.resize(pixels);
+    matched.resize(pixels);
+  }
+};
+
+StereoCamera::StereoCamera(StereoOptions options)
+    : options_(checked(options)), impl_(std::make_unique<Impl>(options_)) {}
+StereoCamera::~StereoCamera() = default;
+
+void StereoCamera::capture(const RayScene& scene, const Eigen::Isometry3d& X_WC, std::uint64_t seed,
+                           std::uint64_t frame, std::vector<Eigen::Vector3f>& points) {
+  if (!X_WC.matrix().allFinite()) throw std::invalid_argument("stereo camera: its pose is not finite");
+  Impl& impl = *impl_;
+  points.resize(static_cast<std::size_t>(options_.width) * static_cast<std::size_t>(options_.height));
+
+  const auto for_rows = [&](int band, auto&& each) {
+    const int last = std::min((band + 1) * StereoRays::kBandRows, options_.height);
+    for (int v = band * StereoRays::kBandRows; v < last; ++v) each(v);
+  };
+  impl.rays.begin(scene, X_WC, impl.pool);
+  impl.pool.run(impl.rays.bands(), [&](int band, int worker) {
+    impl.rays.cast_band(band, worker, impl.disparity, impl.matched);
+    for_rows(band, [&](int v) {
+      impl.fattening.widen_row(v, impl.matched, impl.scratch[static_cast<std::size_t>(worker)]);
+    });
+  });
+
+  impl.noise.begin(seed, frame, impl.pool);
+  const auto focal_baseline = static_cast<float>(options_.focal_px * options_.baseline);
+  const auto baseline = static_cast<float>(options_.baseline);
+  const auto cx = static_cast<float>(options_.cx);
+  const auto cy = static_cast<float>(options_.cy);
+  impl.pool.run(impl.rays.bands(), [&](int band, int worker) {
+    std::vector<float>& row = impl.scratch[static_cast<std::size_t>(worker)];
+    row.resize(static_cast<std::size_t>(options_.width));
+    for_rows(band, [&](int v) {
+      impl.fattening.row(v, impl.disparity, impl.matched, row.data());
+      impl.noise.distort_row(v, worker, row.data());
+      Eigen::Vector3f* const out = points.data() + static_cast<std::ptrdiff_t>(v) * options_.width;
+      const float y = (static_cast<float>(v) - cy) * baseline;
+      for (int u = 0; u < options_.width; ++u) {
+        const float d = row[static_cast<std::size_t>(u)];
+        const float per_px = d > 0 ? 1 / d : std::numeric_limits<float>::quiet_NaN();
+        out[u] = {(static_cast<float>(u) - cx) * baseline * per_px, y * per_px, focal_baseline * per_px};
+      }
+    });
+  });
+}
+
+}  // namespace walkman::sensors

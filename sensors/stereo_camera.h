@@ -1,0 +1,62 @@
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <vector>
+
+#include <Eigen/Geometry>
+
+#include "sensors/ray_scene.h"
+
+namespace walkman::sensors {
+
+/// Rectified stereo geometry of a MultiSense-SL and its noise. Each noise term is off at zero.
+///
+/// The terms act on the disparity, in this order: occlusion by the right camera and the edge of its view,
+/// foreground fattening, correlated and white noise, mismatched blobs, dropout, rounding to the lattice,
+/// search range. x, y and z follow from the result by the rectified model, so their errors are correlated.
+struct StereoOptions {
+  int width = 1024, height = 1024;
+  double focal_px = 588.8;        ///< unit 05's rectified focal length at 1024 px
+  double cx = 511.5, cy = 511.5;  ///< px, pixel centres at whole numbers
+  double baseline = 0.07;         ///< m
+  double min_depth = 0.05;        ///< m, nearer surfaces are inside the housing
+  int max_disparity = 128;        ///< search range, px; a match has less
+  double sigma_d = 0.2;           ///< px, standard deviation of the disparity
+  double correlation_px = 2.0;  ///< Gaussian filter of the 0.8 part of the noise, px; the other 0.6 is white
+  int fattening_px = 3;         ///< half of the matching window, foreground leak at edges
+  double spike_fraction = 0.002;  ///< fraction of pixels in mismatched blobs
+  double dropout_fraction =
+      0.03;  ///< fraction of pixels without a match (low texture), in the mean over frames
+  double disparity_step = 1.0 / 16;  ///< px, lattice of the wire format
+  int threads = 2;
+
+  /// The same camera without noise, mismatches and lattice; occlusion by the second camera stays.
+  [[nodiscard]] StereoOptions noise_free() const;
+};
+
+/// Casts the left image of a stereo pair and returns what a matcher would: an organized cloud in the left
+/// optical frame (x right, y down, z forward), NaN in all three coordinates where the right camera cannot see
+/// the point or no match was found. Deterministic in (scene, pose, seed, frame), whatever the number of
+/// threads.
+class StereoCamera {
+ public:
+  /// Throws std::invalid_argument naming the option that is out of range.
+  explicit StereoCamera(StereoOptions options);
+  ~StereoCamera();
+
+  /// X_WC: pose of the left optical frame. `points` gets width*height entries, row-major, m.
+  /// Throws std::invalid_argument for a non-finite pose, std::logic_error for a scene whose movable bodies
+  /// have no poses yet.
+  void capture(const RayScene& scene, const Eigen::Isometry3d& X_WC, std::uint64_t seed, std::uint64_t frame,
+               std::vector<Eigen::Vector3f>& points);
+
+  [[nodiscard]] const StereoOptions& options() const { return options_; }
+
+ private:
+  StereoOptions options_;
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace walkman::sensors

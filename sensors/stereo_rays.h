@@ -1,0 +1,67 @@
+#pragma once
+
+#include <memory>
+#include <vector>
+
+#include <Eigen/Geometry>
+
+#include "sensors/right_view_margin.h"
+#include "sensors/stereo_camera.h"
+#include "sensors/worker_pool.h"
+
+namespace walkman::sensors {
+
+/// True disparities of the left image and which of them the right camera can match.
+///
+/// A surface hides a point from the right camera when it lies on the same right-image ray with a disparity
+/// larger by more than `kHidingStep`. Rays towards the right camera are cast only for pixels that can be
+/// hidden: one at u with u_R = u − d(u) is, only if something the left camera sees at u' > u, or something
+/// right of its image, has u'_R <= u_R. (On a hidden point's ray to the right camera every point has the same
+/// u_R, and projects into the left image at u_R plus its larger disparity; what the left camera sees there is
+/// at least as near.) Pixels sample that image, so a hiding surface narrower than one of them in its row can
+/// be missed.
+class StereoRays {
+ public:
+  static constexpr float kHidingStep = 1.0F / 16;  ///< px
+  static constexpr int kBandRows = 8;
+
+  enum class HiddenTest { kWhereNeeded, kEveryPixel, kNone };
+
+  StereoRays(const StereoOptions& options, int workers);
+  ~StereoRays();
+
+  /// Row stride of the images below, px, and number of bands of kBandRows rows; both cover partial tiles.
+  [[nodiscard]] int stride() const { return stride_; }
+  [[nodiscard]] int bands() const { return bands_; }
+
+  /// Prepares a frame. `scene` is to stay unchanged until its last band is cast.
+  void begin(const RayScene& scene, const Eigen::Isometry3d& X_WC, WorkerPool& pool,
+             HiddenTest test = HiddenTest::kWhereNeeded);
+
+  /// Casts rows kBandRows*band and following; bands may be cast at the same time by different workers.
+  /// disparity: true disparity of the surface, px, 0 where the ray meets none; matched: the same where both
+  /// cameras see it within the search range, else 0. Both are whole images of stride()*bands()*kBandRows.
+  void cast_band(int band, int worker, std::vector<float>& disparity, std::vector<float>& matched);
+
+  /// Rays cast towards the right camera since `begin`.
+  [[nodiscard]] std::size_t hidden_tests() const;
+
+ private:
+  struct Worker;
+  void cast_tile(int u0, int v0, Worker& worker, float* disparity) const;
+  void scan_row(int v, Worker& worker, const float* disparity, float* matched) const;
+  void test_hidden(Worker& worker, float* matched) const;
+
+  StereoOptions options_;
+  int stride_, bands_;
+  RightViewMargin margin_;
+  RTCSceneTy* scene_ = nullptr;
+  HiddenTest test_ = HiddenTest::kWhereNeeded;
+  float focal_baseline_ = 0;                           // px·m
+  Eigen::Vector3f p_WLo_, p_LR_W_;                     // left camera's centre; from it to the right one's
+  std::vector<float> column_x_, column_y_, column_z_;  // part of the ray direction that depends on the column
+  std::vector<Eigen::Vector3f> row_;                   // and on the row; their sum has depth 1
+  std::vector<std::unique_ptr<Worker>> workers_;
+};
+
+}  // namespace walkman::sensors

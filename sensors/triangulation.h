@@ -1,0 +1,32 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <vector>
+
+#include <Eigen/Geometry>
+
+#include "urdf/robot_model.h"
+
+namespace walkman::sensors {
+
+/// Triangles with shared vertices, counter-clockwise seen from outside.
+struct TriangleMesh {
+  std::vector<Eigen::Vector3f> vertices;  ///< m
+  std::vector<std::array<std::uint32_t, 3>> triangles;
+};
+
+/// Largest distance between a curved surface and its triangles, m. Holds up to a radius of 0.53 m for
+/// cylinders and 0.10 m for spheres; beyond that the number of segments is at its bound.
+inline constexpr double kChordTolerance = 2e-5;
+
+/// Number of segments, a multiple of 4 in 12..`most`, with which a regular polygon stays within ±`tolerance`
+/// (m) of a circle of `radius` (m), when its vertices lie as far outside the circle as its edges dip inside.
+[[nodiscard]] int circle_segments(double radius, double tolerance, int most);
+
+/// Appends the closed surface of `geometry`, whose link has the pose X_FL in frame F; the vertices are in F.
+/// Throws std::invalid_argument naming the geometry when a size is not positive and finite, a vertex is not
+/// finite or a mesh's triangle names a vertex it does not have.
+void append_triangles(const LinkGeometry& geometry, const Eigen::Isometry3d& X_FL, TriangleMesh& mesh);
+
+}  // namespace walkman::sensors

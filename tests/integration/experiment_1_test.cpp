@@ -1,0 +1,79 @@
+// The paper's first experiment from power-on to the last weighing, over the embedded bus.
+
+#include <cmath>
+#include <fstream>
+#include <sstream>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "apps/experiment/repetition.h"
+
+namespace walkman::apps {
+namespace {
+
+using ::testing::HasSubstr;
+
+RepetitionOptions options(std::uint64_t seed) {
+  const std::filesystem::path tree = WALKMAN_SOURCE_TREE;
+  RepetitionOptions o;
+  o.scene = tree / "urdf/scenes/experiment_1.yaml";
+  o.parameters = tree / "adaptation/parameters.yaml";
+  o.actuators = tree / "emulator/plant/actuators.yaml";
+  o.seed = seed;
+  return o;
+}
+
+std::string contents(const std::filesystem::path& file) {
+  std::ifstream in(file, std::ios::binary);
+  std::ostringstream out;
+  out << in.rdbuf();
+  return out.str();
+}
+
+TEST(Experiment1, RegraspsOnceAtTheCentreOfMassAndTheSameBytesComeOutTwice) {
+  const std::filesystem::path out = ::testing::TempDir() + "walkman_experiment_1";
+  std::filesystem::remove_all(out);
+  RepetitionOptions o = options(7);
+  o.out = out / "a";
+  const RepetitionResult a = run_repetition(o);
+  EXPECT_EQ(a.reason, "");
+  EXPECT_TRUE(a.outcome == Outcome::kMinimumTorque || a.outcome == Outcome::kMinimumDisplacement)
+      << to_string(a.outcome);
+  EXPECT_EQ(a.regrasps, 1);
+  EXPECT_NEAR(a.row.d_r, 0.520, 0.005);
+  EXPECT_GT(a.row.d_v, 0.40);
+  EXPECT_LT(a.row.d_v, 0.55);
+  EXPECT_NEAR(a.row.f_g, 1.2 * 9.81, 0.05 * 12);
+  EXPECT_NEAR(a.row.d_v + a.row.d, a.row.d_r, 0.010);
+  EXPECT_GT(a.row.reduction_percent, 90);
+
+  o.out = out / "b";
+  const RepetitionResult b = run_repetition(o);
+  EXPECT_EQ(a.row.tau_after, b.row.tau_after);
+  EXPECT_EQ(a.row.d_v, b.row.d_v);
+  for (const char* file : {"can.log", "cloud.pcd", "wrench.csv"}) {
+    const std::string first = contents(out / "a" / file);
+    EXPECT_GT(first.size(), 100000U) << file;
+    EXPECT_TRUE(first == contents(out / "b" / file)) << file << " differs between two runs of the same seed";
+  }
+  std::filesystem::remove_all(out);
+}
+
+TEST(Experiment1, WithoutTheWristsTpdosTheRunStopsAndSaysWhy) {
+  for (const std::uint32_t cob_id : {0x180U + 18, 0x280U + 18}) {
+    RepetitionOptions o = options(1);
+    o.wire = [&](const std::string& bus, std::uint32_t id, double seconds) {
+      return bus != "rarm" || id != cob_id || seconds < 10;
+    };
+    const RepetitionResult result = run_repetition(o);
+    EXPECT_EQ(result.outcome, Outcome::kStopped);
+    EXPECT_THAT(result.reason, HasSubstr("r_arm_ft"));
+    EXPECT_THAT(result.reason, HasSubstr("TPDO"));
+    EXPECT_NEAR(result.simulated_seconds, 10.02, 0.02);  // three cycles of age, and the cycle that sees it
+    EXPECT_EQ(result.row.tau, 0);                        // nothing was weighed
+  }
+}
+
+}  // namespace
+}  // namespace walkman::apps

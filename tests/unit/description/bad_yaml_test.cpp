@@ -1,0 +1,98 @@
+#include <fmt/format.h>
+#include <gmock/gmock.h>
+
+#include "robots.h"
+#include "urdf/device_table.h"
+#include "urdf/scene.h"
+
+namespace walkman::testing {
+namespace {
+
+using ::testing::HasSubstr;
+
+struct Bad {
+  const char* file;
+  int line;  // 0: the message names none
+  std::vector<const char*> parts;
+
+  friend void PrintTo(const Bad& bad, std::ostream* out) { *out << bad.file; }
+};
+
+void expect_message(const std::string& message, const Bad& bad) {
+  EXPECT_THAT(message, HasSubstr(bad.line > 0 ? fmt::format("{}:{}: ", bad.file, bad.line)
+                                              : fmt::format("{}: ", bad.file)));
+  for (const char* part : bad.parts) EXPECT_THAT(message, HasSubstr(part));
+  EXPECT_EQ(message.find('\n'), std::string::npos);
+}
+
+std::string test_name(const ::testing::TestParamInfo<Bad>& tested) {
+  const std::string name = tested.param.file;
+  return name.substr(4, name.find('.') - 4);
+}
+
+class BadScene : public ::testing::TestWithParam<Bad> {};
+
+TEST_P(BadScene, IsOneSentenceWithFileLineAndKey) {
+  expect_message(message_of([] { (void)load_scene(kData / GetParam().file); }), GetParam());
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    Files, BadScene,
+    ::testing::Values(
+        Bad{"bad_scene_no_such.yaml", 0, {"no such file"}},
+        Bad{"bad_scene_syntax.yaml", 3, {"not well-formed YAML"}},
+        Bad{"bad_scene_misspelt_key.yaml", 9, {"objets", "unknown key", "did you mean \"objects\""}},
+        Bad{"bad_scene_unknown_key.yaml", 10, {"gravity", "expected one of robot, fixed_bodies"}},
+        Bad{"bad_scene_key_twice.yaml", 10, {"seed", "twice"}},
+        Bad{"bad_scene_missing_key.yaml", 2, {"robot", "\"posture\" is missing"}},
+        Bad{"bad_scene_wrong_type.yaml", 6, {"robot.base.xyz_m", "a list of 2", "3 numbers"}},
+        Bad{"bad_scene_nan.yaml", 10, {"jitter.x_m", "\"nan\" is not finite"}},
+        Bad{"bad_scene_dot_nan.yaml", 10, {"jitter.x_m", ".nan"}},
+        Bad{"bad_scene_negative_jitter.yaml", 10, {"jitter.x_m", "negative"}},
+        Bad{"bad_scene_base_kind.yaml", 6, {"robot.base.kind", "\"floating\"", "\"fixed\""}},
+        Bad{"bad_scene_urdf_missing.yaml", 2, {"robot.urdf", "no file", "nowhere.urdf"}},
+        Bad{"bad_scene_weight_off.yaml",
+            16,
+            {"objects[0].weights[0].from_left_end_m", "1.2 m is off the object"}},
+        Bad{"bad_scene_weight_massless.yaml", 15, {"objects[0].weights[0].urdf", "no mass"}},
+        Bad{"bad_scene_name_twice.yaml", 13, {"objects[0].name", "\"bar\""}},
+        Bad{"bad_scene_not_centred.yaml", 11, {"objects[0].urdf", "expected its frame in the middle"}},
+        Bad{"bad_scene_nested_too_deep.yaml", 2, {"nested too deep"}},
+        Bad{"bad_scene_list.yaml", 1, {"a list of 2", "expected a mapping"}},
+        Bad{"bad_scene_seed.yaml", 9, {"seed", "\"-1\"", "whole number"}}),
+    test_name);
+
+TEST(BadSceneObject, NamesTheObjectsFile) {
+  EXPECT_THAT(message_of([] { (void)load_scene(kData / "bad_scene_bad_object.yaml"); }),
+              ::testing::AllOf(HasSubstr("bad_mass_negative.urdf:3:"), HasSubstr("-1 kg")));
+}
+
+class BadDevices : public ::testing::TestWithParam<Bad> {};
+
+TEST_P(BadDevices, IsOneSentenceWithFileLineAndKey) {
+  expect_message(message_of([] { (void)load_device_table(kData / GetParam().file, walkman_model()); }),
+                 GetParam());
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    Files, BadDevices,
+    ::testing::Values(
+        Bad{"bad_devices_unknown_joint.yaml",
+            5,
+            {"buses[0].devices[0].joint", "no joint \"RElbow\"", "\"RElbj\""}},
+        Bad{"bad_devices_unknown_frame.yaml", 5, {"force_torque", "no frame \"r_arm_tf\"", "\"r_arm_ft\""}},
+        Bad{"bad_devices_fixed_joint.yaml", 5, {"imu_joint", "does not move"}},
+        Bad{"bad_devices_passive_joint.yaml", 5, {"RThumbFlexion1", "follows \"r_handj_synergy\""}},
+        Bad{"bad_devices_node_range.yaml", 5, {"node", "\"128\"", "1 to 127"}},
+        Bad{"bad_devices_node_twice.yaml", 6, {"node", "11 is the node-ID of \"RShSag\""}},
+        Bad{"bad_devices_joint_twice.yaml", 6, {"\"RShSag\" has a device before"}},
+        Bad{"bad_devices_interface_long.yaml", 3, {"interface", "expected at most 15"}},
+        Bad{"bad_devices_two_kinds.yaml", 5, {"expected one of them"}},
+        Bad{"bad_devices_no_kind.yaml", 5, {"joint, hand, force_torque"}},
+        Bad{"bad_devices_sensor_torque.yaml", 5, {"rated_torque_mnm", "a sensor has none"}},
+        Bad{"bad_devices_torque.yaml", 5, {"rated_torque_mnm", "\"0\""}},
+        Bad{"bad_devices_empty.yaml", 4, {"devices", "empty"}}),
+    test_name);
+
+}  // namespace
+}  // namespace walkman::testing

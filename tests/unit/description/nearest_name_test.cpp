@@ -1,0 +1,26 @@
+#include "urdf/nearest_name.h"
+
+#include <gtest/gtest.h>
+
+namespace walkman {
+namespace {
+
+TEST(NearestName, FindsTypingMistakes) {
+  const std::vector<std::string> keys = {"objects", "fixed_bodies", "robot", "seed"};
+  EXPECT_EQ(nearest_name("object", keys), "objects");             // a letter missing
+  EXPECT_EQ(nearest_name("fixed_bodeis", keys), "fixed_bodies");  // two swapped
+  EXPECT_EQ(nearest_name("Robot", keys), "robot");                // another case
+  EXPECT_EQ(nearest_name("seeed", keys), "seed");                 // one too many
+  EXPECT_EQ(nearest_name("weights", keys), "");                   // nothing like it
+  EXPECT_EQ(nearest_name("", {}), "");
+  EXPECT_EQ(nearest_name(std::string(10'000, 'a'), keys), "");
+}
+
+TEST(NearestName, PrefersTheFewestEdits) {
+  EXPECT_EQ(nearest_name("RElbow", {"RElb", "RElbj", "RElbows"}), "RElbows");
+  EXPECT_EQ(did_you_mean("RElbow", {"RElbows"}), "; did you mean \"RElbows\"?");
+  EXPECT_EQ(did_you_mean("RElbow", {"Neck"}), "");
+}
+
+}  // namespace
+}  // namespace walkman

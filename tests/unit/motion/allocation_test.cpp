@@ -1,0 +1,88 @@
+// Linked with --wrap for the C allocation functions: Eigen takes its memory from them, everything else from
+// operator new, which is replaced here.
+
+#include <atomic>
+#include <cstdlib>
+#include <new>
+
+#include <gtest/gtest.h>
+
+#include "adaptation/motion/hand_motion.h"
+#include "tests/unit/motion/reference_robot.h"
+
+namespace {
+std::atomic<int> allocations{0};
+}
+
+extern "C" {
+void* __real_malloc(std::size_t size);
+void* __real_calloc(std::size_t count, std::size_t size);
+void* __real_realloc(void* memory, std::size_t size);
+
+void* __wrap_malloc(std::size_t size) {
+  ++allocations;
+  return __real_malloc(size);
+}
+void* __wrap_calloc(std::size_t count, std::size_t size) {
+  ++allocations;
+  return __real_calloc(count, size);
+}
+void* __wrap_realloc(void* memory, std::size_t size) {
+  ++allocations;
+  return __real_realloc(memory, size);
+}
+}
+
+// Out of line, or the compiler takes the pair of them for a mismatch of new and free.
+[[gnu::noinline]] void* operator new(std::size_t size) {
+  ++allocations;
+  void* memory = __real_malloc(size);
+  if (memory == nullptr) throw std::bad_alloc();
+  return memory;
+}
+[[gnu::noinline]] void operator delete(void* memory) noexcept { std::free(memory); }
+[[gnu::noinline]] void operator delete(void* memory, std::size_t) noexcept { std::free(memory); }
+
+namespace walkman::motion {
+namespace {
+
+TEST(Allocation, TheCountSeesEigenAndTheLibrary) {
+  const int before = allocations;
+  const Eigen::VectorXd vector = Eigen::VectorXd::Constant(100, 1.0);
+  EXPECT_GT(allocations, before);
+  const int between = allocations;
+  const std::vector<int> numbers(100, static_cast<int>(vector[0]));
+  EXPECT_GT(allocations, between);
+  EXPECT_EQ(numbers.back(), 1);
+}
+
+TEST(Allocation, AStepMakesNone) {
+  const ReferenceRobot& robot = reference_robot();
+  HandMotion hand(robot.model, robot.joint_names, robot.X_WB);
+  hand.reset(robot.q_home);
+  hand.set_table(ConvexPrism(Eigen::Vector3d::UnitZ(),
+                             {{0.5, -0.8, 0.9}, {1.3, -0.8, 0.9}, {1.3, 0.8, 0.9}, {0.5, 0.8, 0.9}}));
+  Eigen::Isometry3d X_WH = hand.X_WH();
+  X_WH.translation() += Eigen::Vector3d(0.2, 0.1, 0.1);
+  Eigen::Isometry3d X_WTable = X_WH;
+  X_WTable.translation().z() = 0.7;
+  const int before = allocations;
+  hand.go_to(X_WH, {});
+  for (int i = 0; i < 1000; ++i) {
+    hand.set_payload(0.001 * i, Eigen::Vector3d(0.1, 0, 0));
+    hand.step(0.005);
+  }
+  const bool reached = hand.status() == HandMotion::Status::kReached;
+  hand.go_to(X_WTable, {});
+  for (int i = 0; i < 2000; ++i) hand.step(0.005);
+  const bool blocked = hand.status() == HandMotion::Status::kBlocked;
+  hand.hold();
+  hand.step(0.005);
+  const int after = allocations;
+  EXPECT_EQ(after, before);
+  EXPECT_TRUE(reached);
+  EXPECT_TRUE(blocked);
+}
+
+}  // namespace
+}  // namespace walkman::motion

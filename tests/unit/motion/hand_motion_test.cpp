@@ -1,0 +1,257 @@
+#include "adaptation/motion/hand_motion.h"
+
+#include <random>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "tests/unit/motion/reference_robot.h"
+
+namespace walkman::motion {
+namespace {
+
+constexpr double kDt = 0.005;
+using Status = HandMotion::Status;
+
+const std::vector<Eigen::Vector3d> kTable = {
+    {0.5, -0.8, 0.9}, {1.3, -0.8, 0.9}, {1.3, 0.8, 0.9}, {0.5, 0.8, 0.9}};
+
+/// Palm down, fingers forward.
+Eigen::Isometry3d palm_down(double x, double y, double z) {
+  Eigen::Isometry3d X_WH = Eigen::Isometry3d::Identity();
+  X_WH.linear().col(0) = -Eigen::Vector3d::UnitY();
+  X_WH.linear().col(1) = Eigen::Vector3d::UnitZ();
+  X_WH.linear().col(2) = -Eigen::Vector3d::UnitX();
+  X_WH.translation() << x, y, z;
+  return X_WH;
+}
+
+/// What must hold at every step of a run, and what was seen.
+struct Record {
+  double time = 0;
+  double least_table = 1e9, least_trunk = 1e9, least_margin = 1e9;
+  double peak_velocity = 0, peak_acceleration = 0;
+};
+
+class HandMotionTest : public testing::Test {
+ protected:
+  HandMotionTest() : robot(reference_robot()), hand(robot.model, robot.joint_names, robot.X_WB) {
+    hand.reset(robot.q_home);
+    hand.set_table(ConvexPrism(Eigen::Vector3d::UnitZ(), kTable));
+  }
+
+  Record run_until_done(double longest = 60) {
+    Record run;
+    Eigen::VectorXd v = hand.v_ref();
+    while (!hand.done() && run.time < longest) {
+      const Eigen::VectorXd q = hand.q_ref();
+      hand.step(kDt);
+      run.time += kDt;
+      EXPECT_LT((hand.q_ref() - q - kDt * hand.v_ref()).norm(), 1e-12);
+      run.peak_velocity = std::max(run.peak_velocity, hand.v_ref().cwiseAbs().maxCoeff());
+      run.peak_acceleration = std::max(run.peak_acceleration, (hand.v_ref() - v).cwiseAbs().maxCoeff() / kDt);
+      v = hand.v_ref();
+      run.least_table = std::min(run.least_table, hand.table_clearance());
+      run.least_trunk = std::min(run.least_trunk, hand.trunk_clearance());
+      run.least_margin = std::min(run.least_margin, hand.limit_margin());
+    }
+    EXPECT_TRUE(hand.done());
+    return run;
+  }
+
+  void expect_safe(const Record& run) {
+    EXPECT_GT(run.least_table, 0.009);
+    EXPECT_GT(run.least_trunk, 0.009);
+    EXPECT_GT(run.least_margin, -1e-9);
+    EXPECT_LE(run.peak_velocity, 1 + 1e-8);
+  }
+
+  const ReferenceRobot& robot;
+  HandMotion hand;
+};
+
+TEST_F(HandMotionTest, ReachesEveryPlaceOfTheBarFromHome) {
+  for (const double x : {0.55, 0.62, 0.70}) {
+    for (const double y : {-0.45, -0.35, -0.25, -0.15}) {
+      hand.reset(robot.q_home);
+      for (const Eigen::Isometry3d& X_WH : {palm_down(x - 0.1, y, 1.18), palm_down(x, y, 0.98)}) {
+        hand.go_to(X_WH, {});
+        const Record run = run_until_done();
+        expect_safe(run);
+        EXPECT_LE(run.peak_acceleration, 8 + 1e-6);
+        EXPECT_LT(run.time, 8);
+      }
+      ASSERT_EQ(hand.status(), Status::kReached) << x << " " << y << ": " << hand.describe();
+      EXPECT_LT(hand.error().position, 1e-4);
+      EXPECT_LT(hand.error().rotation, 1e-4);
+      for (const char* joint : {"WaistLat", "WaistSag", "WaistYaw"})
+        EXPECT_LT(std::abs(hand.q_ref()[hand.kinematics().dof_of(joint)]), 0.1);
+      // The elbow is out, well above the table and to the right of the hand.
+      const Eigen::Vector3d p_WElbow = hand.kinematics().X_WL(robot.model.link_index("RElb")).translation();
+      EXPECT_GT(p_WElbow.z(), 1.1);
+      EXPECT_LT(p_WElbow.y(), y);
+    }
+  }
+}
+
+TEST_F(HandMotionTest, ComesToRestOnTheTarget) {
+  hand.go_to(palm_down(0.6, -0.3, 1.1), {});
+  run_until_done();
+  for (int i = 0; i < 400; ++i) hand.step(kDt);
+  EXPECT_EQ(hand.status(), Status::kReached);
+  EXPECT_LT(hand.error().position, 1e-6);
+  EXPECT_LT(hand.error().rotation, 1e-6);
+  EXPECT_LT(hand.v_ref().cwiseAbs().maxCoeff(), 1e-6);
+}
+
+TEST_F(HandMotionTest, JointsThatAreNotActiveKeepTheirPlace) {
+  hand.go_to(palm_down(0.6, -0.3, 1.1), {});
+  run_until_done();
+  const HandMotionOptions options;
+  for (std::size_t i = 0; i < robot.joint_names.size(); ++i) {
+    const auto& active = options.active_joints;
+    if (std::find(active.begin(), active.end(), robot.joint_names[i]) != active.end()) continue;
+    const auto dof = static_cast<Eigen::Index>(i);
+    EXPECT_EQ(hand.q_ref()[dof], robot.q_home[dof]) << robot.joint_names[i];
+  }
+}
+
+TEST_F(HandMotionTest, NeverTouchesTheTableWhateverTheTarget) {
+  std::mt19937 random(4);
+  std::uniform_real_distribution<double> unit(0, 1);
+  int below = 0;
+  int reached = 0;
+  hand.go_to(palm_down(0.5, -0.3, 1.15), {});
+  run_until_done();
+  ASSERT_EQ(hand.status(), Status::kReached);
+  const Eigen::VectorXd q_above_edge = hand.q_ref();
+  const MotionLimits quick{0.5, 2.0, 1.0, 4.0};
+  for (int round = 0; round < 50; ++round) {
+    hand.reset(q_above_edge);
+    Eigen::Isometry3d X_WH =
+        palm_down(0.45 + 0.5 * unit(random), -0.5 + 0.5 * unit(random), 0.7 + 0.5 * unit(random));
+    const Eigen::Vector3d tilt(unit(random) - 0.5, unit(random) - 0.5, unit(random) - 0.5);
+    X_WH.linear() = Eigen::AngleAxisd(tilt.norm(), tilt.normalized()).toRotationMatrix() * X_WH.linear();
+    hand.go_to(X_WH, quick);
+    const Record run = run_until_done();
+    expect_safe(run);
+    if (X_WH.translation().z() < 0.9 && X_WH.translation().x() > 0.5) {
+      ++below;
+      EXPECT_EQ(hand.status(), Status::kBlocked);
+      EXPECT_GT(hand.X_WH().translation().z(), 0.9);
+      // Stopped is at rest.
+      const Eigen::VectorXd q = hand.q_ref();
+      for (int i = 0; i < 100; ++i) hand.step(kDt);
+      EXPECT_LT((hand.q_ref() - q).norm(), 0.2);
+      EXPECT_EQ(hand.v_ref().norm(), 0);
+    } else if (hand.status() == Status::kReached) {
+      ++reached;
+    }
+  }
+  EXPECT_GT(below, 10);
+  EXPECT_GT(reached, 5);
+}
+
+TEST_F(HandMotionTest, NamesTheTableWhenItIsInTheWay) {
+  hand.go_to(palm_down(0.5, -0.3, 1.15), {});
+  run_until_done();
+  hand.go_to(palm_down(0.65, -0.3, 0.80), {});
+  run_until_done();
+  EXPECT_EQ(hand.status(), Status::kBlocked);
+  EXPECT_THAT(hand.describe(), testing::HasSubstr("table"));
+  hand.reset(robot.q_home);
+  hand.go_to(palm_down(1.6, -0.3, 1.3), {});
+  expect_safe(run_until_done());
+  EXPECT_EQ(hand.status(), Status::kBlocked);
+  EXPECT_THAT(hand.describe(), testing::HasSubstr("reach"));
+}
+
+TEST_F(HandMotionTest, LooksAheadWithoutMoving) {
+  const Eigen::VectorXd q = hand.q_ref();
+  const auto near = hand.reachable(palm_down(0.62, -0.25, 1.05), {});
+  EXPECT_EQ(near.status, Status::kReached);
+  EXPECT_LT(near.error.position, 1e-4);
+  EXPECT_GT(near.table_clearance, 0.009);
+  const auto far = hand.reachable(palm_down(1.4, -0.25, 1.05), {});
+  EXPECT_EQ(far.status, Status::kBlocked);
+  EXPECT_GT(far.error.position, 0.05);
+  EXPECT_EQ(hand.q_ref(), q);
+  EXPECT_EQ(hand.status(), Status::kHolding);
+  hand.step(kDt);
+  EXPECT_EQ(hand.q_ref(), q);
+  // What was foreseen happens.
+  hand.go_to(palm_down(0.62, -0.25, 1.05), {});
+  run_until_done();
+  EXPECT_EQ(hand.status(), Status::kReached);
+  EXPECT_LT((hand.q_ref() - near.q).cwiseAbs().maxCoeff(), 0.1);
+}
+
+TEST_F(HandMotionTest, HoldBrakesWithinTheAccelerationBound) {
+  hand.go_to(palm_down(0.62, -0.25, 1.05), {});
+  for (int i = 0; i < 300; ++i) hand.step(kDt);
+  EXPECT_GT(hand.v_ref().norm(), 0.1);
+  hand.hold();
+  EXPECT_TRUE(hand.done());
+  for (int i = 0; i < 100; ++i) {
+    const Eigen::VectorXd v = hand.v_ref();
+    hand.step(kDt);
+    EXPECT_LE((hand.v_ref() - v).cwiseAbs().maxCoeff(), 8 * kDt + 1e-8);
+  }
+  EXPECT_LT(hand.v_ref().norm(), 1e-9);
+  EXPECT_EQ(hand.status(), Status::kHolding);
+}
+
+TEST_F(HandMotionTest, FailureHoldsTheReference) {
+  for (int i = 0; i < 20; ++i) hand.step(kDt);
+  const Eigen::VectorXd q = hand.q_ref();
+  Eigen::Isometry3d X_WH = palm_down(0.62, -0.25, 1.05);
+  X_WH.translation().x() = std::nan("");
+  hand.go_to(X_WH, {});
+  for (int i = 0; i < 20; ++i) {
+    const auto& commands = hand.step(kDt);
+    for (std::size_t j = 0; j < commands.size(); ++j)
+      EXPECT_EQ(commands[j].link_position, q[static_cast<Eigen::Index>(j)]);
+  }
+  EXPECT_EQ(hand.status(), Status::kIkFailed);
+  EXPECT_EQ(hand.q_ref(), q);
+  hand.go_to(palm_down(0.62, -0.25, 1.05), {});
+  run_until_done();
+  EXPECT_EQ(hand.status(), Status::kReached);
+}
+
+TEST_F(HandMotionTest, FeedForwardCarriesRobotAndPayload) {
+  const auto torques = [&] {
+    Eigen::VectorXd result(hand.q_ref().size());
+    const auto& commands = hand.step(kDt);
+    for (std::size_t i = 0; i < commands.size(); ++i)
+      result[static_cast<Eigen::Index>(i)] = commands[i].feedforward_torque;
+    return result;
+  };
+  hand.go_to(palm_down(0.62, -0.25, 1.05), {});
+  run_until_done();
+  for (int i = 0; i < 400; ++i) hand.step(kDt);
+  const Eigen::VectorXd empty = torques();
+  const Eigen::Vector3d p_HCm(0.1, -0.035, 0);
+  hand.set_payload(1.5, p_HCm);
+  hand.step(kDt);
+  const Eigen::VectorXd loaded = torques();
+  // Virtual work: the payload's weight through the Jacobian of its point.
+  Eigen::MatrixXd J(6, hand.kinematics().dof());
+  hand.kinematics().jacobian(robot.model.link_index("r_hand_grasp"), p_HCm, J);
+  const Eigen::VectorXd expected = 1.5 * kGravity * J.row(5).transpose();
+  EXPECT_LT((loaded - empty - expected).cwiseAbs().maxCoeff(), 1e-4);
+  EXPECT_GT(expected.cwiseAbs().maxCoeff(), 3);
+}
+
+TEST_F(HandMotionTest, RejectsWhatDoesNotFitTheRobot) {
+  EXPECT_THROW(hand.reset(Eigen::VectorXd::Zero(3)), std::runtime_error);
+  Eigen::VectorXd q = robot.q_home;
+  q[4] = std::nan("");
+  EXPECT_THROW(hand.reset(q), std::runtime_error);
+  HandMotionOptions options;
+  options.active_joints.emplace_back("RElbow");
+  EXPECT_THROW(HandMotion(robot.model, robot.joint_names, robot.X_WB, options), std::runtime_error);
+}
+
+}  // namespace
+}  // namespace walkman::motion

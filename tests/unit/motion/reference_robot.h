@@ -1,0 +1,23 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include <Eigen/Geometry>
+
+#include "urdf/robot_model.h"
+
+namespace walkman::motion {
+
+/// WALK-MAN as the tests need it: model, body joints in device-table order, home posture.
+struct ReferenceRobot {
+  RobotModel model;
+  std::vector<std::string> joint_names;
+  Eigen::VectorXd q_home;
+  Eigen::Isometry3d X_WB = Eigen::Isometry3d::Identity();
+};
+
+/// Loaded once a process.
+const ReferenceRobot& reference_robot();
+
+}  // namespace walkman::motion

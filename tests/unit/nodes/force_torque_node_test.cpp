@@ -1,0 +1,130 @@
+#include "emulator/nodes/force_torque_node.h"
+
+#include <bit>
+#include <cmath>
+#include <limits>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "tests/unit/nodes/conversation.h"
+
+namespace walkman::nodes {
+namespace {
+
+using testing::ElementsAre;
+
+struct ForceTorqueNodeTest : testing::Test {
+  ForceTorqueNodeTest() { talk.listen(milliseconds(2)); }
+  void sample(double fx, double fy, double fz, double tx, double ty, double tz) {
+    Wrench w;
+    w.force = {fx, fy, fz};
+    w.torque = {tx, ty, tz};
+    node.sample(w);
+  }
+  float real(unsigned index, unsigned sub) {
+    char text[32];
+    std::snprintf(text, sizeof text, "612#40%02X%02X%02X00000000", index & 0xFFU, index >> 8U, sub);
+    const std::string data = talk.ask(text).at(0).substr(12);
+    std::uint32_t raw = 0;
+    for (std::size_t i = 4; i > 0; --i) {
+      raw = raw << 8U | static_cast<std::uint32_t>(std::stoul(data.substr(2 * i - 2, 2), nullptr, 16));
+    }
+    return std::bit_cast<float>(raw);
+  }
+  ForceTorqueNode node{[] {
+    ForceTorqueParameters p;
+    p.node_id = 18;
+    p.name = "RWrist FT";
+    p.serial = 18;
+    return p;
+  }()};
+  Conversation talk{node};
+};
+
+TEST_F(ForceTorqueNodeTest, BothPdosOfASampleInBytes) {
+  talk.ask("000#0112");
+  // Before any sample: invalid.
+  EXPECT_THAT(talk.ask("080#"), ElementsAre("192#0000000000000000", "292#00000000000001"));
+  sample(12.0, -3.0, 100.0, 0.5, -0.25, 1.0);
+  // 120 = 0078h, -30 = FFE2h, 1000 = 03E8h, counter 1; 50 = 0032h, -25 = FFE7h, 100 = 0064h.
+  EXPECT_THAT(talk.ask("080#"), ElementsAre("192#7800E2FFE8030100", "292#3200E7FF640000"));
+  sample(12.0, -3.0, 100.0, 0.5, -0.25, 1.0);
+  EXPECT_THAT(talk.ask("080#"), ElementsAre("192#7800E2FFE8030200", "292#3200E7FF640000"));
+}
+
+TEST_F(ForceTorqueNodeTest, IdentityUnitsAndDigits) {
+  EXPECT_THAT(talk.ask("612#4000100000000000"), ElementsAre("592#4300100094010200"));
+  EXPECT_THAT(talk.ask("612#4031610100000000"), ElementsAre("592#4331610100002100"));
+  EXPECT_THAT(talk.ask("612#4032610100000000"), ElementsAre("592#4F32610101000000"));
+  EXPECT_THAT(talk.ask("612#4032610600000000"), ElementsAre("592#4F32610602000000"));
+}
+
+TEST_F(ForceTorqueNodeTest, ValuesAreThoseTheSensorResolves) {
+  sample(0.37, 0.36, -0.38, 0.0074, 0.0076, 0.0059);
+  EXPECT_FLOAT_EQ(real(0x6130, 1), 0.25F);
+  EXPECT_FLOAT_EQ(real(0x6130, 2), 0.25F);
+  EXPECT_FLOAT_EQ(real(0x6130, 3), -0.5F);
+  EXPECT_FLOAT_EQ(real(0x6130, 4), 0.005F);
+  EXPECT_FLOAT_EQ(real(0x6130, 5), 0.01F);
+  EXPECT_FLOAT_EQ(real(0x6130, 6), 0.004F);
+}
+
+TEST_F(ForceTorqueNodeTest, TareByCommandAndByValue) {
+  sample(50, 0, -20, 0, 2, 0);
+  EXPECT_THAT(talk.ask("612#2339610100000000"), ElementsAre("592#8039610130000906"));
+  EXPECT_THAT(talk.ask("612#2339610174617261"), ElementsAre("592#6039610100000000"));
+  EXPECT_THAT(talk.ask("612#2339610574617261"), ElementsAre("592#6039610500000000"));
+  EXPECT_THAT(talk.ask("612#4039610100000000"), ElementsAre("592#8039610101000106"));
+  EXPECT_FLOAT_EQ(real(0x6138, 1), 50);
+  EXPECT_FLOAT_EQ(real(0x6130, 1), 0);
+  EXPECT_FLOAT_EQ(real(0x6100, 1), 50);
+  sample(55, 0, -20, 0, 2.5, 0);
+  talk.ask("000#0112");
+  EXPECT_THAT(talk.ask("080#"), ElementsAre("192#3200000038FF0200", "292#00003200000000"));
+  // -20 N as the tare of channel 3: C1A00000h.
+  EXPECT_THAT(talk.ask("612#233861030000A0C1"), ElementsAre("592#6038610300000000"));
+  EXPECT_FLOAT_EQ(real(0x6130, 3), 0);
+  // Reset node forgets the tare.
+  talk.ask("000#8112");
+  sample(55, 0, -20, 0, 2.5, 0);
+  EXPECT_FLOAT_EQ(real(0x6130, 1), 55);
+}
+
+TEST_F(ForceTorqueNodeTest, OverloadSaturatesAndIsReported) {
+  talk.ask("000#0112");
+  sample(0, 0, 0, 0, -40, 0);
+  EXPECT_THAT(talk.ask("080#"),
+              ElementsAre("092#01FF810000000000", "192#0000000000000100", "292#000054F2000004"));
+  EXPECT_FLOAT_EQ(real(0x6130, 5), -35);
+  EXPECT_THAT(talk.ask("612#4050610500000000"), ElementsAre("592#4F50610504000000"));
+  EXPECT_THAT(talk.ask("612#4050610400000000"), ElementsAre("592#4F50610400000000"));
+  sample(2000, 0, 0, 0, 0, 0);
+  EXPECT_THAT(talk.ask("080#"), ElementsAre("192#983A000000000200", "292#00000000000002"));
+  sample(0, 0, 0, 0, 0, 0);
+  EXPECT_THAT(talk.ask("080#"),
+              ElementsAre("092#0000000000000000", "192#0000000000000300", "292#00000000000000"));
+}
+
+TEST_F(ForceTorqueNodeTest, NotANumberAndOffAreInvalid) {
+  talk.ask("000#0112");
+  sample(10, 0, 0, 0, 0, 0);
+  sample(std::numeric_limits<double>::quiet_NaN(), 0, 0, 0, 0, 0);
+  EXPECT_THAT(talk.ask("080#"), ElementsAre("192#6400000000000200", "292#00000000000001"));
+  talk.ask("612#2F12610200000000");
+  sample(0, 7, 0, 0, 0, 0);
+  EXPECT_THAT(talk.ask("080#"), ElementsAre("192#0000000000000300", "292#00000000000001"));
+}
+
+TEST_F(ForceTorqueNodeTest, LowPassHasItsTimeConstant) {
+  talk.ask("612#2FA0610300000000");
+  talk.ask("612#2FA0610301000000");
+  talk.ask("612#2BA1610314000000");  // 20 ms
+  sample(0, 0, 0, 0, 0, 0);
+  for (int i = 0; i < 20; ++i) sample(0, 0, 1000, 0, 0, 0);
+  EXPECT_NEAR(real(0x6130, 3), 1000 * (1 - std::exp(-1.0)), 0.01);
+  EXPECT_FLOAT_EQ(real(0x6130, 1), 0);
+}
+
+}  // namespace
+}  // namespace walkman::nodes

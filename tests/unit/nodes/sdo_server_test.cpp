@@ -1,0 +1,95 @@
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "tests/unit/nodes/conversation.h"
+#include "tests/unit/nodes/test_drive.h"
+
+namespace walkman::nodes {
+namespace {
+
+using testing::ElementsAre;
+using testing::IsEmpty;
+
+// Node 5: requests 605h, answers 585h.
+struct SdoServerTest : testing::Test {
+  SdoServerTest() { talk.listen(milliseconds(2)); }
+  DriveNode node{test_drive()};
+  Conversation talk{node};
+};
+
+TEST_F(SdoServerTest, ExpeditedUploadOfEverySize) {
+  EXPECT_THAT(talk.ask("605#4000100000000000"), ElementsAre("585#4300100092010200"));  // u32 device type
+  EXPECT_THAT(talk.ask("605#4018100400000000"), ElementsAre("585#4318100405100000"));  // u32 serial number
+  EXPECT_THAT(talk.ask("605#4017100000000000"), ElementsAre("585#4B17100000000000"));  // u16
+  EXPECT_THAT(talk.ask("605#4001100000000000"), ElementsAre("585#4F01100000000000"));  // u8
+  EXPECT_THAT(talk.ask("605#4002650000000000"),
+              ElementsAre("585#4302650080020100"));  // supported modes 10280h
+}
+
+TEST_F(SdoServerTest, ExpeditedDownloadWithAndWithoutSize) {
+  EXPECT_THAT(talk.ask("605#2B171000E8030000"), ElementsAre("585#6017100000000000"));
+  EXPECT_THAT(talk.ask("605#2310200140420F00"), ElementsAre("585#6010200100000000"));
+  EXPECT_THAT(talk.ask("605#4010200100000000"), ElementsAre("585#4310200140420F00"));
+  // 22h: size not given.
+  EXPECT_THAT(talk.ask("605#2210200100350C00"), ElementsAre("585#6010200100000000"));
+  EXPECT_THAT(talk.ask("605#4010200100000000"), ElementsAre("585#4310200100350C00"));
+}
+
+TEST_F(SdoServerTest, SegmentedUpload) {
+  // 1008h "RShLat drive": 12 bytes = 7 + 5.
+  EXPECT_THAT(talk.ask("605#4008100000000000"), ElementsAre("585#410810000C000000"));
+  EXPECT_THAT(talk.ask("605#6000000000000000"), ElementsAre("585#005253684C617420"));
+  EXPECT_THAT(talk.ask("605#7000000000000000"), ElementsAre("585#1564726976650000"));
+  EXPECT_THAT(talk.ask("605#6000000000000000"), ElementsAre("585#8000000001000405"));
+}
+
+TEST_F(SdoServerTest, SegmentedDownloadInOneAndTwoSegments) {
+  EXPECT_THAT(talk.ask("605#2110200104000000"), ElementsAre("585#6010200100000000"));
+  EXPECT_THAT(talk.ask("605#0740420F00000000"), ElementsAre("585#2000000000000000"));
+  EXPECT_THAT(talk.ask("605#4010200100000000"), ElementsAre("585#4310200140420F00"));
+  // Without a size, two bytes each.
+  EXPECT_THAT(talk.ask("605#2010200100000000"), ElementsAre("585#6010200100000000"));
+  EXPECT_THAT(talk.ask("605#0A00350000000000"), ElementsAre("585#2000000000000000"));
+  EXPECT_THAT(talk.ask("605#1B0C000000000000"), ElementsAre("585#3000000000000000"));
+  EXPECT_THAT(talk.ask("605#4010200100000000"), ElementsAre("585#4310200100350C00"));
+}
+
+TEST_F(SdoServerTest, AbortCodes) {
+  EXPECT_THAT(talk.ask("605#4034120000000000"), ElementsAre("585#8034120000000206"));  // no object
+  EXPECT_THAT(talk.ask("605#4018100500000000"), ElementsAre("585#8018100511000906"));  // no sub-index
+  EXPECT_THAT(talk.ask("605#2300100000000000"), ElementsAre("585#8000100002000106"));  // read-only
+  EXPECT_THAT(talk.ask("605#2B10200100000000"), ElementsAre("585#8010200113000706"));  // too short
+  EXPECT_THAT(talk.ask("605#2317100000000000"), ElementsAre("585#8017100012000706"));  // too long
+  EXPECT_THAT(talk.ask("605#2F60600003000000"), ElementsAre("585#8060600030000906"));  // mode not offered
+  EXPECT_THAT(talk.ask("605#2F29100103000000"), ElementsAre("585#8029100131000906"));  // too high
+  EXPECT_THAT(talk.ask("605#4003100100000000"),
+              ElementsAre("585#8003100124000008"));  // no error in the history
+  EXPECT_THAT(talk.ask("605#2F03100001000000"), ElementsAre("585#8003100030000906"));
+  EXPECT_THAT(talk.ask("605#237D60024039D2FF"),
+              ElementsAre("585#807D600236000906"));  // upper below lower limit
+  EXPECT_THAT(talk.ask("605#C600100010000000"), ElementsAre("585#8000100001000405"));  // block download
+  EXPECT_THAT(talk.ask("605#A408100010000000"), ElementsAre("585#8008100001000405"));  // block upload
+  EXPECT_THAT(talk.ask("605#2108100040000000"), ElementsAre("585#8008100002000106"));
+}
+
+TEST_F(SdoServerTest, WrongToggleEndsTheTransfer) {
+  talk.ask("605#4008100000000000");
+  EXPECT_THAT(talk.ask("605#7000000000000000"), ElementsAre("585#8008100000000305"));
+  EXPECT_THAT(talk.ask("605#6000000000000000"), ElementsAre("585#8000000001000405"));
+}
+
+TEST_F(SdoServerTest, AForgottenTransferTimesOut) {
+  talk.ask("605#4008100000000000");
+  EXPECT_THAT(talk.listen(milliseconds(990)), IsEmpty());
+  EXPECT_THAT(talk.listen(milliseconds(20)), ElementsAre("585#8008100000000405"));
+}
+
+TEST_F(SdoServerTest, ClientAbortAndOddLengthsGetNoAnswer) {
+  talk.ask("605#4008100000000000");
+  EXPECT_THAT(talk.ask("605#8008100000000405"), IsEmpty());
+  EXPECT_THAT(talk.ask("605#40001000"), IsEmpty());
+  EXPECT_THAT(talk.ask("606#4000100000000000"), IsEmpty());
+}
+
+}  // namespace
+}  // namespace walkman::nodes

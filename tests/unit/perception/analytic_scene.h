@@ -1,0 +1,74 @@
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+#include <Eigen/Geometry>
+
+#include "drivers/camera/range_camera.h"
+
+namespace walkman::perception::test {
+
+/// A straight round bar with flat ends; `start` and `end` in the camera's frame, m.
+struct Bar {
+  Eigen::Vector3d start, end;
+  double radius = 0.035;
+
+  [[nodiscard]] Eigen::Vector3d axis() const { return (end - start).normalized(); }
+  [[nodiscard]] double length() const { return (end - start).norm(); }
+};
+
+/// A box; its frame's axes are its edges.
+struct Box {
+  Eigen::Isometry3d X_CB = Eigen::Isometry3d::Identity();
+  Eigen::Vector3d half = Eigen::Vector3d::Zero();  ///< m
+};
+
+/// Bars and boxes before a rectified stereo camera, every surface in closed form.
+struct AnalyticScene {
+  std::vector<Bar> bars;
+  std::vector<Box> boxes;                        ///< the table's top among them
+  Eigen::Vector3d up = Eigen::Vector3d::Zero();  ///< normal of the table
+  double table_offset = 0;                       ///< up·p + table_offset = 0 on the table's top
+
+  /// Depth along `ray` from `origin` in units of `ray`; infinity when it meets nothing.
+  [[nodiscard]] double trace(const Eigen::Vector3d& origin, const Eigen::Vector3d& ray) const;
+};
+
+struct TestCamera {
+  int size = 1024;
+  double focal = 588.8, centre = 511.5, baseline = 0.07;
+};
+
+/// Stereo noise as a matcher makes it, in disparity (px).
+struct TestNoise {
+  double sigma = 0.2;
+  double correlation = 2.0;  ///< of the 0.8 part; 0.6 is white
+  int fattening = 3;
+  double spike_share = 0.002;
+  double dropout_share = 0.03;
+  double step = 1.0 / 16;
+  std::uint64_t seed = 1;
+};
+
+/// Disparity of the left pixels, 0 where nothing is met or the right camera does not see the point.
+[[nodiscard]] std::vector<float> true_disparity(const AnalyticScene& scene, const TestCamera& camera);
+[[nodiscard]] std::vector<float> with_noise(const std::vector<float>& disparity, const TestCamera& camera,
+                                            const TestNoise& noise);
+[[nodiscard]] camera::OrganizedCloud to_cloud(const std::vector<float>& disparity, const TestCamera& camera);
+
+/// The camera 0.7 m above a table, looking down at a bar of 1.05 m and 7 cm at 0.83 m. `yaw` turns the bar in
+/// the table's plane, `shift` moves it along its own axis.
+[[nodiscard]] AnalyticScene bar_on_table(double yaw, double shift);
+/// Clamps two square plates of 90 × 90 × 15 mm on the bar, at distances from its start, m, and lifts it on
+/// them.
+void add_weights(AnalyticScene& scene, const std::vector<double>& places);
+/// A point on the table from the table's coordinates: right, away from the camera, up; m.
+[[nodiscard]] Eigen::Vector3d on_table(double right, double away, double up);
+
+/// Cached noise-free cloud of the plain bar (yaw 0.1, shift 0.02), and its scene.
+[[nodiscard]] const AnalyticScene& plain_bar();
+[[nodiscard]] const std::vector<float>& plain_bar_disparity();
+
+}  // namespace walkman::perception::test

@@ -1,0 +1,201 @@
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <limits>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <pcl/io/pcd_io.h>
+#include <pcl/point_types.h>
+
+#include "adaptation/perception/stage_one.h"
+
+namespace walkman::perception {
+namespace {
+
+namespace fs = std::filesystem;
+using testing::AllOf;
+using testing::HasSubstr;
+
+const fs::path kData = fs::path(WALKMAN_TEST_DATA) / "perception";
+
+class PcdFile : public testing::Test {
+ protected:
+  void SetUp() override {
+    file_ =
+        fs::path(testing::TempDir()) /
+        (std::string("walkman_") + testing::UnitTest::GetInstance()->current_test_info()->name() + ".pcd");
+    fs::remove(file_);
+  }
+  void TearDown() override { fs::remove(file_); }
+
+  void write(const std::string& bytes) const { std::ofstream(file_, std::ios::binary) << bytes; }
+
+  [[nodiscard]] std::string error() const {
+    testing::internal::CaptureStderr();
+    std::string text = "none";
+    try {
+      static_cast<void>(read_pcd(file_));
+    } catch (const std::runtime_error& e) {
+      text = e.what();
+    }
+    EXPECT_EQ(testing::internal::GetCapturedStderr(), "") << "PCL must stay silent";
+    EXPECT_THAT(text, HasSubstr(file_.filename().string()));
+    EXPECT_EQ(std::count(text.begin(), text.end(), '\n'), 0);
+    return text;
+  }
+
+  // A header with one entry replaced.
+  static std::string header(const std::string& points, const std::string& data, const std::string& width = "",
+                            const std::string& fields = "x y z") {
+    return "# .PCD v0.7\nVERSION 0.7\nFIELDS " + fields + "\nSIZE 4 4 4\nTYPE F F F\nCOUNT 1 1 1\nWIDTH " +
+           (width.empty() ? points : width) + "\nHEIGHT 1\nVIEWPOINT 0 0 0 1 0 0 0\nPOINTS " + points +
+           "\nDATA " + data + "\n";
+  }
+
+  fs::path file_;
+};
+
+camera::OrganizedCloud small_cloud() {
+  camera::OrganizedCloud cloud;
+  cloud.width = 5;
+  cloud.height = 4;
+  for (int i = 0; i < 20; ++i) cloud.points.emplace_back(0.1F * static_cast<float>(i), -0.25F, 1.0F);
+  cloud.points[7].setConstant(std::numeric_limits<float>::quiet_NaN());
+  return cloud;
+}
+
+void expect_same(const camera::OrganizedCloud& a, const camera::OrganizedCloud& b) {
+  ASSERT_EQ(a.points.size(), b.points.size());
+  for (std::size_t i = 0; i < a.points.size(); ++i) {
+    EXPECT_EQ(a.points[i].hasNaN(), b.points[i].hasNaN());
+    if (!a.points[i].hasNaN()) {
+      EXPECT_EQ(a.points[i], b.points[i]);
+    }
+  }
+}
+
+TEST_F(PcdFile, WrittenCloudComesBack) {
+  const auto cloud = small_cloud();
+  write_pcd(file_, cloud);
+  const auto back = read_pcd(file_);
+  EXPECT_EQ(back.width, 5);
+  EXPECT_EQ(back.height, 4);
+  expect_same(cloud, back);
+}
+
+TEST_F(PcdFile, ReadsEveryEncodingOfPcl) {
+  pcl::PointCloud<pcl::PointXYZRGBNormal> points;
+  for (int i = 0; i < 60; ++i) {
+    pcl::PointXYZRGBNormal p;
+    p.x = static_cast<float>(i);
+    p.y = 0.5F;
+    p.z = 2.0F;
+    points.push_back(p);
+  }
+  for (int encoding = 0; encoding < 3; ++encoding) {
+    if (encoding == 0) pcl::io::savePCDFileASCII(file_.string(), points);
+    if (encoding == 1) pcl::io::savePCDFileBinary(file_.string(), points);
+    if (encoding == 2) pcl::io::savePCDFileBinaryCompressed(file_.string(), points);
+    const auto cloud = read_pcd(file_);
+    ASSERT_EQ(cloud.width, 60);
+    EXPECT_EQ(cloud.height, 1);
+    for (std::size_t i = 0; i < 60; ++i)
+      EXPECT_EQ(cloud.points[i], Eigen::Vector3f(static_cast<float>(i), 0.5F, 2.0F));
+  }
+}
+
+TEST_F(PcdFile, WritesWhatPclReads) {
+  write_pcd(file_, small_cloud());
+  pcl::PointCloud<pcl::PointXYZ> points;
+  ASSERT_EQ(pcl::io::loadPCDFile(file_.string(), points), 0);
+  EXPECT_EQ(points.width, 5U);
+  EXPECT_EQ(points.height, 4U);
+  EXPECT_FLOAT_EQ(points[13].x, 1.3F);
+  EXPECT_TRUE(std::isnan(points[7].z));
+}
+
+TEST(PcdData, ReadsAHandWrittenFile) {
+  const auto cloud = read_pcd(kData / "three_points.pcd");
+  ASSERT_EQ(cloud.points.size(), 3U);
+  EXPECT_EQ(cloud.points[1], Eigen::Vector3f(0.25F, -0.5F, 1.5F));
+  EXPECT_TRUE(cloud.points[2].hasNaN());
+}
+
+TEST_F(PcdFile, MissingAndEmptyFiles) {
+  EXPECT_THAT(error(), HasSubstr("cannot be read"));
+  write("");
+  EXPECT_THAT(error(), HasSubstr("is empty"));
+}
+
+TEST_F(PcdFile, TruncatedBinary) {
+  write_pcd(file_, small_cloud());
+  fs::resize_file(file_, fs::file_size(file_) - 13);
+  EXPECT_THAT(error(), AllOf(HasSubstr("truncated"), HasSubstr("expected 240")));
+}
+
+TEST_F(PcdFile, EveryTruncationIsAnError) {
+  write_pcd(file_, small_cloud());
+  for (auto size = fs::file_size(file_) - 1; size > 0; size -= std::min<std::uintmax_t>(size, 7)) {
+    fs::resize_file(file_, size);
+    EXPECT_NE(error(), "none") << size;
+  }
+}
+
+TEST_F(PcdFile, TruncatedAscii) {
+  write(header("3", "ascii") + "0 0 1\n0 1 1\n");
+  EXPECT_THAT(error(), HasSubstr("truncated"));
+  write(header("2", "ascii") + "0 0 1\n0 1.00000\n");
+  EXPECT_THAT(error(), AllOf(HasSubstr(".pcd:13"), HasSubstr("2 values in a point, expected 3")));
+}
+
+TEST_F(PcdFile, TruncatedCompressed) {
+  pcl::PointCloud<pcl::PointXYZ> points;
+  for (int i = 0; i < 500; ++i) points.emplace_back(static_cast<float>(i) * 0.37F, 0.0F, 1.0F);
+  pcl::io::savePCDFileBinaryCompressed(file_.string(), points);
+  fs::resize_file(file_, fs::file_size(file_) / 2);
+  EXPECT_THAT(error(), HasSubstr("truncated"));
+}
+
+TEST_F(PcdFile, DamagedCompressedDataIsAnError) {
+  std::string body(8 + 40, '\xff');
+  body.replace(0, 8, std::string("\x28\0\0\0\x24\0\0\0", 8));  // 40 bytes that promise 36
+  write(header("3", "binary_compressed") + body);
+  EXPECT_NE(error(), "none");
+}
+
+TEST_F(PcdFile, AbsurdSizes) {
+  write(header("99999999999999", "binary"));
+  EXPECT_THAT(error(), HasSubstr("99999999999999"));
+  write(header("-4", "binary"));
+  EXPECT_THAT(error(), HasSubstr("'-4'"));
+  write(header("60000000", "binary"));
+  EXPECT_THAT(error(), HasSubstr("truncated"));
+  write(header("7", "ascii", "9"));
+  EXPECT_THAT(error(), HasSubstr("POINTS 7 is not WIDTH 9"));
+  write(header("0", "ascii"));
+  EXPECT_THAT(error(), HasSubstr("no points"));
+}
+
+TEST_F(PcdFile, MissingFieldsAndForeignFiles) {
+  write(header("1", "ascii", "", "x y intensity") + "0 0 1\n");
+  EXPECT_THAT(error(), HasSubstr("no field 'z'"));
+  write("ply\nformat ascii 1.0\nelement vertex 3\n");
+  EXPECT_THAT(error(), AllOf(HasSubstr(".pcd:1"), HasSubstr("not a PCD file")));
+  write(std::string(10000, '\x7f'));
+  EXPECT_THAT(error(), HasSubstr("not a PCD file"));
+  write("VERSION 0.7\nFIELDS x y z\n");
+  EXPECT_THAT(error(), HasSubstr("expected a DATA line"));
+  write(header("1", "base64") + "0 0 1\n");
+  EXPECT_THAT(error(), HasSubstr("DATA 'base64'"));
+}
+
+TEST_F(PcdFile, UnwritablePlaceIsAnError) {
+  EXPECT_THROW(write_pcd("/nonexistent/folder/cloud.pcd", small_cloud()), std::runtime_error);
+  auto cloud = small_cloud();
+  cloud.width = 6;
+  EXPECT_THROW(write_pcd(file_, cloud), std::runtime_error);
+}
+
+}  // namespace
+}  // namespace walkman::perception

@@ -1,0 +1,194 @@
+#include <cmath>
+#include <cstring>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include "sensors/stereo_camera.h"
+#include "tests/unit/sensors/analytic_shapes.h"
+
+namespace walkman::sensors {
+namespace {
+
+using Points = std::vector<Eigen::Vector3f>;
+
+/// A wall at 1.2 m, alone or with a box 0.6 m before the camera.
+struct Wall {
+  RayScene scene;
+  explicit Wall(bool with_box = false) {
+    scene.add_fixed({box({8, 8, 0.02}, pose(0, 0, 1.21))}, Eigen::Isometry3d::Identity());
+    if (with_box) scene.add_fixed({box({0.2, 0.2, 0.1}, pose(0, 0, 0.65))}, Eigen::Isometry3d::Identity());
+  }
+  [[nodiscard]] Points capture(const StereoOptions& options, std::uint64_t seed, std::uint64_t frame) const {
+    StereoCamera camera(options);
+    Points points;
+    camera.capture(scene, Eigen::Isometry3d::Identity(), seed, frame, points);
+    return points;
+  }
+};
+
+double disparity(const StereoOptions& o, double z) { return o.focal_px * o.baseline / z; }
+
+bool same_bytes(const Points& a, const Points& b) {
+  return a.size() == b.size() && std::memcmp(a.data(), b.data(), a.size() * sizeof(a[0])) == 0;
+}
+
+TEST(MatcherNoise, HasTheStatedDeviationAndCorrelation) {
+  StereoOptions options = StereoOptions().noise_free();
+  options.sigma_d = 0.2;
+  const Points points = Wall().capture(options, 1, 0);
+  const double true_disparity = disparity(options, 1.2);
+  constexpr int kFirst = 64;  // right of the blank band
+  const auto error = [&](int u, int v) {
+    return disparity(options, points[static_cast<std::size_t>(v * options.width + u)].z()) - true_disparity;
+  };
+  double sum = 0, square = 0, n = 0;
+  std::vector<double> along(4), down(4);
+  for (int v = 0; v + 3 < options.height; ++v) {
+    for (int u = kFirst; u + 3 < options.width; ++u) {
+      const double e = error(u, v);
+      sum += e;
+      square += e * e;
+      n += 1;
+      for (int k = 1; k < 4; ++k) {
+        along[static_cast<std::size_t>(k)] += e * error(u + k, v);
+        down[static_cast<std::size_t>(k)] += e * error(u, v + k);
+      }
+    }
+  }
+  EXPECT_NEAR(sum / n, 0, 0.006);
+  EXPECT_NEAR(std::sqrt(square / n), 0.2, 0.03 * 0.2);
+  for (int k = 1; k < 4; ++k) {
+    const double expected = 0.64 * std::exp(-k * k / (4 * options.correlation_px * options.correlation_px));
+    EXPECT_NEAR(along[static_cast<std::size_t>(k)] / square, expected, 0.03) << k;
+    EXPECT_NEAR(down[static_cast<std::size_t>(k)] / square, expected, 0.03) << k;
+  }
+}
+
+TEST(MatcherNoise, DisparitiesLieOnTheLattice) {
+  const StereoOptions options;
+  const Points points = Wall(true).capture(options, 1, 0);
+  std::size_t seen = 0;
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    const Eigen::Vector3f& p = points[i];
+    if (std::isnan(p.z())) {
+      ASSERT_TRUE(std::isnan(p.x()) && std::isnan(p.y()));
+      continue;
+    }
+    ++seen;
+    const double steps = 16 * disparity(options, p.z());
+    ASSERT_NEAR(steps, std::round(steps), 2e-6 * steps);
+    const double d = steps / 16;
+    const auto u = static_cast<double>(i % 1024);
+    const auto v = static_cast<double>(i / 1024);
+    ASSERT_TRUE(d > 0 && d < options.max_disparity && d <= u + 1e-4);
+    ASSERT_NEAR(p.x(), (u - options.cx) * options.baseline / d, 1e-6);
+    ASSERT_NEAR(p.y(), (v - options.cy) * options.baseline / d, 1e-6);
+  }
+  EXPECT_GT(seen, 900'000U);
+}
+
+TEST(MatcherNoise, SpikesAndDropoutsTakeTheirFractions) {
+  const Wall wall;
+  StereoOptions spikes = StereoOptions().noise_free();
+  spikes.spike_fraction = 0.01;
+  StereoOptions dropouts = StereoOptions().noise_free();
+  dropouts.dropout_fraction = 0.03;
+  const double true_disparity = disparity(spikes, 1.2);
+  std::size_t wrong = 0, far = 0, lost = 0, moved = 0, n = 0;
+  constexpr std::uint64_t kFrames = 12;
+  for (std::uint64_t frame = 0; frame < kFrames; ++frame) {
+    const Points a = wall.capture(spikes, 1, frame);
+    const Points b = wall.capture(dropouts, 1, frame);
+    for (std::size_t i = 0; i < a.size(); ++i) {
+      if (i % 1024 < 64) continue;
+      ++n;
+      const double error = std::abs(disparity(spikes, a[i].z()) - true_disparity);
+      wrong += error > 0.5 ? 1 : 0;
+      far += error > 2 * 9 * 1.3 || std::isnan(error) ? 1 : 0;  // where two blobs overlap
+      lost += std::isnan(b[i].z()) ? 1 : 0;
+      moved += std::abs(disparity(spikes, b[i].z()) - true_disparity) > 1e-3 ? 1 : 0;
+    }
+  }
+  EXPECT_NEAR(static_cast<double>(wrong) / static_cast<double>(n), 0.01, 0.0008);
+  EXPECT_EQ(far, 0U);
+  EXPECT_NEAR(static_cast<double>(lost) / static_cast<double>(n), 0.03, 0.004);
+  EXPECT_EQ(moved, 0U);
+}
+
+TEST(MatcherNoise, ForegroundGrowsByHalfTheWindow) {
+  StereoOptions options = StereoOptions().noise_free();
+  const Wall wall(true);
+  const Points thin = wall.capture(options, 1, 0);
+  options.fattening_px = 3;
+  const Points fat = wall.capture(options, 1, 0);
+  // The box's front: 0.2 m wide at 0.6 m.
+  const double half = 0.1 / 0.6 * options.focal_px;
+  const int left = static_cast<int>(std::ceil(options.cx - half));
+  const int right = static_cast<int>(std::floor(options.cx + half));
+  const auto is_front = [](const Points& points, int u, int v) {
+    return std::abs(points[static_cast<std::size_t>(v * 1024 + u)].z() - 0.6F) < 1e-4F;
+  };
+  for (const int shift : {-4, -3, -1, 0}) {
+    EXPECT_EQ(is_front(thin, left + shift, 512), shift == 0) << shift;
+    EXPECT_EQ(is_front(fat, left + shift, 512), shift >= -3) << shift;
+    EXPECT_EQ(is_front(fat, right - shift, 512), shift >= -3) << shift;
+    EXPECT_EQ(is_front(fat, 512, left + shift), shift >= -3) << shift;  // the box and the image are square
+    EXPECT_EQ(is_front(fat, left + shift, left + shift), shift >= -3) << shift;
+  }
+  // Left of the box lies what it hides from the right camera, as wide as the difference of the disparities.
+  const double shadow = disparity(options, 0.6) - disparity(options, 1.2);
+  EXPECT_TRUE(std::isnan(fat[static_cast<std::size_t>(512 * 1024 + left - 5)].z()));
+  EXPECT_TRUE(std::isnan(fat[static_cast<std::size_t>(512 * 1024 + left - static_cast<int>(shadow))].z()));
+  EXPECT_NEAR(fat[static_cast<std::size_t>(512 * 1024 + left - static_cast<int>(shadow) - 2)].z(), 1.2F,
+              1e-4F);
+}
+
+TEST(MatcherNoise, IsReproducibleWhateverTheThreads) {
+  const Wall wall(true);
+  StereoOptions options;
+  options.width = 500;
+  options.height = 333;
+  options.cx = 249.5;
+  options.cy = 166;
+  options.focal_px = 300;
+  options.threads = 1;
+  const Points reference = wall.capture(options, 11, 3);
+  EXPECT_TRUE(same_bytes(reference, wall.capture(options, 11, 3)));
+  for (const int threads : {2, 5}) {
+    options.threads = threads;
+    EXPECT_TRUE(same_bytes(reference, wall.capture(options, 11, 3))) << threads;
+  }
+  EXPECT_FALSE(same_bytes(reference, wall.capture(options, 12, 3)));
+  EXPECT_FALSE(same_bytes(reference, wall.capture(options, 11, 4)));
+
+  // A camera that has captured other frames before gives the same one.
+  StereoCamera camera(options);
+  Points points;
+  for (const std::uint64_t frame : {0, 1, 2, 3}) {
+    camera.capture(wall.scene, Eigen::Isometry3d::Identity(), 11, frame, points);
+  }
+  EXPECT_TRUE(same_bytes(reference, points));
+}
+
+TEST(MatcherNoise, TermsDoNotDisturbEachOther) {
+  // With the same seed, switching dropout on removes points and leaves the others' noise as it was.
+  const Wall wall;
+  StereoOptions options;
+  options.dropout_fraction = 0;
+  const Points all = wall.capture(options, 1, 0);
+  options.dropout_fraction = 0.1;
+  const Points some = wall.capture(options, 1, 0);
+  std::size_t lost = 0;
+  for (std::size_t i = 0; i < all.size(); ++i) {
+    if (std::isnan(some[i].z())) {
+      lost += std::isnan(all[i].z()) ? 0 : 1;
+    } else {
+      ASSERT_EQ(some[i], all[i]);
+    }
+  }
+  EXPECT_GT(lost, 50'000U);
+}
+
+}  // namespace
+}  // namespace walkman::sensors

@@ -1,0 +1,75 @@
+// The CoM line against a weight placed by hand.
+
+#include "adaptation/wrench/com_line.h"
+
+#include <cmath>
+
+#include <Eigen/Geometry>
+#include <gtest/gtest.h>
+
+#include "adaptation/wrench/wrench_average.h"
+
+namespace walkman::wrench {
+namespace {
+
+/// Wrench about the origin of a weight of `mass` at `p`, z up.
+Wrench weight_at(const Eigen::Vector3d& p, double mass) {
+  const Eigen::Vector3d force(0, 0, -9.81 * mass);
+  return {p.cross(force), force};
+}
+
+TEST(ComLine, GoesThroughTheCentreOfMassAlongGravity) {
+  const Eigen::Vector3d p(0.0736, -0.02, -0.035);
+  const auto line = com_line(weight_at(p, 1.2), 1);
+  ASSERT_TRUE(line);
+  EXPECT_NEAR(line->direction.z(), -1, 1e-12);
+  EXPECT_NEAR((line->foot - Eigen::Vector3d(p.x(), p.y(), 0)).norm(), 0, 1e-12);
+  EXPECT_NEAR((p - line->foot).cross(line->direction).norm(), 0, 1e-12);
+}
+
+TEST(ComLine, IsTheSameLineInATurnedFrame) {
+  const Eigen::Matrix3d R =
+      Eigen::AngleAxisd(1.1, Eigen::Vector3d(1, 2, -0.5).normalized()).toRotationMatrix();
+  const Eigen::Vector3d p(0.1, 0.05, -0.3);
+  const Wrench level = weight_at(p, 1.5);
+  const auto line = com_line({R * level.torque, R * level.force}, 1);
+  ASSERT_TRUE(line);
+  EXPECT_NEAR((R * p - line->foot).cross(line->direction).norm(), 0, 1e-12);
+}
+
+TEST(ComLine, NeedsAForce) {
+  EXPECT_FALSE(com_line(weight_at({0.1, 0, 0}, 0.05), 1));
+  EXPECT_FALSE(com_line({Eigen::Vector3d::Zero(), Eigen::Vector3d(0, 0, NAN)}, 1));
+}
+
+TEST(ComLine, TorqueIsForceTimesLever) {
+  const auto line = com_line(weight_at({0.52, 0, 0}, 1.2), 1);
+  ASSERT_TRUE(line);
+  EXPECT_NEAR(torque_about(*line, 1.2 * 9.81, {0.45, 0, 0.3}), 0.07 * 1.2 * 9.81, 1e-12);
+  EXPECT_NEAR(torque_about(*line, 1.2 * 9.81, {0.52, 0, -4}), 0, 1e-12);
+}
+
+TEST(Shift, AgreesWithTheWrenchMeasuredThere) {
+  const Eigen::Vector3d p(0.3, -0.1, 0.2);
+  const Eigen::Vector3d q(-0.05, 0.02, 0.5);
+  const Wrench moved = shift(weight_at(p, 2), q);
+  const Wrench there = weight_at(p - q, 2);
+  EXPECT_NEAR((moved.torque - there.torque).norm(), 0, 1e-12);
+  EXPECT_EQ(moved.force, there.force);
+}
+
+TEST(WrenchAverage, IsTheMeanAndTheSampleDeviation) {
+  WrenchAverage average;
+  for (const double x : {1.0, 2.0, 4.0, 5.0}) {
+    average.add({Eigen::Vector3d(0, -x, 7), Eigen::Vector3d(x, 0, 0)});
+  }
+  EXPECT_DOUBLE_EQ(average.mean().force.x(), 3);
+  EXPECT_DOUBLE_EQ(average.mean().torque.y(), -3);
+  EXPECT_DOUBLE_EQ(average.deviation().force.x(), std::sqrt(10.0 / 3));
+  EXPECT_DOUBLE_EQ(average.deviation().torque.z(), 0);
+  average.clear();
+  EXPECT_EQ(average.count(), 0);
+}
+
+}  // namespace
+}  // namespace walkman::wrench

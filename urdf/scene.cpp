@@ -1,0 +1,108 @@
+#include "urdf/scene.h"
+
+#include <cmath>
+#include <limits>
+#include <set>
+#include <string>
+
+#include <fmt/format.h>
+
+#include "urdf/extent.h"
+#include "urdf/yaml_map.h"
+
+namespace walkman {
+namespace {
+
+// Names of all bodies of a scene, each allowed once.
+class Names {
+ public:
+  std::string take(const YamlMap& map) {
+    std::string name = map.text("name");
+    if (!taken_.insert(name).second)
+      map.fail("name", fmt::format("\"{}\" is used before, expected another name", name));
+    return name;
+  }
+
+ private:
+  std::set<std::string> taken_;
+};
+
+RobotModel load_with_mass(const YamlMap& map) {
+  RobotModel model = load_robot_model(map.existing_file("urdf"));
+  if (!(model.total_mass() > 0)) map.fail("urdf", "the body has no mass, expected more than 0 kg");
+  return model;
+}
+
+AttachedWeight read_weight(const YamlMap& map, const SceneObject& object, Names& names) {
+  AttachedWeight weight;
+  weight.name = names.take(map);
+  weight.model = load_with_mass(map);
+  weight.position = map.number("from_left_end_m");
+  if (weight.position < 0 || weight.position > object.length)
+    map.fail("from_left_end_m",
+             fmt::format("{} m is off the object, expected 0 to {} m", weight.position, object.length));
+  return weight;
+}
+
+SceneObject read_object(const YamlMap& map, Names& names) {
+  SceneObject object;
+  object.name = names.take(map);
+  object.line = map.line();
+  object.model = load_with_mass(map);
+  object.X_WO = map.pose();
+  const Extent extent = extent_along_x(object.model);
+  constexpr double kOffCentre = 1e-3;
+  if (!(extent.min < extent.max)) map.fail("urdf", "the object has no collision geometry");
+  if (std::abs(extent.min + extent.max) > 2 * kOffCentre)
+    map.fail("urdf",
+             fmt::format("the object reaches from x = {:.4g} to {:.4g} m, expected its frame in the middle",
+                         extent.min, extent.max));
+  object.length = extent.max - extent.min;
+  if (map.has("weights"))
+    for (const YamlMap& weight : map.list("weights", {"name", "urdf", "from_left_end_m"}))
+      object.weights.push_back(read_weight(weight, object, names));
+  return object;
+}
+
+void read_robot(const YamlMap& map, Scene& scene) {
+  scene.robot_urdf = map.existing_file("urdf");
+  scene.robot_srdf = map.existing_file("srdf");
+  scene.device_table = map.existing_file("devices");
+  scene.posture = map.text("posture");
+  const YamlMap base = map.map("base", {"kind", "xyz_m", "rpy_rad"});
+  if (const std::string kind = base.text("kind"); kind != "fixed")
+    base.fail("kind", fmt::format("found \"{}\", expected \"fixed\"", kind));
+  scene.base = BaseKind::kFixed;
+  scene.X_WB = base.pose();
+}
+
+double read_spread(const YamlMap& map, const std::string& key) {
+  if (!map.has(key)) return 0;
+  const double value = map.number(key);
+  if (value < 0) map.fail(key, fmt::format("{} is negative, expected 0 or more", value));
+  return value;
+}
+
+}  // namespace
+
+Scene load_scene(const std::filesystem::path& yaml_file) {
+  const YamlMap top(yaml_file.string(), parse_yaml_file(yaml_file), "",
+                    {"robot", "fixed_bodies", "objects", "jitter", "seed"});
+  Scene scene;
+  scene.file = yaml_file;
+  Names names;
+  read_robot(top.map("robot", {"urdf", "srdf", "devices", "posture", "base"}), scene);
+  for (const YamlMap& map : top.list("fixed_bodies", {"name", "urdf", "xyz_m", "rpy_rad"}))
+    scene.fixed.push_back({names.take(map), load_robot_model(map.existing_file("urdf")), map.pose()});
+  for (const YamlMap& map : top.list("objects", {"name", "urdf", "xyz_m", "rpy_rad", "weights"}))
+    scene.objects.push_back(read_object(map, names));
+  if (top.has("jitter")) {
+    const YamlMap map = top.map("jitter", {"x_m", "y_m", "yaw_rad"});
+    scene.jitter = {read_spread(map, "x_m"), read_spread(map, "y_m"), read_spread(map, "yaw_rad")};
+  }
+  if (top.has("seed"))
+    scene.seed = static_cast<std::uint64_t>(top.integer("seed", 0, std::numeric_limits<long long>::max()));
+  return scene;
+}
+
+}  // namespace walkman

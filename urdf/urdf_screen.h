@@ -1,0 +1,29 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+namespace tinyxml2 {
+class XMLDocument;
+}
+
+namespace walkman {
+
+class MeshFiles;
+class UrdfFindings;
+
+/// Parses the text of a URDF. Throws std::runtime_error with file and line when it is not well-formed XML
+/// with a named <robot>, or still a xacro.
+void parse_urdf_xml(const std::string& file, const std::string& text, tinyxml2::XMLDocument& xml);
+
+/// Checks that links and joints form one tree with unique names. Throws std::runtime_error with file, line
+/// and element otherwise: without a tree nothing of the model can be used.
+void check_urdf_tree(const std::string& file, const tinyxml2::XMLDocument& xml);
+
+/// Puts every element the reader cannot use into `findings` and takes it out of `xml` (a geometry or an
+/// inertial is removed, a joint becomes a fixed one), so that urdfdom accepts the rest. Colours and the
+/// controller extensions of <joint> are taken out silently: nothing here uses them.
+void screen_urdf_links(tinyxml2::XMLDocument& xml, MeshFiles& meshes, UrdfFindings& findings);
+void screen_urdf_joints(tinyxml2::XMLDocument& xml, UrdfFindings& findings);
+
+}  // namespace walkman

@@ -1,0 +1,54 @@
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include <Eigen/Geometry>
+#include <yaml-cpp/yaml.h>
+
+namespace walkman {
+
+/// Parses a YAML file of at most 1 MB. Throws std::runtime_error with file and line.
+[[nodiscard]] YAML::Node parse_yaml_file(const std::filesystem::path& file);
+
+/// One mapping of a YAML file, read strictly: only known keys, each once, each of the asked type. Every error
+/// is a std::runtime_error `FILE:LINE: PLACE: what was found, what was expected`.
+class YamlMap {
+ public:
+  /// `place` says where in the file it is (e.g. `objects[0]`; empty at the top), `keys` are those it may
+  /// have.
+  YamlMap(std::string file, const YAML::Node& node, std::string place, std::vector<std::string> keys);
+
+  [[nodiscard]] bool has(const std::string& key) const { return static_cast<bool>(node_[key]); }
+  [[nodiscard]] std::string text(const std::string& key) const;
+  [[nodiscard]] double number(const std::string& key) const;  ///< finite
+  [[nodiscard]] long long integer(const std::string& key, long long min, long long max) const;
+  [[nodiscard]] Eigen::Vector3d vector3(const std::string& key) const;  ///< finite
+  /// Pose from `xyz_m` and `rpy_rad` (roll, pitch, yaw about fixed axes, in this order).
+  [[nodiscard]] Eigen::Isometry3d pose() const;
+  /// `key` as a path relative to the YAML file. The file must be there.
+  [[nodiscard]] std::filesystem::path existing_file(const std::string& key) const;
+
+  [[nodiscard]] YamlMap map(const std::string& key, std::vector<std::string> keys) const;
+  [[nodiscard]] std::vector<YamlMap> list(const std::string& key, const std::vector<std::string>& keys) const;
+
+  /// Line of the file the mapping begins in, from 1.
+  [[nodiscard]] int line() const { return node_.Mark().line + 1; }
+
+  /// Throws about the value of `key`, or about the whole mapping where `key` is empty or absent.
+  [[noreturn]] void fail(const std::string& key, const std::string& reason) const;
+
+ private:
+  [[nodiscard]] YAML::Node at(const std::string& key) const;
+  [[nodiscard]] std::string place_of(const std::string& key) const;
+  [[noreturn]] void fail_at(const YAML::Node& node, const std::string& place,
+                            const std::string& reason) const;
+
+  std::string file_;
+  YAML::Node node_;
+  std::string place_;
+  std::vector<std::string> keys_;
+};
+
+}  // namespace walkman
