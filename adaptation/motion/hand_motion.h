@@ -105,7 +105,7 @@ class HandMotion {
   [[nodiscard]] std::string describe() const;
 
   /// Where a motion from here to X_WH would end, found by running it ahead without moving anything. Takes
-  /// some ten milliseconds: not for cyclic code.
+  /// tens of milliseconds: not for cyclic code.
   struct Reach {
     Status status = Status::kReached;
     PoseError error;          ///< at the end

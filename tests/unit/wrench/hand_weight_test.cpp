@@ -58,7 +58,7 @@ TEST_F(HandWeightTest, MovesWithTheFingers) {
 }
 
 TEST_F(HandWeightTest, RefusesAFrameWithNothingBelow) {
-  EXPECT_THROW(HandWeight(model_, "imu_link"), std::runtime_error);
+  EXPECT_THROW(HandWeight(model_, "multisense/left_camera_optical_frame"), std::runtime_error);
 }
 
 }  // namespace
