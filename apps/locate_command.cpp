@@ -26,6 +26,7 @@ json result_json(const perception::StageOneResult& result) {
     out["handles"].push_back({{"centre", vector_json(handle.centre)},
                               {"axis", vector_json(handle.axis)},
                               {"radius", handle.radius},
+                              {"extent", handle.to - handle.from},
                               {"from", handle.from},
                               {"to", handle.to},
                               {"places", handle.places.size()}});
