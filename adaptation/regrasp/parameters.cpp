@@ -66,9 +66,20 @@ StageTwoParameters read_stage_two(const YAML::Node& section, const std::string& 
 }  // namespace
 
 Parameters load_parameters(const std::filesystem::path& yaml_file) {
+  YAML::Node root;
+  try {
+    root = YAML::LoadFile(yaml_file.string());
+  } catch (const YAML::BadFile&) {
+    throw std::runtime_error(yaml_file.string() + ": cannot be read");
+  } catch (const YAML::ParserException& e) {
+    throw std::runtime_error(yaml_file.string() + ":" + std::to_string(e.mark.line + 1) +
+                             ": not YAML: " + e.msg);
+  }
   Parameters parameters;
-  parameters.stage_one = perception::load_stage_one_parameters(yaml_file);
-  const YAML::Node root = YAML::LoadFile(yaml_file.string());
+  if (root.IsNull()) return parameters;
+  if (!root.IsMap())
+    throw std::runtime_error(yaml_file.string() + ": expected the sections stage_one and stage_two");
+  if (root["stage_one"]) parameters.stage_one = perception::load_stage_one_parameters(yaml_file);
   for (const auto& entry : root) {
     const auto key = entry.first.as<std::string>();
     if (key == "stage_one") continue;

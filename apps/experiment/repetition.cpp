@@ -160,6 +160,7 @@ RepetitionResult run_repetition(const RepetitionOptions& options) {
     if (!judge.always_held() || !judge.held_now()) result.outcome = Outcome::kDropped;
   } catch (const regrasp::RunStopped& stop) {
     robot.stop();
+    cycle.next();  // the drives take their quick stop
     result.outcome = Outcome::kStopped;
     result.reason = stop.what();
   }

@@ -1,0 +1,75 @@
+#include "apps/experiment/result_report.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+
+#include "apps/experiment/paper_table.h"
+
+namespace walkman::apps {
+namespace {
+
+using ::testing::HasSubstr;
+
+RepetitionResult repetition(std::uint64_t seed, double tau, Outcome outcome) {
+  RepetitionResult r;
+  r.seed = seed;
+  r.row = {0.52, 0.44, 11.7, tau, 0.08, -0.02, -0.001, 98};
+  r.regrasps = 1;
+  r.outcome = outcome;
+  r.real_time_factor = 3;
+  return r;
+}
+
+TEST(ResultReport, HasThePapersFieldsARepetition) {
+  ExperimentResult result;
+  result.repetitions = {repetition(1, 0.9, Outcome::kMinimumTorque)};
+  result.paper = *paper_row(1);
+  const nlohmann::json json = to_json(result);
+  for (const char* key : {"seed", "d_r", "d_v", "f_g", "tau", "d", "tau_after", "d_after",
+                          "reduction_percent", "regrasps", "outcome", "real_time_factor"}) {
+    EXPECT_TRUE(json["repetitions"][0].contains(key)) << key;
+  }
+  EXPECT_EQ(json["experiment"], 1);
+  EXPECT_EQ(json["paper"]["tau_after"], -0.031);
+  EXPECT_EQ(json["paper"]["d"], 0.0736);
+  EXPECT_FALSE(json["repetitions"][0].contains("reason"));
+}
+
+TEST(ResultReport, MeanLeavesOutStoppedRepetitions) {
+  ExperimentResult result;
+  result.repetitions = {repetition(1, 0.8, Outcome::kMinimumTorque),
+                        repetition(2, 1.0, Outcome::kMinimumDisplacement),
+                        repetition(3, 99, Outcome::kStopped)};
+  EXPECT_DOUBLE_EQ(result.mean().tau, 0.9);
+  EXPECT_FALSE(result.succeeded());
+  result.repetitions.pop_back();
+  EXPECT_TRUE(result.succeeded());
+  result.repetitions[0].outcome = Outcome::kDropped;
+  EXPECT_FALSE(result.succeeded());
+}
+
+TEST(ResultReport, SurvivesTheWayThroughJson) {
+  RepetitionResult before = repetition(7, 0.886, Outcome::kStopped);
+  before.reason = "no TPDO";
+  const RepetitionResult after = repetition_from_json(to_json(before));
+  EXPECT_EQ(after.seed, 7U);
+  EXPECT_DOUBLE_EQ(after.row.tau, 0.886);
+  EXPECT_EQ(after.outcome, Outcome::kStopped);
+  EXPECT_EQ(after.reason, "no TPDO");
+}
+
+TEST(ResultReport, TextPutsThePaperBelowTheMean) {
+  ExperimentResult result;
+  result.repetitions = {repetition(4, 0.9, Outcome::kMinimumTorque)};
+  result.paper = *paper_row(1);
+  const std::string text = to_text(result);
+  EXPECT_THAT(text, HasSubstr("seed 4"));
+  EXPECT_LT(text.find("mean"), text.find("paper"));
+  EXPECT_THAT(text, HasSubstr("0.0736"));
+}
+
+TEST(PaperTable, HasNoRowForAnExperimentThatIsNotThere) { EXPECT_FALSE(paper_row(99)); }
+
+}  // namespace
+}  // namespace walkman::apps
