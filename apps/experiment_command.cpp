@@ -13,6 +13,7 @@
 #include "apps/experiment/progress_line.h"
 #include "apps/experiment/repetition_pool.h"
 #include "apps/experiment/result_report.h"
+#include "urdf/scene.h"
 
 namespace walkman::apps {
 namespace {
@@ -20,7 +21,7 @@ namespace {
 struct Options {
   int number = 1;
   int repeat = 1;
-  std::uint64_t seed = 1;
+  std::optional<std::int64_t> seed;  // the scene's own if not given
   int jobs = static_cast<int>(std::max(1U, std::thread::hardware_concurrency()));
   std::string out, scene, parameters;
   bool as_json = false;
@@ -40,16 +41,19 @@ int run_experiment(const Options& options) {
   const std::filesystem::path out =
       options.out.empty() ? std::filesystem::path("out") / fmt::format("experiment-{}", options.number)
                           : std::filesystem::path(options.out);
+  const std::filesystem::path scene =
+      options.scene.empty() ? data / "urdf" / "scenes" / fmt::format("experiment_{}.yaml", options.number)
+                            : std::filesystem::path(options.scene);
+  const std::uint64_t seed =
+      options.seed ? static_cast<std::uint64_t>(*options.seed) : load_scene(scene).seed;
   std::vector<RepetitionOptions> repetitions;
   for (int i = 0; i < options.repeat; ++i) {
     RepetitionOptions repetition;
-    repetition.scene = options.scene.empty()
-                           ? data / "urdf" / "scenes" / fmt::format("experiment_{}.yaml", options.number)
-                           : std::filesystem::path(options.scene);
+    repetition.scene = scene;
     repetition.parameters = options.parameters.empty() ? data / "adaptation" / "parameters.yaml"
                                                        : std::filesystem::path(options.parameters);
     repetition.actuators = data / "emulator" / "plant" / "actuators.yaml";
-    repetition.seed = options.seed + static_cast<std::uint64_t>(i);
+    repetition.seed = seed + static_cast<std::uint64_t>(i);
     repetition.out = folder_of(out, i);
     repetitions.push_back(std::move(repetition));
   }
@@ -91,7 +95,10 @@ void add_experiment_command(CLI::App& app, std::function<int()>& run) {
   command->add_option("NUMBER", options->number, "Number in the paper's Table 1")->required();
   command->add_option("--repeat", options->repeat, "Repetitions, with the seeds SEED, SEED+1, ...")
       ->check(CLI::Range(1, 10000));
-  command->add_option("--seed", options->seed, "Seed of the object's pose and of the sensors' noise");
+  command
+      ->add_option("--seed", options->seed,
+                   "Seed of the object's pose and of the sensors' noise (default: the scene's)")
+      ->check(CLI::Range(std::int64_t{0}, std::int64_t{1} << 53));
   command->add_option("--jobs", options->jobs, "Repetitions at a time (default: one a core)")
       ->check(CLI::Range(1, 256));
   command->add_option("--out", options->out, "Folder for the results (default: out/experiment-NUMBER)");

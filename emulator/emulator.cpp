@@ -1,5 +1,6 @@
 #include "emulator/emulator.h"
 
+#include <random>
 #include <stdexcept>
 
 #include "emulator/multisense.h"
@@ -33,6 +34,29 @@ nodes::DriveParameters drive_parameters(const Device& device, const RobotModel& 
   parameters.lower = joint.limits.lower;
   parameters.upper = joint.limits.upper;
   parameters.max_velocity = joint.limits.velocity;
+  return parameters;
+}
+
+// Residuals of an unloaded sensor after power-on, and noise as large as the 45 mm sensor's effective
+// resolution: estimates, WALK-MAN's own sensors are not documented.
+constexpr double kForceResidual = 2.0;    // N, uniform within plus or minus
+constexpr double kTorqueResidual = 0.05;  // N·m
+constexpr double kNoise = 1.0;            // resolutions
+
+nodes::ForceTorqueParameters force_torque_parameters(const Device& device, std::uint64_t seed) {
+  nodes::ForceTorqueParameters parameters;
+  parameters.node_id = device.node_id;
+  parameters.name = device.name;
+  parameters.serial = device.node_id;
+  parameters.noise = kNoise;
+  std::seed_seq sequence{static_cast<std::uint32_t>(seed), static_cast<std::uint32_t>(seed >> 32U),
+                         static_cast<std::uint32_t>(device.node_id)};
+  std::mt19937_64 generator(sequence);
+  std::uniform_real_distribution<double> spread(-1, 1);
+  for (std::size_t i = 0; i < parameters.residual.size(); ++i) {
+    parameters.residual[i] = spread(generator) * (i < 3 ? kForceResidual : kTorqueResidual);
+  }
+  parameters.noise_seed = generator();
   return parameters;
 }
 
@@ -72,11 +96,8 @@ Emulator::Impl::Impl(const RobotModel& robot, const DeviceTable& devices, const 
     buses.push_back(std::make_unique<bus::CanBus>(wiring.name, wiring.interface));
     for (const Device& device : wiring.devices) {
       if (device.kind == DeviceKind::kForceTorque) {
-        nodes::ForceTorqueParameters parameters;
-        parameters.node_id = device.node_id;
-        parameters.name = device.name;
-        parameters.serial = device.node_id;
-        sensors.push_back(std::make_unique<nodes::ForceTorqueNode>(parameters));
+        sensors.push_back(
+            std::make_unique<nodes::ForceTorqueNode>(force_torque_parameters(device, options.seed)));
         buses.back()->attach(*sensors.back());
       } else {
         drives.push_back(std::make_unique<nodes::DriveNode>(
@@ -123,13 +144,6 @@ std::vector<can::Interface*> Emulator::interfaces() {
 }
 
 camera::RangeCamera& Emulator::camera() { return impl_->multisense; }
-
-bus::CanBus& Emulator::bus(const std::string& name) {
-  for (const auto& bus : impl_->buses) {
-    if (bus->name() == name) return *bus;
-  }
-  throw std::out_of_range("the device table has no bus '" + name + "'");
-}
 
 std::vector<bus::CanBus*> Emulator::buses() {
   std::vector<bus::CanBus*> all;

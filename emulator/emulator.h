@@ -45,8 +45,7 @@ class Emulator {
   [[nodiscard]] std::vector<can::Interface*> interfaces();
   [[nodiscard]] camera::RangeCamera& camera();
 
-  /// A bus by its name in the device table. Throws std::out_of_range.
-  [[nodiscard]] bus::CanBus& bus(const std::string& name);
+  /// The buses themselves, for logs and for losing frames on purpose.
   [[nodiscard]] std::vector<bus::CanBus*> buses();
 
   /// Ground truth: for judging, never for the pipeline.

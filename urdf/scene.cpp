@@ -93,7 +93,8 @@ Scene load_scene(const std::filesystem::path& yaml_file) {
   Names names;
   read_robot(top.map("robot", {"urdf", "srdf", "devices", "posture", "base"}), scene);
   for (const YamlMap& map : top.list("fixed_bodies", {"name", "urdf", "xyz_m", "rpy_rad"}))
-    scene.fixed.push_back({names.take(map), load_robot_model(map.existing_file("urdf")), map.pose()});
+    scene.fixed.push_back(
+        {names.take(map), map.line(), load_robot_model(map.existing_file("urdf")), map.pose()});
   for (const YamlMap& map : top.list("objects", {"name", "urdf", "xyz_m", "rpy_rad", "weights"}))
     scene.objects.push_back(read_object(map, names));
   if (top.has("jitter")) {

@@ -45,6 +45,7 @@ struct PoseJitter {
 /// A fixed body of the scene (room, table), its root link's pose in W.
 struct FixedBody {
   std::string name;
+  int line = 0;  ///< where the scene file describes it
   RobotModel model;
   Eigen::Isometry3d X_WF = Eigen::Isometry3d::Identity();
 };

@@ -2,6 +2,7 @@
 #include <map>
 #include <stdexcept>
 
+#include <fmt/format.h>
 #include <yaml-cpp/yaml.h>
 
 #include "adaptation/regrasp/stage_two_parameters.h"
@@ -11,30 +12,40 @@ namespace {
 
 using P = StageTwoParameters;
 
-const std::map<std::string, double P::*>& numbers() {
-  static const std::map<std::string, double P::*> kNumbers = {
-      {"torque_threshold", &P::torque_threshold},
-      {"displacement_threshold", &P::displacement_threshold},
-      {"average_time", &P::average_time},
-      {"tare_time", &P::tare_time},
-      {"settle_time", &P::settle_time},
-      {"approach_height", &P::approach_height},
-      {"approach_back", &P::approach_back},
-      {"palm_clearance", &P::palm_clearance},
-      {"lift_height", &P::lift_height},
-      {"lift_step", &P::lift_step},
-      {"lift_max", &P::lift_max},
-      {"lift_force_change", &P::lift_force_change},
-      {"lift_window", &P::lift_window},
-      {"min_force", &P::min_force},
-      {"close_time", &P::close_time},
-      {"hold_time", &P::hold_time},
-      {"grip_torque", &P::grip_torque},
-      {"empty_closure", &P::empty_closure},
-      {"travel_speed", &P::travel_speed},
-      {"approach_speed", &P::approach_speed},
-      {"lift_speed", &P::lift_speed},
-      {"angular_speed", &P::angular_speed}};
+/// A parameter and the values that make sense for it.
+struct Number {
+  double P::*value;
+  double least, most;
+};
+
+const std::map<std::string, Number>& numbers() {
+  constexpr double kLength = 1.0;  // m
+  constexpr double kTime = 60.0;   // s
+  constexpr double kShort = 0.02;  // s, four cycles
+  constexpr double kSlow = 0.001;  // m/s or rad/s
+  static const std::map<std::string, Number> kNumbers = {
+      {"torque_threshold", {&P::torque_threshold, 0, 100}},
+      {"displacement_threshold", {&P::displacement_threshold, 0, kLength}},
+      {"average_time", {&P::average_time, kShort, kTime}},
+      {"tare_time", {&P::tare_time, kShort, kTime}},
+      {"settle_time", {&P::settle_time, 0, kTime}},
+      {"approach_height", {&P::approach_height, 0, kLength}},
+      {"approach_back", {&P::approach_back, 0, kLength}},
+      {"palm_clearance", {&P::palm_clearance, 0, kLength}},
+      {"lift_height", {&P::lift_height, 0, kLength}},
+      {"lift_step", {&P::lift_step, 0.001, kLength}},
+      {"lift_max", {&P::lift_max, 0, kLength}},
+      {"lift_force_change", {&P::lift_force_change, 0, 1000}},
+      {"lift_window", {&P::lift_window, kShort, kTime}},
+      {"min_force", {&P::min_force, 0, 1000}},
+      {"close_time", {&P::close_time, kShort, kTime}},
+      {"hold_time", {&P::hold_time, 0, kTime}},
+      {"grip_torque", {&P::grip_torque, 0, 1}},
+      {"empty_closure", {&P::empty_closure, 0, 1}},
+      {"travel_speed", {&P::travel_speed, kSlow, 1}},
+      {"approach_speed", {&P::approach_speed, kSlow, 1}},
+      {"lift_speed", {&P::lift_speed, kSlow, 1}},
+      {"angular_speed", {&P::angular_speed, kSlow, 5}}};
   return kNumbers;
 }
 
@@ -54,11 +65,13 @@ StageTwoParameters read_stage_two(const YAML::Node& section, const std::string& 
     }
     const auto known = numbers().find(key);
     if (known == numbers().end()) fail("unknown key '" + key + "'");
+    const Number& number = known->second;
     double value = NAN;
-    if (!YAML::convert<double>::decode(entry.second, value) || !std::isfinite(value) || value < 0) {
-      fail(key + " must be a finite number, zero or more");
+    if (!YAML::convert<double>::decode(entry.second, value) ||
+        !(value >= number.least && value <= number.most)) {
+      fail(fmt::format("{} must be a number from {} to {}", key, number.least, number.most));
     }
-    parameters.*(known->second) = value;
+    parameters.*(number.value) = value;
   }
   return parameters;
 }

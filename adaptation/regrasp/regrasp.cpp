@@ -58,7 +58,7 @@ struct Regrasp::Impl {
   Manipulator manipulator;
   camera::OrganizedCloud cloud;
   perception::StageOneResult seen;
-  Eigen::Isometry3d X_BC = Eigen::Isometry3d::Identity();  // camera when `cloud` was exposed
+  Eigen::Isometry3d X_BC = Eigen::Isometry3d::Identity();  // camera while the robot stood still for `cloud`
 };
 
 void Regrasp::Impl::look() {

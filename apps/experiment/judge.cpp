@@ -20,12 +20,19 @@ Judge::Judge(const Emulator& emulator, const Scene& scene,
       each_cycle_(std::move(each_cycle)) {}
 
 void Judge::trace_to(const std::filesystem::path& csv_file) {
+  trace_file_ = csv_file;
   trace_.open(csv_file);
   if (!trace_) throw std::runtime_error(csv_file.string() + ": cannot be written");
   trace_ << "# wrist force/torque sensor's reading about and in its own frame, and the hand's measured "
             "position in the "
             "base frame\n"
             "time_s,phase,fx_N,fy_N,fz_N,tx_Nm,ty_Nm,tz_Nm,hand_x_m,hand_y_m,hand_z_m\n";
+}
+
+void Judge::finish() {
+  if (!trace_.is_open()) return;
+  trace_.close();
+  if (!trace_) throw std::runtime_error(trace_file_.string() + ": cannot be written to the end");
 }
 
 void Judge::on_phase(std::string_view phase, Time) {

@@ -24,6 +24,9 @@ class Judge : public regrasp::Observer {
   /// Writes the first cloud as PCD.
   void keep_cloud(std::filesystem::path pcd_file) { cloud_file_ = std::move(pcd_file); }
 
+  /// Brings the trace to its file. Throws std::runtime_error when any of it could not be written.
+  void finish();
+
   void on_phase(std::string_view phase, Time now) override;
   void on_cycle(Time now, const Wrench& F_So_S, const Eigen::Isometry3d& X_BH) override;
   void on_located(const camera::OrganizedCloud& cloud, const perception::StageOneResult& result) override;
@@ -44,6 +47,7 @@ class Judge : public regrasp::Observer {
   std::function<void(std::string_view)> phase_changed_;
   std::function<void(Time)> each_cycle_;
   std::filesystem::path cloud_file_;
+  std::filesystem::path trace_file_;
   std::ofstream trace_;
   std::string phase_;
   std::vector<double> grasp_positions_;

@@ -4,7 +4,6 @@
 #include <cmath>
 
 #include "adaptation/regrasp/regrasp.h"
-#include "adaptation/regrasp/session.h"
 #include "apps/experiment/judge.h"
 #include "apps/experiment/scene_reach.h"
 #include "apps/lockstep_cycle.h"
@@ -98,7 +97,7 @@ TableRow table_row(const Scene& scene, const Judge& judge) {
   row.d = first.displacement;
   row.tau_after = last.torque;
   row.d_after = last.displacement;
-  row.reduction_percent = 100 * (1 - std::abs(row.tau_after) / std::abs(row.tau));
+  row.reduction_percent = row.tau == 0 ? 0 : 100 * (1 - std::abs(row.tau_after) / std::abs(row.tau));
   return row;
 }
 
@@ -158,15 +157,17 @@ RepetitionResult run_repetition(const RepetitionOptions& options) {
     regrasp::Regrasp method(bench.robot_model, robot, cycle, bench.emulator.camera(), parameters, judge);
     result.outcome = outcome_of(method.run().ending);
     if (!judge.always_held() || !judge.held_now()) result.outcome = Outcome::kDropped;
-  } catch (const regrasp::RunStopped& stop) {
-    robot.stop();
-    cycle.next();  // the drives take their quick stop
+  } catch (const std::exception& stop) {
     result.outcome = Outcome::kStopped;
     result.reason = stop.what();
   }
+  robot.stop();
+  cycle.next();  // the drives take their quick stop, and their brakes hold
+  judge.finish();
   tap.finish();
   report_progress(bench.emulator.now());
   result.row = table_row(bench.scene, judge);
+  result.weighed = !judge.weighings().empty();
   result.regrasps = std::max(0, static_cast<int>(judge.weighings().size()) - 1);
   result.simulated_seconds = progress.simulated_seconds;
   result.real_time_factor = progress.real_time_factor;

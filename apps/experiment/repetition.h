@@ -27,6 +27,7 @@ enum class Outcome { kMinimumTorque, kMinimumDisplacement, kRegraspLimit, kDropp
 struct RepetitionResult {
   std::uint64_t seed = 0;
   TableRow row;
+  bool weighed = false;  ///< at least one lift was; else only d_r and d_v of the row mean anything
   int regrasps = 0;
   Outcome outcome = Outcome::kStopped;
   std::string reason;  ///< of a stop

@@ -3,6 +3,7 @@
 #include <cerrno>
 #include <chrono>
 #include <cstring>
+#include <exception>
 #include <optional>
 #include <stdexcept>
 
@@ -49,8 +50,10 @@ void write_line(int pipe, const nlohmann::json& message) {
   };
   try {
     write_line(pipe, {{"result", to_json(run_repetition(own))}});
-  } catch (const std::exception& e) {
+  } catch (const std::runtime_error& e) {
     write_line(pipe, {{"error", e.what()}});
+  } catch (const std::exception& e) {
+    write_line(pipe, {{"defect", e.what()}});
   }
   _exit(0);
 }
@@ -77,6 +80,7 @@ void take_messages(Child& child, std::optional<RepetitionResult>& result,
     const auto message = nlohmann::json::parse(child.received.substr(0, end));
     child.received.erase(0, end + 1);
     if (message.contains("error")) throw std::runtime_error(message["error"].get<std::string>());
+    if (message.contains("defect")) throw std::logic_error(message["defect"].get<std::string>());
     if (message.contains("result")) {
       result = repetition_from_json(message["result"]);
     } else if (progress) {
@@ -101,10 +105,10 @@ std::vector<RepetitionResult> run_repetitions(
     const std::function<void(std::size_t, const Progress&)>& progress) {
   std::vector<std::optional<RepetitionResult>> results(repetitions.size());
   std::vector<Child> running;
-  std::string error;
+  std::exception_ptr error;
   std::size_t next = 0;
-  while (!running.empty() || (next < repetitions.size() && error.empty())) {
-    while (error.empty() && next < repetitions.size() && static_cast<int>(running.size()) < jobs) {
+  while (!running.empty() || (next < repetitions.size() && !error)) {
+    while (!error && next < repetitions.size() && static_cast<int>(running.size()) < jobs) {
       running.push_back(start(next, repetitions[next]));
       ++next;
     }
@@ -117,23 +121,24 @@ std::vector<RepetitionResult> run_repetitions(
       const bool open = read_from(child);
       try {
         take_messages(child, results[child.index], progress);
-      } catch (const std::exception& e) {
-        error = e.what();
+      } catch (const std::exception&) {
+        error = std::current_exception();
       }
       if (open) continue;
       int status = 0;
       waitpid(child.pid, &status, 0);
       close(child.pipe);
       if (WIFSIGNALED(status)) {
-        error = fmt::format("repetition {} died by signal {}", child.index + 1, WTERMSIG(status));
+        error = std::make_exception_ptr(std::logic_error(
+            fmt::format("repetition {} died by signal {}", child.index + 1, WTERMSIG(status))));
       }
       running.erase(running.begin() + static_cast<std::ptrdiff_t>(i));
     }
   }
-  if (!error.empty()) throw std::runtime_error(error);
+  if (error) std::rethrow_exception(error);
   std::vector<RepetitionResult> complete;
   for (std::size_t i = 0; i < results.size(); ++i) {
-    if (!results[i]) throw std::runtime_error(fmt::format("repetition {} ended without a result", i + 1));
+    if (!results[i]) throw std::logic_error(fmt::format("repetition {} ended without a result", i + 1));
     complete.push_back(*results[i]);
   }
   return complete;

@@ -13,10 +13,11 @@ namespace {
 struct Column {
   const char* key;
   double TableRow::*value;
+  bool needs_weighing = true;
 };
 
-constexpr std::array<Column, 8> kColumns = {{{"d_r", &TableRow::d_r},
-                                             {"d_v", &TableRow::d_v},
+constexpr std::array<Column, 8> kColumns = {{{"d_r", &TableRow::d_r, false},
+                                             {"d_v", &TableRow::d_v, false},
                                              {"f_g", &TableRow::f_g},
                                              {"tau", &TableRow::tau},
                                              {"d", &TableRow::d},
@@ -43,10 +44,11 @@ constexpr std::array kOutcomes = {Outcome::kMinimumTorque, Outcome::kMinimumDisp
 
 }  // namespace
 
-TableRow ExperimentResult::mean() const {
-  TableRow mean;
+std::optional<TableRow> ExperimentResult::mean() const {
   const auto complete = [](const RepetitionResult& r) { return r.outcome != Outcome::kStopped; };
   const auto count = std::count_if(repetitions.begin(), repetitions.end(), complete);
+  if (count == 0) return std::nullopt;
+  TableRow mean;
   for (const RepetitionResult& repetition : repetitions) {
     if (!complete(repetition)) continue;
     for (const Column& column : kColumns) {
@@ -64,6 +66,9 @@ bool ExperimentResult::succeeded() const {
 
 nlohmann::json to_json(const RepetitionResult& result) {
   nlohmann::json json = row_json(result.row);
+  for (const Column& column : kColumns) {
+    if (column.needs_weighing && !result.weighed) json[column.key] = nullptr;
+  }
   json["seed"] = result.seed;
   json["regrasps"] = result.regrasps;
   json["outcome"] = to_string(result.outcome);
@@ -75,7 +80,11 @@ nlohmann::json to_json(const RepetitionResult& result) {
 
 RepetitionResult repetition_from_json(const nlohmann::json& json) {
   RepetitionResult result;
-  for (const Column& column : kColumns) result.row.*column.value = json.at(column.key).get<double>();
+  for (const Column& column : kColumns) {
+    const nlohmann::json& value = json.at(column.key);
+    if (!value.is_null()) result.row.*column.value = value.get<double>();
+  }
+  result.weighed = !json.at("tau").is_null();
   result.seed = json.at("seed").get<std::uint64_t>();
   result.regrasps = json.at("regrasps").get<int>();
   const auto outcome = json.at("outcome").get<std::string>();
@@ -94,7 +103,8 @@ nlohmann::json to_json(const ExperimentResult& result) {
   json["repetitions"] = nlohmann::json::array();
   for (const RepetitionResult& repetition : result.repetitions)
     json["repetitions"].push_back(to_json(repetition));
-  json["mean"] = row_json(result.mean());
+  const std::optional<TableRow> mean = result.mean();
+  json["mean"] = mean ? row_json(*mean) : nlohmann::json();
   json["paper"] = row_json(result.paper);
   return json;
 }
@@ -106,10 +116,13 @@ std::string to_text(const ExperimentResult& result) {
       "outcome\n";
   text += "                m       m       N       Nm         m       Nm         m          %\n";
   for (const RepetitionResult& r : result.repetitions) {
-    text += fmt::format("seed {:<6} {}     {:8d}  {}{}\n", r.seed, row_text(r.row), r.regrasps,
-                        to_string(r.outcome), r.reason.empty() ? "" : ": " + r.reason);
+    const std::string row =
+        r.weighed ? row_text(r.row) : fmt::format("{:6.3f}  {:<66}", r.row.d_r, "nothing weighed");
+    text += fmt::format("seed {:<6} {}     {:8d}  {}{}\n", r.seed, row, r.regrasps, to_string(r.outcome),
+                        r.reason.empty() ? "" : ": " + r.reason);
   }
-  text += fmt::format("mean        {}\n", row_text(result.mean()));
+  if (const std::optional<TableRow> mean = result.mean())
+    text += fmt::format("mean        {}\n", row_text(*mean));
   text += fmt::format("paper       {}\n", row_text(result.paper));
   return text;
 }

@@ -14,8 +14,8 @@ struct ExperimentResult {
   std::vector<RepetitionResult> repetitions;
   TableRow paper;
 
-  /// Mean over the repetitions that weighed the object twice or more; zeros when none did.
-  [[nodiscard]] TableRow mean() const;
+  /// Mean over the repetitions that ran to their end; none when no repetition did.
+  [[nodiscard]] std::optional<TableRow> mean() const;
   /// Every repetition ended with the object held where the wrist's torque is least.
   [[nodiscard]] bool succeeded() const;
 };

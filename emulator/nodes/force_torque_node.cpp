@@ -34,7 +34,8 @@ constexpr std::uint8_t kLowPass = 1;
 
 ForceTorqueNode::ForceTorqueNode(const ForceTorqueParameters& parameters)
     : CanopenSlave({parameters.node_id, kAnalogueInputType, parameters.name, 2, parameters.serial}),
-      parameters_(parameters) {
+      parameters_(parameters),
+      generator_(parameters.noise_seed) {
   const std::initializer_list<std::uint16_t> per_channel = {0x6100,
                                                             0x6112,
                                                             object::kProcessValueReal,
@@ -114,7 +115,8 @@ void ForceTorqueNode::sample(const Wrench& F_So_S) noexcept {
   for (std::size_t i = 0; i < kChannels; ++i) {
     const auto axis = static_cast<Eigen::Index>(i % 3);
     const double load = i < 3 ? F_So_S.force[axis] : F_So_S.torque[axis];
-    const std::uint8_t status = sample_channel(channels_[i], load);
+    const double noise = parameters_.noise * channels_[i].rating.resolution * normal_(generator_);
+    const std::uint8_t status = sample_channel(channels_[i], load + parameters_.residual[i] + noise);
     channels_[i].status.set(status);
     any |= status;
   }

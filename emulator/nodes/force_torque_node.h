@@ -2,6 +2,7 @@
 
 #include <array>
 #include <cstdint>
+#include <random>
 #include <string>
 
 #include "emulator/nodes/canopen_slave.h"
@@ -24,16 +25,19 @@ struct ForceTorqueParameters {
   std::array<ChannelRating, 6> channels{
       {{1500, 0.25}, {1500, 0.25}, {2000, 0.25}, {35, 0.005}, {35, 0.005}, {25, 0.004}}};
   std::uint32_t sample_period_us = 1000;  ///< 6114h
+  double noise = 0;                       ///< standard deviation of a sample, in resolutions of its channel
+  std::array<double, 6> residual{};       ///< what the unloaded sensor reads, N or N m
+  std::uint64_t noise_seed = 0;
 };
 
 /// A six-axis force/torque sensor (CiA 404, device type 00020194h). Sub-index = channel, Fx Fy Fz Tx Ty Tz.
 ///
-/// A sample goes through range, resolution, filter and tare: 6100h is the field value before the tare, 6130h
-/// (real32, N and N m) and 7130h (0.1 N, 0.01 N m) the process value after it. Filter 61A0h: 0 none (factory
-/// setting), 1 first-order low-pass with the time constant 61A1h in ms. Tare: 6138h, or the present field
-/// value by writing "tara" to 6139h. 6150h: bit 0 invalid, 1 positive, 2 negative overload; sub 1, which the
-/// TPDO carries, also has the bits of all other channels. TPDO1: 7130h:1-3 and the sample counter 2050h:1;
-/// TPDO2: 7130h:4-6 and 6150h:1; every SYNC.
+/// A sample goes through residual, noise, range, resolution, filter and tare: 6100h is the field value before
+/// the tare, 6130h (real32, N and N m) and 7130h (0.1 N, 0.01 N m) the process value after it. Filter 61A0h:
+/// 0 none (factory setting), 1 first-order low-pass with the time constant 61A1h in ms. Tare: 6138h, or the
+/// present field value by writing "tara" to 6139h. 6150h: bit 0 invalid, 1 positive, 2 negative overload; sub
+/// 1, which the TPDO carries, also has the bits of all other channels. TPDO1: 7130h:1-3 and the sample
+/// counter 2050h:1; TPDO2: 7130h:4-6 and 6150h:1; every SYNC.
 class ForceTorqueNode : public CanopenSlave {
  public:
   static constexpr std::size_t kChannels = 6;
@@ -66,6 +70,8 @@ class ForceTorqueNode : public CanopenSlave {
   ForceTorqueParameters parameters_;
   std::array<Channel, kChannels> channels_;
   Object<std::uint16_t> counter_;
+  std::mt19937_64 generator_;
+  std::normal_distribution<double> normal_;
 };
 
 }  // namespace walkman::nodes

@@ -15,6 +15,7 @@ RepetitionResult repetition(std::uint64_t seed, double tau, Outcome outcome) {
   RepetitionResult r;
   r.seed = seed;
   r.row = {0.52, 0.44, 11.7, tau, 0.08, -0.02, -0.001, 98};
+  r.weighed = true;
   r.regrasps = 1;
   r.outcome = outcome;
   r.real_time_factor = 3;
@@ -41,12 +42,26 @@ TEST(ResultReport, MeanLeavesOutStoppedRepetitions) {
   result.repetitions = {repetition(1, 0.8, Outcome::kMinimumTorque),
                         repetition(2, 1.0, Outcome::kMinimumDisplacement),
                         repetition(3, 99, Outcome::kStopped)};
-  EXPECT_DOUBLE_EQ(result.mean().tau, 0.9);
+  ASSERT_TRUE(result.mean());
+  EXPECT_DOUBLE_EQ(result.mean()->tau, 0.9);
   EXPECT_FALSE(result.succeeded());
   result.repetitions.pop_back();
   EXPECT_TRUE(result.succeeded());
   result.repetitions[0].outcome = Outcome::kDropped;
   EXPECT_FALSE(result.succeeded());
+}
+
+TEST(ResultReport, WhatWasNotMeasuredIsNull) {
+  ExperimentResult result;
+  result.repetitions = {repetition(1, 0, Outcome::kStopped)};
+  result.repetitions[0].weighed = false;
+  const nlohmann::json json = to_json(result);
+  EXPECT_TRUE(json["mean"].is_null());
+  EXPECT_TRUE(json["repetitions"][0]["tau"].is_null());
+  EXPECT_TRUE(json["repetitions"][0]["reduction_percent"].is_null());
+  EXPECT_EQ(json["repetitions"][0]["d_r"], 0.52);
+  EXPECT_FALSE(repetition_from_json(json["repetitions"][0]).weighed);
+  EXPECT_THAT(to_text(result), HasSubstr("nothing weighed"));
 }
 
 TEST(ResultReport, SurvivesTheWayThroughJson) {

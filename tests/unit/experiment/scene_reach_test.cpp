@@ -6,6 +6,19 @@
 namespace walkman::apps {
 namespace {
 
+TEST(SceneReach, TableAloneOutOfReachIsRefused) {
+  Scene scene = load_scene(std::string(WALKMAN_URDF_DIR) + "/scenes/experiment_1.yaml");
+  const RobotModel robot = load_robot_model(scene.robot_urdf);
+  scene.fixed[1].X_WF.translation().x() += 2;
+  try {
+    require_reach(scene, robot);
+    FAIL() << "a table 2.5 m away was accepted";
+  } catch (const std::runtime_error& e) {
+    EXPECT_THAT(e.what(),
+                ::testing::ContainsRegex("experiment_1.yaml:[0-9]+: fixed body 'table' is out of reach"));
+  }
+}
+
 TEST(SceneReach, ShippedSceneIsWithinReachAndAFarObjectIsRefusedWithItsLine) {
   Scene scene = load_scene(std::string(WALKMAN_URDF_DIR) + "/scenes/experiment_1.yaml");
   const RobotModel robot = load_robot_model(scene.robot_urdf);

@@ -48,7 +48,13 @@ TEST(Parameters, WhatIsWrongIsNamedWithFileLineAndKey) {
   EXPECT_THAT(refusal("stage_two:\n  lift_hieght: 0.1\n"),
               HasSubstr("regrasp_parameters.yaml:2: stage_two: unknown key "
                         "'lift_hieght'"));
-  EXPECT_THAT(refusal("stage_two:\n  lift_height: -1\n"), HasSubstr("lift_height must be a finite number"));
+  EXPECT_THAT(refusal("stage_two:\n  lift_height: -1\n"),
+              HasSubstr("lift_height must be a number from 0 to 1"));
+  EXPECT_THAT(refusal("stage_two:\n  settle_time: 1e9\n"),
+              HasSubstr("settle_time must be a number from 0 to 60"));
+  EXPECT_THAT(refusal("stage_two:\n  average_time: 0\n"),
+              HasSubstr("average_time must be a number from 0.02"));
+  EXPECT_THAT(refusal("stage_two:\n  lift_speed: .nan\n"), HasSubstr("lift_speed must be a number"));
   EXPECT_THAT(refusal("stage_two:\n  max_regrasps: 1.5\n"), HasSubstr("max_regrasps must be a whole number"));
   EXPECT_THAT(refusal("stage_one:\n  reach: 1\nstage_three:\n  x: 1\n"), HasSubstr(":3: 'stage_three'"));
   EXPECT_THAT(refusal("stage_two: 3\n"), HasSubstr("stage_two"));

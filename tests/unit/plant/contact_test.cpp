@@ -1,0 +1,123 @@
+// Contacts by the row-space solver: against Coulomb's law, and against Bullet's own solver.
+
+#include <memory>
+
+#include <BulletDynamics/Featherstone/btMultiBodyDynamicsWorld.h>
+#include <gtest/gtest.h>
+
+#include "emulator/plant/bullet_types.h"
+#include "emulator/plant/multibody.h"
+#include "emulator/plant/row_space_solver.h"
+#include "emulator/plant/world_objects.h"
+
+namespace walkman::plant {
+namespace {
+
+constexpr double kStep = 1e-3;
+constexpr double kGravity = 9.81;
+constexpr double kFriction = 0.75 * 0.8;  // of the pair: floor times block
+
+RobotModel box(const char* name, const Eigen::Vector3d& size, double mass) {
+  RobotModel model;
+  Link link;
+  link.name = name;
+  link.mass = mass;
+  link.I_LLcm_L =
+      mass / 12 *
+      Eigen::Vector3d(size.y() * size.y() + size.z() * size.z(), size.x() * size.x() + size.z() * size.z(),
+                      size.x() * size.x() + size.y() * size.y())
+          .asDiagonal();
+  LinkGeometry geometry;
+  geometry.shape = BoxShape{size};
+  link.collisions.push_back(geometry);
+  model.links.push_back(link);
+  return model;
+}
+
+/// A block of 2 kg and 10 cm on a floor whose top is z = 0.
+struct BlockOnFloor {
+  explicit BlockOnFloor(std::unique_ptr<btMultiBodyConstraintSolver> with) : solver(std::move(with)) {
+    world.setGravity(btVector3(0, 0, -kGravity));
+    world.getSolverInfo().m_numIterations = 50;
+    world.getSolverInfo().m_linearSlop = 1e-5;
+    FixedBody ground{"floor", 0, box("floor", {4, 4, 1}, 0), Eigen::Isometry3d::Identity()};
+    ground.X_WF.translation().z() = -0.5;
+    floor = std::make_unique<StaticBody>(world, ground, 0.75);
+    Eigen::Isometry3d X_WB = Eigen::Isometry3d::Identity();
+    X_WB.translation().z() = 0.05;
+    const RobotModel model = box("block", {0.1, 0.1, 0.1}, 2);
+    block = std::make_unique<Multibody>(world, model, RigidTree(model, {}, {}), false, X_WB, kObjectGroup,
+                                        kObjectGroup | kFixedGroup, std::vector<Surface>{{0.8, false}});
+  }
+  void run(double seconds) {
+    for (double t = 0; t < seconds; t += kStep) world.stepSimulation(kStep, 0);
+  }
+  [[nodiscard]] double normal_force() {
+    double sum = 0;
+    for (int i = 0; i < dispatcher.getNumManifolds(); ++i) {
+      const btPersistentManifold* manifold = dispatcher.getManifoldByIndexInternal(i);
+      for (int k = 0; k < manifold->getNumContacts(); ++k)
+        sum += manifold->getContactPoint(k).getAppliedImpulse();
+    }
+    return sum / kStep;
+  }
+  [[nodiscard]] Eigen::Vector3d position() const { return block->X_WL(0).translation(); }
+
+  btDefaultCollisionConfiguration configuration;
+  btCollisionDispatcher dispatcher{&configuration};
+  btDbvtBroadphase broadphase;
+  std::unique_ptr<btMultiBodyConstraintSolver> solver;
+  btMultiBodyDynamicsWorld world{&dispatcher, &broadphase, solver.get(), &configuration};
+  std::unique_ptr<StaticBody> floor;
+  std::unique_ptr<Multibody> block;
+};
+
+TEST(Contact, CarriesTheWeightOfABlockAtRest) {
+  BlockOnFloor scene(std::make_unique<RowSpaceSolver>());
+  scene.run(1);
+  EXPECT_NEAR(scene.normal_force(), 2 * kGravity, 1e-3 * 2 * kGravity);
+  EXPECT_NEAR(scene.position().z(), 0.05, 2e-4);
+  EXPECT_LT(scene.position().head<2>().norm(), 1e-6);
+  EXPECT_EQ(static_cast<RowSpaceSolver&>(*scene.solver).fallbacks(), 0);
+}
+
+TEST(Contact, SlidingBlockStopsWhereCoulombSaysAndAlsoWithBulletsSolver) {
+  const auto slide = [](std::unique_ptr<btMultiBodyConstraintSolver> solver, const btVector3& velocity) {
+    BlockOnFloor scene(std::move(solver));
+    scene.run(0.5);
+    scene.block->bullet().setBaseVel(velocity);
+    scene.run(1);
+    return scene.position();
+  };
+  const double distance = 1 / (2 * kFriction * kGravity);  // from 1 m/s
+  for (const btVector3& direction : {btVector3(1, 0, 0), btVector3(0.6, 0.8, 0)}) {
+    const Eigen::Vector3d ours = slide(std::make_unique<RowSpaceSolver>(), direction);
+    EXPECT_NEAR(ours.head<2>().norm(), distance, 0.03 * distance);
+    EXPECT_NEAR(ours.head<2>().normalized().dot(from_bullet(direction).head<2>()), 1,
+                1e-3);  // a cone, not a pyramid
+  }
+  const Eigen::Vector3d ours = slide(std::make_unique<RowSpaceSolver>(), btVector3(1, 0, 0));
+  const Eigen::Vector3d stock = slide(std::make_unique<btMultiBodyConstraintSolver>(), btVector3(1, 0, 0));
+  EXPECT_LT((ours - stock).norm(), 0.003);
+}
+
+TEST(Contact, HoldsBelowTheFrictionConeAndSlipsAboveIt) {
+  for (const double share : {0.9, 1.1}) {
+    BlockOnFloor scene(std::make_unique<RowSpaceSolver>());
+    scene.run(0.5);
+    const double before = scene.position().x();
+    for (double t = 0; t < 0.5; t += kStep) {
+      scene.block->bullet().addBaseForce(btVector3(share * kFriction * 2 * kGravity, 0, 0));
+      scene.world.stepSimulation(kStep, 0);
+    }
+    const double moved = scene.position().x() - before;
+    if (share < 1) {
+      EXPECT_LT(std::abs(moved), 2e-3) << "creep of velocity-level friction";
+    } else {
+      EXPECT_NEAR(moved, 0.5 * 0.1 * kFriction * kGravity * 0.25, 0.02);  // a = (1.1 − 1) μ g over 0.5 s
+    }
+  }
+}
+
+}  // namespace
+}  // namespace walkman::plant
