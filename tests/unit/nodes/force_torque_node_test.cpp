@@ -126,5 +126,57 @@ TEST_F(ForceTorqueNodeTest, LowPassHasItsTimeConstant) {
   EXPECT_FLOAT_EQ(real(0x6130, 1), 0);
 }
 
+struct NoisyForceTorqueNodeTest : ForceTorqueNodeTest {
+  NoisyForceTorqueNodeTest() { noisy_talk.listen(milliseconds(2)); }
+  static ForceTorqueParameters noisy_parameters() {
+    ForceTorqueParameters p;
+    p.node_id = 18;
+    p.name = "RWrist FT";
+    p.serial = 18;
+    p.noise = 1;
+    p.residual = {1.3, -0.7, 0, 0.021, 0, 0};
+    p.noise_seed = 5;
+    return p;
+  }
+  ForceTorqueNode noisy{noisy_parameters()};
+  Conversation noisy_talk{noisy};
+};
+
+TEST_F(NoisyForceTorqueNodeTest, NoiseAndResidualAverageToLoadAndResidual) {
+  constexpr int kSamples = 4000;
+  double sum = 0;
+  double squares = 0;
+  noisy_talk.ask("000#0112");
+  for (int i = 0; i < kSamples; ++i) {
+    Wrench load;
+    load.force = {10, 0, 0};
+    noisy.sample(load);
+    const std::string frame = noisy_talk.ask("080#").at(0);  // "192#LLHH...": Fx in 0.1 N
+    const auto raw =
+        static_cast<std::int16_t>(std::stoul(frame.substr(6, 2) + frame.substr(4, 2), nullptr, 16));
+    sum += 0.1 * raw;
+    squares += 0.01 * raw * raw;
+  }
+  const double mean = sum / kSamples;
+  // Far finer than the lattice of 0.25 N, since noise of one resolution dithers it. Every second step of that
+  // lattice lies half-way between steps of 0.1 N and is rounded away from zero by 0.05 N.
+  EXPECT_NEAR(mean, 11.3 + 0.025, 0.02);
+  const double lattice = 0.25 * 0.25 / 12 + 0.1 * 0.1 / 12;  // variance that rounding adds
+  EXPECT_NEAR(std::sqrt(squares / kSamples - mean * mean), std::sqrt(0.25 * 0.25 + lattice), 0.02);
+}
+
+TEST_F(NoisyForceTorqueNodeTest, SameSeedGivesTheSameReadings) {
+  ForceTorqueNode twin(noisy_parameters());
+  Conversation twin_talk{twin};
+  twin_talk.listen(milliseconds(2));
+  noisy_talk.ask("000#0112");
+  twin_talk.ask("000#0112");
+  for (int i = 0; i < 50; ++i) {
+    noisy.sample({});
+    twin.sample({});
+    EXPECT_EQ(noisy_talk.ask("080#"), twin_talk.ask("080#"));
+  }
+}
+
 }  // namespace
 }  // namespace walkman::nodes
