@@ -120,9 +120,9 @@ std::string to_string(Outcome outcome) {
 }
 
 RepetitionResult run_repetition(const RepetitionOptions& options) {
-  if (!options.out.empty()) std::filesystem::create_directories(options.out);
   Bench bench(options);
   const regrasp::Parameters parameters = regrasp::load_parameters(options.parameters);
+  if (!options.out.empty()) std::filesystem::create_directories(options.out);
   robot::RobotOptions robot_options;
   robot::Robot robot(bench.robot_model, bench.devices, bench.emulator.interfaces(), robot_options);
   LockstepCycle cycle(bench.emulator, robot_options.cycle);

@@ -41,7 +41,7 @@ void write_line(int pipe, const nlohmann::json& message) {
 /// The child's whole life: one repetition, its messages as JSON lines.
 [[noreturn]] void run_child(const RepetitionOptions& options, int pipe) {
   RepetitionOptions own = options;
-  auto last = std::chrono::steady_clock::time_point::min();
+  auto last = std::chrono::steady_clock::now() - kProgressInterval;
   own.progress = [&](const Progress& p) {
     const auto now = std::chrono::steady_clock::now();
     if (now - last < kProgressInterval) return;

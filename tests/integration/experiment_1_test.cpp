@@ -2,6 +2,7 @@
 
 #include <cmath>
 #include <fstream>
+#include <set>
 #include <sstream>
 
 #include <gmock/gmock.h>
@@ -66,7 +67,18 @@ TEST(Experiment1, TenRepetitionsDoAsWellAsThePaper) {
   std::vector<RepetitionOptions> repetitions;
   for (std::uint64_t seed = 1; seed <= 10; ++seed) repetitions.push_back(options(seed));
   ExperimentResult result;
-  result.repetitions = run_repetitions(repetitions, 2, nullptr);
+  std::set<std::string> phases;
+  std::set<std::size_t> reported;
+  result.repetitions = run_repetitions(repetitions, 2, [&](std::size_t index, const Progress& progress) {
+    phases.insert(progress.phase);
+    reported.insert(index);
+    EXPECT_GE(progress.simulated_seconds, 0);
+    EXPECT_GE(progress.real_time_factor, 0);
+  });
+  EXPECT_EQ(reported.size(), 10U);
+  for (const char* phase : {"approach", "tare", "grasp", "lift", "weigh", "lower"}) {
+    EXPECT_TRUE(phases.contains(phase)) << phase;
+  }
   double worst = 0;
   double sum = 0;
   for (const RepetitionResult& r : result.repetitions) {
