@@ -27,6 +27,8 @@ endif()
 if(WALKMAN_SANITIZE)
   target_compile_options(walkman_settings INTERFACE "-fsanitize=${WALKMAN_SANITIZE}" -fno-omit-frame-pointer)
   target_link_options(walkman_settings INTERFACE "-fsanitize=${WALKMAN_SANITIZE}")
+  # Under a sanitizer Eigen allocates in another way, and memory that Debian's PCL frees would come from the wrong one.
+  target_compile_definitions(walkman_settings INTERFACE EIGEN_MALLOC_ALREADY_ALIGNED=1)
 endif()
 
 # walkman_library(NAME SOURCES... [PUBLIC targets...] [PRIVATE targets...]): a static library walkman_NAME,
