@@ -19,12 +19,15 @@ namespace can {
 /// Longest payload of a CAN FD data frame, in bytes (ISO 11898-1).
 inline constexpr std::size_t kMaxPayload = 64;
 
-/// One CAN data or remote frame as a value.
+/// One CAN data, remote or error frame as a value. An error frame is what a controller reports to its
+/// computer, not something on the wire: `id` holds the class bits and `data` the details of
+/// linux/can/error.h, 8 bytes.
 struct Frame {
   std::uint32_t id = 0;     ///< identifier, 11 or 29 bits, without flag bits
   bool extended = false;    ///< 29-bit identifier
   bool remote = false;      ///< remote transmission request: carries a length but no data
   bool fd = false;          ///< CAN FD frame; `length` may then exceed 8
+  bool error = false;       ///< report of the controller
   std::uint8_t length = 0;  ///< payload bytes
   std::array<std::uint8_t, kMaxPayload> data{};
 
@@ -40,7 +43,8 @@ struct Frame {
 
   friend bool operator==(const Frame& a, const Frame& b) {
     return a.id == b.id && a.extended == b.extended && a.remote == b.remote && a.fd == b.fd &&
-           a.length == b.length && (a.remote || std::memcmp(a.data.data(), b.data.data(), a.length) == 0);
+           a.error == b.error && a.length == b.length &&
+           (a.remote || std::memcmp(a.data.data(), b.data.data(), a.length) == 0);
   }
 };
 

@@ -13,6 +13,15 @@ enum class SendResult {
   kInterfaceDown,  ///< the interface is down or gone; nothing was queued
 };
 
+/// What the CAN controller behind an interface is able to do (ISO 11898-1, fault confinement).
+enum class LinkState {
+  kActive,   ///< error-active
+  kWarning,  ///< error-active, an error counter at 96 or more
+  kPassive,  ///< error-passive: an error counter at 128 or more
+  kBusOff,   ///< transmit error counter above 255; sends and receives nothing until restarted
+  kDown,     ///< the interface is down or gone
+};
+
 /// One end of one CAN bus, seen from a computer: a transmit and a receive queue.
 ///
 /// There are two kinds: `SocketCan` (a network interface of the kernel) and the embedded bus's own end, which
@@ -23,6 +32,12 @@ class Interface {
   virtual ~Interface() = default;
 
   [[nodiscard]] virtual SendResult send(const Frame& frame) noexcept = 0;
+
+  /// Hands frames that `send` has gathered to the controller. An end that gathers nothing does nothing here.
+  virtual void flush() noexcept {}
+
+  /// As far as it is known: a virtual interface of the kernel has no controller and is always error-active.
+  [[nodiscard]] virtual LinkState link() const noexcept { return LinkState::kActive; }
 
   /// Takes the oldest received frame. False when there is none.
   [[nodiscard]] virtual bool receive(StampedFrame& out) noexcept = 0;

@@ -7,10 +7,10 @@
 
 namespace walkman::bus {
 
-CanBus::CanBus(std::string name, std::string interface_name, std::uint32_t bit_rate)
-    : name_(std::move(name)), bit_rate_(bit_rate), computer_(std::move(interface_name)) {
-  if (bit_rate < 10'000 || bit_rate > 1'000'000) {
-    throw std::runtime_error("bus " + name_ + ": bit rate " + std::to_string(bit_rate) +
+CanBus::CanBus(std::string name, std::string interface_name, const BusOptions& options)
+    : name_(std::move(name)), options_(options), computer_(std::move(interface_name)) {
+  if (options.bit_rate < 10'000 || options.bit_rate > 1'000'000) {
+    throw std::runtime_error("bus " + name_ + ": bit rate " + std::to_string(options.bit_rate) +
                              " bit/s, expected 10000 to 1000000");
   }
   participants_.push_back(&computer_);
@@ -18,8 +18,15 @@ CanBus::CanBus(std::string name, std::string interface_name, std::uint32_t bit_r
 
 void CanBus::attach(Participant& participant) { participants_.push_back(&participant); }
 
+ComputerEnd& CanBus::add_end() {
+  tools_.push_back(std::make_unique<ComputerEnd>(std::string(computer_.name())));
+  attach(*tools_.back());
+  return *tools_.back();
+}
+
 Time CanBus::bit_time(int bits) const noexcept {
-  return Time(static_cast<std::int64_t>(bits) * 1'000'000'000 / bit_rate_);
+  if (!options_.timing) return Time{};
+  return Time(static_cast<std::int64_t>(bits) * 1'000'000'000 / options_.bit_rate);
 }
 
 Time CanBus::next_timer() const noexcept {

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <functional>
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -10,6 +11,14 @@
 #include "emulator/bus/participant.h"
 
 namespace walkman::bus {
+
+/// How a bus is wired and clocked.
+struct BusOptions {
+  std::uint32_t bit_rate = 1'000'000;       ///< nominal, bit/s
+  bool fd = false;                          ///< carries CAN FD frames with bit-rate switch as well
+  std::uint32_t data_bit_rate = 5'000'000;  ///< of the data phase of FD frames, bit/s
+  bool timing = true;  ///< false: every frame takes no time; order stays that of arbitration
+};
 
 struct BusCounters {
   std::uint64_t frames = 0;              ///< complete on the wire, lost ones included
@@ -35,7 +44,7 @@ class CanBus {
 
   /// `name` is the limb's ("rarm"), `interface_name` that of the network interface it stands for
   /// ("can_rarm"). Throws std::runtime_error for a bit rate outside 10 kbit/s .. 1 Mbit/s.
-  CanBus(std::string name, std::string interface_name, std::uint32_t bit_rate = 1'000'000);
+  CanBus(std::string name, std::string interface_name, const BusOptions& options = {});
 
   /// Adds a participant, which must outlive the bus. Not between calls of `advance` in cyclic operation:
   /// allocates.
@@ -44,13 +53,16 @@ class CanBus {
   /// The computer's end. What is sent here takes part in arbitration from `now` on.
   [[nodiscard]] can::Interface& computer_end() noexcept { return computer_; }
 
+  /// One more computer on the bus, for a tool; lives as long as the bus. Allocates.
+  [[nodiscard]] ComputerEnd& add_end();
+
   /// Lets everything happen up to and including `until`; earlier times than `now` do nothing.
   void advance(Time until) noexcept;
 
   [[nodiscard]] Time now() const noexcept { return now_; }
   [[nodiscard]] const std::string& name() const noexcept { return name_; }
   [[nodiscard]] std::string_view interface_name() const noexcept { return computer_.name(); }
-  [[nodiscard]] std::uint32_t bit_rate() const noexcept { return bit_rate_; }
+  [[nodiscard]] std::uint32_t bit_rate() const noexcept { return options_.bit_rate; }
 
   /// Called with every frame that is complete and not lost. Must not throw.
   void set_observer(Observer observer) { observer_ = std::move(observer); }
@@ -62,7 +74,7 @@ class CanBus {
   [[nodiscard]] BusCounters counters() const noexcept;
 
   /// Share of the last second the bus was busy, 0..1.
-  [[nodiscard]] double load() noexcept { return load_.load(now_, bit_rate_); }
+  [[nodiscard]] double load() noexcept { return load_.load(now_, options_.bit_rate); }
 
  private:
   enum class Phase { kIdle, kFrame, kIntermission };
@@ -74,8 +86,9 @@ class CanBus {
   void complete() noexcept;
 
   std::string name_;
-  std::uint32_t bit_rate_;
+  BusOptions options_;
   ComputerEnd computer_;
+  std::vector<std::unique_ptr<ComputerEnd>> tools_;
   std::vector<Participant*> participants_;
   Observer observer_;
   Filter filter_;

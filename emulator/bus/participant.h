@@ -2,7 +2,7 @@
 
 #include <cstdint>
 
-#include "drivers/can/frame.h"
+#include "drivers/can/interface.h"
 
 namespace walkman::bus {
 
@@ -29,6 +29,13 @@ class Participant {
 
   /// The frame `pending` shows has won arbitration and is on the wire now.
   virtual void take() noexcept = 0;
+
+  /// Its controller has come into another state (ISO 11898-1, fault confinement). In bus-off the bus neither
+  /// takes frames from it nor gives it any.
+  virtual void on_link_state(can::LinkState /*state*/, Time /*now*/) noexcept {}
+
+  /// Whether its frames are sent once only, instead of again after an error or without an acknowledgement.
+  [[nodiscard]] virtual bool one_shot() const noexcept { return false; }
 
   /// Frames it could not queue for transmission.
   [[nodiscard]] virtual std::uint64_t transmit_overflows() const noexcept = 0;

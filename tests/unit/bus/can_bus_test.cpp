@@ -80,8 +80,8 @@ TEST_F(CanBusTest, BitRateScalesTime) {
   slow.advance(milliseconds(1));
   ASSERT_EQ(listener.heard.size(), 1U);
   EXPECT_EQ(listener.heard[0].time, microseconds(48 * 8));
-  EXPECT_THROW(CanBus("x", "can_x", 0), std::runtime_error);
-  EXPECT_THROW(CanBus("x", "can_x", 2'000'000), std::runtime_error);
+  EXPECT_THROW(CanBus("x", "can_x", {.bit_rate = 0}), std::runtime_error);
+  EXPECT_THROW(CanBus("x", "can_x", {.bit_rate = 2000000}), std::runtime_error);
 }
 
 TEST_F(CanBusTest, LowestIdentifierWinsAmongAllPending) {
