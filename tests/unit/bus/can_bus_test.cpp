@@ -72,7 +72,7 @@ TEST_F(CanBusTest, FrameTakesItsExactTime) {
 }
 
 TEST_F(CanBusTest, BitRateScalesTime) {
-  CanBus slow("x", "can_x", 125'000);
+  CanBus slow("x", "can_x", {.bit_rate = 125'000});
   Talker t, listener;
   slow.attach(t);
   slow.attach(listener);
