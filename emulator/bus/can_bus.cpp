@@ -9,7 +9,7 @@ namespace walkman::bus {
 namespace {
 
 constexpr std::size_t kNobody = ~std::size_t{0};
-constexpr int kTimelessFrames = 65536;
+constexpr int kTimelessFrames = 8192;
 
 [[noreturn]] void refuse(const std::string& bus, const char* what, std::uint32_t rate, const char* expected) {
   throw std::runtime_error("bus " + bus + ": " + what + " " + std::to_string(rate) + " bit/s, expected " +

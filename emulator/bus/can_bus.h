@@ -22,7 +22,7 @@ struct BusOptions {
   bool fd = false;                          ///< carries CAN FD frames with bit-rate switch as well
   std::uint32_t data_bit_rate = 5'000'000;  ///< of the data phase of FD frames, bit/s
   /// False: a frame that goes through takes no time; order stays that of arbitration. A failed attempt, and
-  /// every frame after 65536 at one instant, takes its time nevertheless, so that time goes on.
+  /// every frame after 8192 at one instant, takes its time nevertheless, so that time goes on.
   bool timing = true;
 };
 

@@ -70,9 +70,9 @@ void CanBus::dominant_again() noexcept {
 }
 
 void CanBus::recessive_again() noexcept {
-  // The ACK delimiter and the end of frame, or the error delimiter.
-  recessive_since_ = attempt_.failed && attempt_.destroyed ? now_ + time_of(attempt_.flag)
-                                                           : now_ - bit_time(kAckAndEndBits - 1);
+  // The error delimiter, or the ACK delimiter and the end of frame.
+  recessive_since_ =
+      attempt_.flag.bits() > 0 ? now_ + time_of(attempt_.flag) : now_ - bit_time(kAckAndEndBits - 1);
   for (Controller& controller : controllers_) {
     if (controller.recovering && !controller.cut) controller.recessive_since = recessive_since_;
   }

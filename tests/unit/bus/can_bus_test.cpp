@@ -1,46 +1,17 @@
 #include "emulator/bus/can_bus.h"
 
-#include <deque>
 #include <stdexcept>
 #include <vector>
 
 #include <gtest/gtest.h>
+
+#include "tests/unit/bus/talker.h"
 
 namespace walkman::bus {
 namespace {
 
 using std::chrono::microseconds;
 using std::chrono::milliseconds;
-
-/// A participant that sends what it is given and records what it hears; one timer.
-class Talker : public Participant {
- public:
-  void say(const can::Frame& frame) { queue_.push_back(frame); }
-  void at(Time time, const can::Frame& frame) {
-    due_ = time;
-    timed_ = frame;
-  }
-
-  void receive(const can::Frame& frame, Time now) noexcept override { heard.push_back({now, frame}); }
-  void advance(Time now) noexcept override {
-    if (due_ > now) return;
-    fired.push_back(now);
-    due_ = Time::max();
-    queue_.push_back(timed_);
-  }
-  Time next_event() const noexcept override { return due_; }
-  const can::Frame* pending() const noexcept override { return queue_.empty() ? nullptr : &queue_.front(); }
-  void take() noexcept override { queue_.pop_front(); }
-  std::uint64_t transmit_overflows() const noexcept override { return 0; }
-
-  std::vector<can::StampedFrame> heard;
-  std::vector<Time> fired;
-
- private:
-  std::deque<can::Frame> queue_;
-  Time due_ = Time::max();
-  can::Frame timed_;
-};
 
 struct CanBusTest : testing::Test {
   CanBusTest() {

@@ -127,7 +127,7 @@ can::Frame worst_fd_frame(std::size_t length, unsigned first, unsigned value) {
 /// Most stuff bits that any payload can make behind BRS: the best of every way on, bit by bit, over the last
 /// bit and the length of its run.
 int most_data_stuff_bits(std::size_t length) {
-  const std::string head = "0" + binary(fd_length_code(static_cast<unsigned>(length)), 4);
+  const std::string head = binary(fd_length_code(static_cast<unsigned>(length)), 5);  // ESI 0, DLC
   std::map<std::pair<char, int>, int> best = {{{'1', 1}, 0}};  // BRS, which follows a dominant bit
   for (std::size_t i = 0; i < head.size() + 8 * length; ++i) {
     std::map<std::pair<char, int>, int> next;
