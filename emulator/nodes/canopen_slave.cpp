@@ -180,11 +180,11 @@ void CanopenSlave::take() noexcept {
 
 void CanopenSlave::advance(Time now) noexcept {
   now_ = now;
-  if (next_event_ > now) return;
   if (state_ == NmtState::kBootUp) {
     if (node_id_ != LssSlave::kUnconfigured) boot();
     return schedule();
   }
+  if (next_event_ > now) return;
   heartbeat_producer_.advance(now_, state_);
   if (heartbeat_consumer_.advance(now_) == HeartbeatConsumer::Change::kLost) {
     master_lost(heartbeat_consumer_.lost_node());

@@ -138,7 +138,8 @@ Verdict ObjectDictionary::write(Entry& entry, std::span<const std::uint8_t> byte
   if (!entry.number()) {
     if (bytes.size() > entry.longest) return SdoAbort::kTooLong;
     if (!visible(bytes)) return SdoAbort::kValue;
-    entry.text.assign(bytes.begin(), bytes.end());  // within the capacity reserved
+    // Within the capacity reserved; by pointer, since by iterators a temporary string would be made.
+    entry.text.assign(reinterpret_cast<const char*>(bytes.data()), bytes.size());
     return std::nullopt;
   }
   if (bytes.size() > entry.size()) return SdoAbort::kTooLong;
