@@ -34,7 +34,7 @@ class WholePlant : public ::testing::Test {
     int index = 0;
     for (const Bus& bus : devices_.buses) {
       for (const Device& device : bus.devices) {
-        if (device.kind == DeviceKind::kForceTorque) continue;
+        if (device.actuator.empty()) continue;  // a sensor
         if (device.name == name) return index;
         ++index;
       }
@@ -76,6 +76,55 @@ TEST_F(WholePlant, ArmsAtRestWeighTheirHands) {
   for (const int wrist : {0, 1}) {
     EXPECT_NEAR(plant->F_So_S(wrist).force.norm(), 1.2 * kGravity, 0.02 * 1.2 * kGravity);
   }
+}
+
+TEST_F(WholePlant, TheInertialUnitOfAPelvisThatStandsStillFeelsGravity) {
+  const auto plant = build();
+  ASSERT_EQ(plant->inertial_count(), 1);
+  run(*plant, 20, drive("RElbj"), 5);
+  const InertialMotion& motion = plant->inertial_motion(0);
+  // The scene's pelvis is upright; the unit lies in its axes.
+  EXPECT_NEAR((motion.specific_force_S - Eigen::Vector3d(0, 0, kGravity)).norm(), 0, 1e-9);
+  EXPECT_NEAR(motion.angular_velocity_S.norm(), 0, 1e-12);
+  const Eigen::Matrix3d R_WS = plant->X_WL(robot_.link_index("imu_link")).linear();
+  EXPECT_NEAR((motion.q_WS.toRotationMatrix() - R_WS).norm(), 0, 1e-12);
+}
+
+TEST_F(WholePlant, AnInertialUnitOnAMovingHandFeelsWhatItsPathSays) {
+  Device unit;
+  unit.kind = DeviceKind::kInertialUnit;
+  unit.node_id = 92;
+  unit.name = "RSoftHandLink";
+  devices_.buses[1].devices.push_back(unit);
+  const auto plant = build();
+  const int link = robot_.link_index("RSoftHandLink");
+  run(*plant, 40, drive("RElbj"), 30);
+  double fastest = 0;
+  double worst_force = 0, worst_rate = 0;
+  for (int i = 0; i < 60; ++i) {
+    const Eigen::Isometry3d before = plant->X_WL(link);
+    run(*plant, 1, drive("RElbj"), 30);
+    const Eigen::Isometry3d at = plant->X_WL(link);
+    run(*plant, 1, drive("RElbj"), 30);
+    const Eigen::Isometry3d after = plant->X_WL(link);
+    // The unit reads the step that has led to `after`, at the pose `at`; velocity at its start is that which
+    // led to `at`.
+    const double dt = Plant::kStep;
+    const Eigen::Vector3d acceleration =
+        (after.translation() - 2 * at.translation() + before.translation()) / (dt * dt);
+    const Eigen::Vector3d expected =
+        at.linear().transpose() * (acceleration + Eigen::Vector3d(0, 0, kGravity));
+    const Eigen::AngleAxisd turned(Eigen::Matrix3d(before.linear().transpose() * at.linear()));
+    const Eigen::Vector3d rate = turned.angle() / dt * turned.axis();
+    const InertialMotion& motion = plant->inertial_motion(1);
+    worst_force = std::max(worst_force, (motion.specific_force_S - expected).norm());
+    worst_rate = std::max(worst_rate, (motion.angular_velocity_S - rate).norm());
+    fastest = std::max(fastest, rate.norm());
+  }
+  EXPECT_GT(fastest, 0.5);  // rad/s
+  // First order in the step.
+  EXPECT_LT(worst_force, 0.05 * kGravity);
+  EXPECT_LT(worst_rate, 0.01 * fastest);
 }
 
 TEST_F(WholePlant, TendonPullsWithTheMotorsTorqueOverThePulleysRadius) {
