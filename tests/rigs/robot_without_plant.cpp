@@ -19,6 +19,15 @@ RobotWithoutPlant::RobotWithoutPlant(const RobotFiles& files) {
   for (const Bus& wiring : files.devices.buses) {
     buses_.push_back(std::make_unique<bus::CanBus>(wiring.name, wiring.interface));
     for (const Device& device : wiring.devices) {
+      if (device.kind == DeviceKind::kInertialUnit) {
+        nodes::InertialParameters p;
+        p.node_id = device.node_id;
+        p.name = device.name;
+        p.serial = device.node_id;
+        inertials_.push_back(std::make_unique<nodes::InertialNode>(p));
+        buses_.back()->attach(*inertials_.back());
+        continue;
+      }
       if (device.kind == DeviceKind::kForceTorque) {
         nodes::ForceTorqueParameters p;
         p.node_id = device.node_id;
