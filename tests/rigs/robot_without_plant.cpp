@@ -68,6 +68,7 @@ void RobotWithoutPlant::advance(Time until) {
       for (std::size_t i = 0; i < drives_.size(); ++i) drives_[i]->control(readings_[i], kControlPeriod);
     }
     for (const auto& sensor : sensors_) sensor->sample(Wrench{});
+    for (const auto& inertial : inertials_) inertial->sample({});
   }
 }
 
