@@ -93,7 +93,7 @@ void SlcanPort::hung_up() noexcept {
   adapter_.reset();
   // What the peer has not read must not be the first thing the next one reads.
   const Descriptor terminal(::open(terminal_.c_str(), O_RDWR | O_NOCTTY | O_NONBLOCK | O_CLOEXEC));
-  if (terminal.valid()) tcflush(terminal.get(), TCIOFLUSH);
+  if (terminal.valid()) tcflush(terminal.get(), TCIFLUSH);
 }
 
 void SlcanPort::write() noexcept {

@@ -25,7 +25,7 @@ struct SocketcandOptions {
 /// faster than the bus carries is read no faster; neither is noticed by others.
 class SocketcandServer {
  public:
-  static constexpr std::size_t kMaxClients = 16;
+  static constexpr std::size_t kMaxClients = 32;
 
   /// Listens. The buses must outlive the server. Throws std::runtime_error with the address and the reason.
   explicit SocketcandServer(std::span<bus::CanBus* const> buses, const SocketcandOptions& options = {});

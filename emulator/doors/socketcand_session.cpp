@@ -8,9 +8,8 @@ namespace {
 constexpr std::size_t kReplyRoom = 512;
 constexpr std::size_t kLongestReply = 64;
 
-/// What python-can reads at a time, and a pause after which it has surely read.
+/// What python-can reads at a time.
 constexpr std::size_t kClientRead = 1024;
-constexpr Time kPause = std::chrono::milliseconds(20);
 
 }  // namespace
 
@@ -101,14 +100,14 @@ void SocketcandSession::forward(Time wall) noexcept {
   held_until_ = Time::min();
   can::StampedFrame frame;
   while (end_->receive(frame)) {
-    if (raw_) write(frame, wall);
+    if (raw_) write(frame);
   }
   // Before rawmode the end may overflow: nobody wants those frames.
   if (raw_) counters_.dropped += end_->receive_overflows() - overflows_;
   overflows_ = end_->receive_overflows();
 }
 
-void SocketcandSession::write(const can::StampedFrame& frame, Time wall) noexcept {
+void SocketcandSession::write(const can::StampedFrame& frame) noexcept {
   TextLine line;
   line.add('\n');
   if (!write_socketcand(frame, line)) {
@@ -116,14 +115,12 @@ void SocketcandSession::write(const can::StampedFrame& frame, Time wall) noexcep
     return;
   }
   std::string_view message = line.text();
-  if (last_written_ == Time::min() || wall - last_written_ >= kPause) burst_ = 0;
-  if (burst_ + message.size() <= kClientRead) message.remove_prefix(1);
+  if (written_ + message.size() <= kClientRead) message.remove_prefix(1);
   if (outgoing_.room() < message.size() + kReplyRoom || !outgoing_.push(message)) {
     ++counters_.dropped;
     return;
   }
-  last_written_ = wall;
-  burst_ += message.size();
+  written_ += message.size();
   ++counters_.received;
 }
 

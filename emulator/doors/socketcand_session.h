@@ -24,8 +24,9 @@ struct SocketcandCounters {
 ///
 /// It knows what python-can 4.1.0 expects of a server. A reply in the handshake must be the only message its
 /// read returns, so frames are held back after the reply to rawmode until the client speaks again or
-/// `kHandshakePause` is over. It reads 1024 characters at a time and loses the first character of a message
-/// its read has cut; in a burst that long every message is preceded by a line feed, which is lost instead.
+/// `kHandshakePause` is over. It reads 1024 characters at a time, and of a message cut by that it loses the
+/// first one; so once that much has been written, every message is preceded by a line feed, which is lost
+/// instead. The reference client skips to the next bracket, so this is nothing to it.
 class SocketcandSession {
  public:
   static constexpr std::size_t kQueueLength = 65536;
@@ -65,7 +66,7 @@ class SocketcandSession {
     ++counters_.errors;
     reply(message);
   }
-  void write(const can::StampedFrame& frame, Time wall) noexcept;
+  void write(const can::StampedFrame& frame) noexcept;
 
   EndPool& pool_;
   SocketcandCounters& counters_;
@@ -75,8 +76,7 @@ class SocketcandSession {
   std::optional<can::Frame> waiting_;  // for room in the bus's transmit queue
   bool raw_ = false;
   Time held_until_ = Time::min();
-  Time last_written_ = Time::min();
-  std::size_t burst_ = 0;  // characters written without a pause
+  std::uint64_t written_ = 0;  // characters of frames
   std::uint64_t overflows_ = 0;
 };
 
