@@ -1,11 +1,13 @@
 """Store and restore of parameters, and TIME (CiA 301 7.5.2.13, .14, 7.2.6)."""
 import struct
+import time
 
-from checks import equal, test, that
+from checks import equal, test, that, within
 from limb import JOINTS, RESET_COMMUNICATION, RESET_NODE, SENSOR
 
 A = JOINTS[0]
 SAVE, LOAD = b"save", b"load"
+CLOCK_MILLISECONDS, CLOCK_DAYS = (0x2061, 1), (0x2061, 2)  # what TIME sets
 
 
 def again(limb, node=A, command=RESET_NODE):
@@ -109,12 +111,28 @@ def reset_communication_restores_what_was_stored(limb):
 
 
 @test
-def time_stamp_is_taken_without_complaint(limb):
+def time_sets_the_clock_of_the_node(limb):
     sdo = factory(limb)
     sdo.put("<I", 0x1012, 0, 0x80000100)
-    equal(sdo.u32(0x1012), 0x80000100, "1012h")
-    limb.start(A)
     limb.bus.drain()
-    limb.bus.send(0x100, struct.pack("<IH", 43200000, 15000))  # noon of a day in 2025
-    equal([one.data.hex() for one in limb.bus.collect(0.2, 0x080 + A)], [], "EMCY after TIME")
-    equal(sdo.u8(0x1001), 0, "1001h")
+    limb.bus.send(0x100, struct.pack("<IH", 43200000, 15000))  # noon, 15000 days after 1984-01-01
+    time.sleep(0.5)
+    within(sdo.u32(*CLOCK_MILLISECONDS), 43200450, 43201500, "milliseconds after midnight, half a second later")
+    equal(sdo.u16(*CLOCK_DAYS), 15000, "days since 1984-01-01")
+    limb.bus.send(0x100, struct.pack("<IH", 86399900, 15000))
+    time.sleep(0.3)
+    equal(sdo.u16(*CLOCK_DAYS), 15001, "days after midnight has passed")
+    equal([one.data.hex() for one in limb.bus.collect(0.1, 0x080 + A)], [], "EMCY after TIME")
+
+
+@test
+def time_is_ignored_when_not_consumed_or_malformed(limb):
+    sdo = factory(limb)
+    sdo.put("<I", 0x1012, 0, 0x80000100)
+    limb.bus.send(0x100, struct.pack("<IH", 1000, 9000))
+    sdo.u32(0x1000)
+    limb.bus.send(0x100, b"\0\0\0\0")
+    sdo.put("<I", 0x1012, 0, 0x00000100)
+    limb.bus.send(0x100, struct.pack("<IH", 1000, 123))
+    time.sleep(0.05)
+    equal(sdo.u16(*CLOCK_DAYS), 9000, "days since 1984-01-01")
