@@ -32,6 +32,7 @@ int main(int argc, char** argv) {
   app.footer(kFooter);
   std::function<int()> run;
   walkman::apps::add_experiment_command(app, run);
+  walkman::apps::add_export_command(app, run);
   walkman::apps::add_locate_command(app, run);
   walkman::apps::add_model_command(app, run);
   if (is_unknown_verb(app, argc, argv)) {

@@ -2,6 +2,7 @@
 
 #include <functional>
 #include <memory>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -55,6 +56,9 @@ class CanBus {
 
   /// One more computer on the bus, for a tool; lives as long as the bus. Allocates.
   [[nodiscard]] ComputerEnd& add_end();
+
+  /// Everything with a controller on the bus, the computer first.
+  [[nodiscard]] std::span<Participant* const> participants() const noexcept { return participants_; }
 
   /// Lets everything happen up to and including `until`; earlier times than `now` do nothing.
   void advance(Time until) noexcept;

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <functional>
 #include <memory>
 #include <string>
 
@@ -46,6 +47,11 @@ class CanopenSlave : public bus::Participant {
   [[nodiscard]] const std::string& name() const noexcept { return identity_.name; }
   [[nodiscard]] canopen::NmtState nmt_state() const noexcept { return state_; }
   [[nodiscard]] const ObjectDictionary& dictionary() const noexcept { return dictionary_; }
+
+  /// Calls `observer` with each object of a TPDO when it is sampled and of an RPDO when it has taken effect,
+  /// for logs. Must not throw.
+  using PdoObserver = std::function<void(std::uint32_t cob_id, const Entry& entry, Time now)>;
+  void observe_pdos(PdoObserver observer);
 
  protected:
   /// Throws std::runtime_error for a node-ID outside 1..127.

@@ -52,6 +52,7 @@ void ReceivePdo::apply() noexcept {
     }
     offset += object.bytes;
   }
+  record_.report();
 }
 
 bool ReceivePdo::advance(Time now) noexcept {

@@ -41,6 +41,7 @@ can::Frame TransmitPdo::sample() const noexcept {
 
 void TransmitPdo::transmit(Time now) noexcept {
   last_ = sample();
+  record_.report();
   sent_ = true;
   requested_ = false;
   outbox_.replace(last_);

@@ -16,6 +16,7 @@ class TransmitPdo {
   void start(Time now) noexcept;  ///< entering operational
   void stop() noexcept;           ///< leaving it
   void reload() noexcept { record_.reload(); }
+  void observe(PdoRecord::Observer observer) { record_.observe(std::move(observer)); }
 
   void sync(Time now) noexcept;
   void event(const Entry& entry, Time now) noexcept;
