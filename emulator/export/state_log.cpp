@@ -1,10 +1,13 @@
 #include "emulator/export/state_log.h"
 
+#include <array>
 #include <cerrno>
 #include <cinttypes>
 #include <cstdio>
 #include <cstring>
 #include <stdexcept>
+
+#include "emulator/nodes/canopen_slave.h"
 
 namespace walkman::device_files {
 namespace {
@@ -30,20 +33,23 @@ StateLog::StateLog(std::filesystem::path file) : file_(std::move(file)), stream_
     throw std::runtime_error(file_.string() + ": cannot be created (" + std::strerror(errno) +
                              "), expected a writable path for the state log");
   }
-  stream_ << "bus,time,node,cob_id,index,sub,raw\n";
+  stream_ << "time,node,cob_id,index,sub,raw\n";
 }
 
-void StateLog::watch(const std::string& bus, nodes::CanopenSlave& node) {
-  const int id = node.node_id();
-  node.observe_pdos([this, bus, id](std::uint32_t cob_id, const nodes::Entry& entry, Time now) {
-    char row[96];
-    const int n =
-        std::snprintf(row, sizeof row, ",%" PRId64 ".%09" PRId64 ",%d,0x%03X,0x%04X,%u,%" PRId64 "\n",
-                      now.count() / 1'000'000'000, now.count() % 1'000'000'000, id, cob_id,
-                      entry.address.index, entry.address.sub, number(entry));
-    stream_ << bus;
-    stream_.write(row, n);
-  });
+void StateLog::watch(const bus::CanBus& bus) {
+  for (bus::Participant* participant : bus.participants()) {
+    auto* node = dynamic_cast<nodes::CanopenSlave*>(participant);
+    if (node == nullptr) continue;
+    const int id = node->node_id();
+    node->observe_pdos([this, id](std::uint32_t cob_id, const nodes::Entry& entry, Time now) {
+      std::array<char, 96> row;
+      const int n =
+          std::snprintf(row.data(), row.size(), "%" PRId64 ".%09" PRId64 ",%d,0x%03X,0x%04X,%u,%" PRId64 "\n",
+                        now.count() / 1'000'000'000, now.count() % 1'000'000'000, id, cob_id,
+                        entry.address.index, entry.address.sub, number(entry));
+      stream_.write(row.data(), n);
+    });
+  }
 }
 
 void StateLog::flush() {
