@@ -56,7 +56,7 @@ std::span<const ObjectName> drive_names() {
       {0x607E, 0x607E, kVariable, {"Polarity"}},
       {0x607F, 0x607F, kVariable, {"Max profile velocity", kVelocity}},
       {0x6080, 0x6080, kVariable, {"Max motor speed", kVelocity}},
-      {0x6081, 0x6081, kVariable, {"Profile velocity", kVelocity, "profile_velocity"}},
+      {0x6081, 0x6081, kVariable, {"Profile velocity", kVelocity, "profile_vel"}},
       {0x6082, 0x6082, kVariable, {"End velocity", kVelocity}},
       {0x6083, 0x6083, kVariable, {"Profile acceleration", kAcceleration, "profile_accel"}},
       {0x6084, 0x6084, kVariable, {"Profile deceleration", kAcceleration, "profile_decel"}},

@@ -102,8 +102,9 @@ const Entry& same_entry(const Entry& entry, const EdsDevice& device) {
 }
 
 bool has_default(const Entry& entry) {
+  const bool serial_number = entry.address == nodes::ObjectAddress{0x1018, 4};
   const bool process_data = entry.access == Access::kReadOnly && entry.mappable == nodes::Mappable::kYes;
-  return entry.access != Access::kWriteOnly && !process_data;
+  return entry.access != Access::kWriteOnly && !process_data && !serial_number;
 }
 
 /// Nothing when the devices do not agree.
