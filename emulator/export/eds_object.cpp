@@ -59,13 +59,6 @@ std::string_view access_word(Access access) {
   return "";
 }
 
-/// Objects whose identifier follows the node-ID (CiA 301, 7.3.5).
-bool is_node_cob_id(nodes::ObjectAddress address) {
-  const unsigned block = address.index & 0xFE00U;
-  if (block == 0x1400 || block == 0x1800) return address.sub == 1;
-  return (address.index == 0x1014 && address.sub == 0) || (address.index == 0x1200 && address.sub != 0);
-}
-
 /// Values better read in hexadecimal: words of bits, codes, identifiers.
 bool is_hexadecimal(const Entry& entry) {
   const std::uint16_t index = entry.address.index;
@@ -102,9 +95,11 @@ const Entry& same_entry(const Entry& entry, const EdsDevice& device) {
 }
 
 bool has_default(const Entry& entry) {
+  // A value that the device works out when it is asked has none either.
+  const bool computed = entry.access == Access::kReadOnly && entry.read_hook;
   const bool serial_number = entry.address == nodes::ObjectAddress{0x1018, 4};
   const bool process_data = entry.access == Access::kReadOnly && entry.mappable == nodes::Mappable::kYes;
-  return entry.access != Access::kWriteOnly && !process_data && !serial_number;
+  return entry.access != Access::kWriteOnly && !process_data && !computed && !serial_number;
 }
 
 /// Nothing when the devices do not agree.
@@ -114,14 +109,15 @@ std::optional<std::string> default_text(const Entry& entry, std::span<const EdsD
     return std::all_of(devices.begin(), devices.end(),
                        [&](const EdsDevice& device) { return predicate(device, same_entry(entry, device)); });
   };
+  if (entry.type == DataType::kDomain) return std::nullopt;
   if (entry.type == DataType::kVisibleString) {
     if (!all([&](const EdsDevice&, const Entry& other) { return other.text == entry.text; }))
       return std::nullopt;
     return entry.text;
   }
   const std::uint32_t base = entry.default_raw - devices.front().node_id;
-  if (is_node_cob_id(entry.address) && all([&](const EdsDevice& device, const Entry& other) {
-        return (other.default_raw & 0x7FU) == device.node_id && other.default_raw - device.node_id == base;
+  if (entry.plus_node_id && all([&](const EdsDevice& device, const Entry& other) {
+        return other.default_raw - device.node_id == base;
       })) {
     return fmt::format("$NODEID+0x{:X}", base);
   }
@@ -183,6 +179,8 @@ std::uint16_t data_type_code(DataType type) {
       return 0x0008;
     case DataType::kVisibleString:
       return 0x0009;
+    case DataType::kDomain:
+      return 0x000F;
   }
   throw std::runtime_error(fmt::format("data type {}: not known to the EDS writer", static_cast<int>(type)));
 }

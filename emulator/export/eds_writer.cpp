@@ -12,15 +12,8 @@ namespace {
 constexpr const char* kDate = "11-21-2026";
 constexpr const char* kTime = "12:00PM";
 
-/// Bit rates of CiA 301 in kbit/s, and whether the emulated bus is meant for them.
-constexpr std::array<std::pair<int, bool>, 8> kBitRates{{{10, false},
-                                                         {20, false},
-                                                         {50, false},
-                                                         {125, true},
-                                                         {250, true},
-                                                         {500, true},
-                                                         {800, true},
-                                                         {1000, true}}};
+/// Bit rates of CiA 301 in kbit/s; the emulated bus and LSS know them all.
+constexpr std::array kBitRates{10, 20, 50, 125, 250, 500, 800, 1000};
 
 enum class Part { kMandatory, kOptional, kManufacturer };
 
@@ -53,8 +46,7 @@ void append_head(std::vector<std::string>& lines, const EdsTitle& title,
        fmt::format("VendorNumber=0x{:08X}", identity(dictionary, 1)), "ProductName=" + title.product,
        fmt::format("ProductNumber=0x{:08X}", identity(dictionary, 2)),
        fmt::format("RevisionNumber=0x{:08X}", identity(dictionary, 3)), "OrderCode=" + title.order_code});
-  for (const auto& [rate, supported] : kBitRates)
-    lines.push_back(fmt::format("BaudRate_{}={}", rate, supported ? 1 : 0));
+  for (const int rate : kBitRates) lines.push_back(fmt::format("BaudRate_{}=1", rate));
   lines.insert(lines.end(),
                {"SimpleBootUpMaster=0", "SimpleBootUpSlave=1", "Granularity=8", "DynamicChannelsSupported=0",
                 "GroupMessaging=0", fmt::format("NrOfRXPDO={}", count_objects(objects, 0x1400, 0x15FF)),

@@ -44,10 +44,21 @@ std::span<const ObjectName> manufacturer_names() {
        kRecord,
        {"Temperatures for PDOs"},
        {{"Motor temperature", kCelsius, "motor_temp_i8"}}},
+      {0x2032,
+       0x2032,
+       kRecord,
+       {"Supply limits"},
+       {{"Lower limit", kMilliVolt}, {"Upper limit", kMilliVolt}}},
       {0x2040, 0x2040, kRecord, {"Position loop gains"}, {{"P gain"}, {"I gain"}, {"D gain"}}},
       {0x2041, 0x2041, kRecord, {"Velocity loop gains"}, {{"P gain"}, {"I gain"}, {"D gain"}}},
       {0x2042, 0x2042, kRecord, {"Torque loop gains"}, {{"P gain"}, {"I gain"}, {"D gain"}}},
       {0x2050, 0x2050, kRecord, {"Cycle counter"}, {{"Counter", kPlain, "counter"}}},
+      {0x2060, 0x2060, kVariable, {"User note"}},
+      {0x2061,
+       0x2061,
+       kRecord,
+       {"Network time"},
+       {{"Milliseconds after midnight"}, {"Days since 1984-01-01"}}},
   };
   return kTable;
 }

@@ -23,6 +23,7 @@ DriveParameters hand_parameters(std::uint8_t node_id, std::string name, std::uin
   p.sync_divider = 4;
   p.interpolation_ms = 20;
   p.following_error_window = std::numeric_limits<double>::infinity();
+  p.impossible_deflection = std::numeric_limits<double>::infinity();  // a tendon may go slack
   return p;
 }
 
