@@ -31,6 +31,12 @@ CanBus::CanBus(std::string name, std::string interface_name, const BusOptions& o
 
 void CanBus::attach(Participant& participant) { controllers_.emplace_back(participant, nullptr); }
 
+std::vector<Participant*> CanBus::participants() const {
+  std::vector<Participant*> all;
+  for (const Controller& controller : controllers_) all.push_back(controller.participant);
+  return all;
+}
+
 ComputerEnd& CanBus::add_end() {
   tools_.push_back(std::make_unique<ComputerEnd>(std::string(computer_.name()), options_.fd));
   controllers_.emplace_back(*tools_.back(), tools_.back().get());

@@ -83,6 +83,15 @@ void CanopenSlave::configure_pdos(const PdoSet& receive, const PdoSet& transmit)
   }
 }
 
+void CanopenSlave::observe_pdos(PdoObserver observer) {
+  const PdoRecord::Observer at_present = [this, observer = std::move(observer)](std::uint32_t cob_id,
+                                                                                const Entry& entry) {
+    observer(cob_id, entry, now_);
+  };
+  for (auto& rpdo : rpdos_) rpdo->observe(at_present);
+  for (auto& tpdo : tpdos_) tpdo->observe(at_present);
+}
+
 void CanopenSlave::use_fd() {
   fd_ = true;
   for (auto& rpdo : rpdos_) rpdo->use_fd();

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <functional>
 #include <memory>
 #include <string>
 
@@ -56,6 +57,11 @@ class CanopenSlave : public bus::Participant {
   [[nodiscard]] const std::string& name() const noexcept { return identity_.name; }
   [[nodiscard]] canopen::NmtState nmt_state() const noexcept { return state_; }
   [[nodiscard]] const ObjectDictionary& dictionary() const noexcept { return dictionary_; }
+
+  /// Calls `observer` with each object of a TPDO when it is sampled and of an RPDO when it has taken effect,
+  /// for logs. Must not throw.
+  using PdoObserver = std::function<void(std::uint32_t cob_id, const Entry& entry, Time now)>;
+  void observe_pdos(PdoObserver observer);
 
   /// For a bus with CAN FD: PDOs travel in FD frames and may have 64 bytes; every other service stays
   /// classical. Before the first `advance`, at most once.

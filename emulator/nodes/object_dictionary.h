@@ -167,6 +167,9 @@ class ObjectDictionary {
   /// 0602 0000 or 0609 0011 for an address `find` does not know.
   [[nodiscard]] SdoAbort missing(std::uint16_t index) const noexcept;
 
+  /// Every entry, by index, then sub-index.
+  [[nodiscard]] std::span<const std::unique_ptr<Entry>> entries() const noexcept { return entries_; }
+
   /// Stores `bytes` in `entry` after checking rights, length, limits and the hook.
   [[nodiscard]] Verdict write(Entry& entry, std::span<const std::uint8_t> bytes) noexcept;
   /// Checks rights and asks the hook; the value is then in `entry`.

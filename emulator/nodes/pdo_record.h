@@ -59,6 +59,15 @@ class PdoRecord {
   /// Called after a communication parameter has changed.
   void on_change(std::function<void()> hook) { changed_ = std::move(hook); }
 
+  /// Called by `report` with each mapped object, for logs. Must not throw.
+  using Observer = std::function<void(std::uint32_t cob_id, const Entry& entry)>;
+  void observe(Observer observer) { observer_ = std::move(observer); }
+  void report() const noexcept {
+    if (!observer_) return;
+    for (const MappedObject& object : objects())
+      if (object.entry != nullptr) observer_(identifier_, *object.entry);
+  }
+
   /// Makes it a PDO of up to 64 bytes in CAN FD frames. At most once; allocates.
   void use_fd();
 
@@ -104,6 +113,7 @@ class PdoRecord {
   Object<std::uint8_t> mapping_count_;
   std::array<Object<std::uint32_t>, kMaxObjects> mapping_;
   std::function<void()> changed_;
+  Observer observer_;
 
   bool valid_ = false;
   bool remote_allowed_ = false;

@@ -55,6 +55,7 @@ void ReceivePdo::apply() noexcept {
     }
     offset += object.bytes;
   }
+  record_.report();
 }
 
 bool ReceivePdo::advance(Time now) noexcept {

@@ -16,6 +16,7 @@ class ReceivePdo {
   void start() noexcept;  ///< entering operational
   void stop() noexcept;   ///< leaving it
   void reload() noexcept { record_.reload(); }
+  void observe(PdoRecord::Observer observer) { record_.observe(std::move(observer)); }
   void use_fd() { record_.use_fd(); }
 
   [[nodiscard]] bool accepts(const can::Frame& frame) const noexcept {

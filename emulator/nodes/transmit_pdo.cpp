@@ -42,8 +42,13 @@ can::Frame TransmitPdo::sample() const noexcept {
   return frame;
 }
 
+void TransmitPdo::take_sample() noexcept {
+  last_ = sample();
+  record_.report();
+}
+
 void TransmitPdo::transmit(Time now) noexcept {
-  if (record_.type() != 252) last_ = sample();
+  if (record_.type() != 252) take_sample();
   sent_ = true;
   requested_ = false;
   outbox_.replace(last_);
@@ -63,7 +68,7 @@ void TransmitPdo::request(Time now) noexcept {
 void TransmitPdo::sync(std::uint8_t counter, Time now) noexcept {
   if (!running()) return;
   if (record_.type() == 252) {
-    last_ = sample();
+    take_sample();
     sent_ = true;
     return;
   }

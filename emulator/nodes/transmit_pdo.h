@@ -20,6 +20,7 @@ class TransmitPdo {
   void start(Time now) noexcept;  ///< entering operational
   void stop() noexcept;           ///< leaving it
   void reload() noexcept { record_.reload(); }
+  void observe(PdoRecord::Observer observer) { record_.observe(std::move(observer)); }
 
   void use_fd() { record_.use_fd(); }
 
@@ -36,6 +37,7 @@ class TransmitPdo {
   void restart(Time now) noexcept;
   void request(Time now) noexcept;
   void transmit(Time now) noexcept;
+  void take_sample() noexcept;
   [[nodiscard]] can::Frame sample() const noexcept;
   [[nodiscard]] bool running() const noexcept { return operational_ && record_.valid(); }
 
