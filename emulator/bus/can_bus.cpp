@@ -105,6 +105,16 @@ void CanBus::advance(Time until) noexcept {
   for (Participant* participant : participants_) participant->advance(now_);
 }
 
+bool CanBus::quiet() const noexcept {
+  return phase_ == Phase::kIdle && std::none_of(participants_.begin(), participants_.end(),
+                                                [](const Participant* p) { return p->pending() != nullptr; });
+}
+
+Time CanBus::next_event() const noexcept {
+  const Time timer = next_timer();
+  return phase_ == Phase::kIdle ? timer : std::min(timer, phase_ends_);
+}
+
 BusCounters CanBus::counters() const noexcept {
   BusCounters counters = counters_;
   for (const Participant* participant : participants_) {
