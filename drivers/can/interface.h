@@ -11,6 +11,7 @@ enum class SendResult {
   kQueued,         ///< accepted for transmission
   kQueueFull,      ///< transmit queue full (ENOBUFS on SocketCAN); may be tried again later
   kInterfaceDown,  ///< the interface is down or gone; nothing was queued
+  kInvalid,        ///< a frame the interface can never carry
 };
 
 /// What the CAN controller behind an interface is able to do (ISO 11898-1, fault confinement).
