@@ -100,8 +100,8 @@ MessageHeader read_header(std::span<const std::uint8_t, kHeaderBytes> bytes) {
       fail("message type " + std::to_string(type) + ", expected 1 to 4");
   }
   if (length < least || length > most) {
-    fail("message of type " + std::to_string(type) + " with " + std::to_string(length) +
-         " bytes, expected " + std::to_string(least) + (least == most ? "" : " to " + std::to_string(most)));
+    fail("message of type " + std::to_string(type) + " with " + std::to_string(length) + " bytes, expected " +
+         std::to_string(least) + (least == most ? "" : " to " + std::to_string(most)));
   }
   return {static_cast<MessageType>(type), length};
 }

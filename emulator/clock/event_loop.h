@@ -25,18 +25,7 @@ class EventLoop {
   /// Forgets it; also allowed from a handler, and after it was closed.
   void remove(int descriptor) noexcept;
 
-  /// Watches a descriptor again that was closed and opened anew behind the loop's back (a network interface
-  /// that was deleted and came back may get the same number). No effect on one that is still watched.
-  void refresh(int descriptor) noexcept;
-
-  /// Makes `wait` return on the grid `first` + n `interval` of CLOCK_MONOTONIC. One system call here, none
-  /// later.
-  void set_tick(Time first, Time interval);
-  /// Makes one `wait` return at `when` (CLOCK_MONOTONIC); replaces the instant set before, Time::max() takes
-  /// it back.
-  void set_alarm(Time when);
-
-  /// Waits at most `limit` (negative: without limit, in whole milliseconds rounded up) and calls the
+  /// Waits at most `limit` (negative: without limit) and calls the
   /// handlers. Returns early for a signal.
   void wait(Time limit);
 

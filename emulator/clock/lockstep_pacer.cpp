@@ -7,6 +7,8 @@ namespace {
 
 // How finely the end of the traffic is looked for: less than one frame at 1 Mbit/s.
 constexpr Time kQuantum = std::chrono::microseconds(50);
+// How long to wait for room in the kernel's transmit queue.
+constexpr Time kRetry = std::chrono::milliseconds(1);
 
 }  // namespace
 
@@ -33,8 +35,9 @@ void LockstepPacer::run(Time wall_now) {
   if (!handed_out_) hand_out();
 }
 
-Time LockstepPacer::wake_at() const noexcept {
-  return handed_out_ ? gate_.serve_at(!quiet()) : Time{};
+Time LockstepPacer::wake_at(Time wall_now) const noexcept {
+  const Time serve = gate_.serve_at(!quiet());
+  return handed_out_ ? serve : std::min(serve, wall_now + kRetry);
 }
 
 void LockstepPacer::finish() {

@@ -36,7 +36,7 @@ class LockstepPacer {
   void run(Time wall_now);
 
   /// When `run` is to be called again if nothing arrives; Time::max() for never.
-  [[nodiscard]] Time wake_at() const noexcept;
+  [[nodiscard]] Time wake_at(Time wall_now) const noexcept;
 
   /// Serves what still waits, as after a long quiet: what was sent before the end is part of the run.
   void finish();

@@ -4,26 +4,30 @@
 
 namespace walkman::clock {
 
-RealTimePacer::RealTimePacer(Emulator& emulator, std::vector<bus::Bridge*> bridges, EventLoop& loop,
-                             bool bus_timing, PacerEvents events)
+RealTimePacer::RealTimePacer(Emulator& emulator, std::vector<bus::Bridge*> bridges, bool bus_timing,
+                             PacerEvents events)
     : emulator_(&emulator),
       bridges_(std::move(bridges)),
-      loop_(&loop),
+      arrived_(bridges_.size()),
       bus_timing_(bus_timing),
       events_(std::move(events)) {}
 
-void RealTimePacer::start(Time host_now) {
-  schedule_.start(host_now, emulator_->now());
-  loop_->set_tick(schedule_.host(emulator_->now() + Emulator::kPhysicsStep), Emulator::kPhysicsStep);
-}
+void RealTimePacer::start(Time host_now) { schedule_.start(host_now, emulator_->now()); }
 
-void RealTimePacer::receive(std::size_t bridge) noexcept {
+bool RealTimePacer::enter() noexcept {
+  bool any = false;
   can::Frame frame;
-  while (bridges_[bridge]->receive(frame)) bridges_[bridge]->enter(frame);
+  for (std::size_t i = 0; i < bridges_.size(); ++i) {
+    if (!arrived_[i]) continue;
+    arrived_[i] = false;
+    for (any = true; bridges_[i]->receive(frame);) bridges_[i]->enter(frame);
+  }
+  return any;
 }
 
-bool RealTimePacer::run(Time host_now) {
-  carry(host_now);
+void RealTimePacer::run(Time host_now) {
+  carry(host_now);  // first: what arrived now was not on the bus before
+  if (enter()) carry(host_now);
   hand_out();
   if (schedule_.due(emulator_->now(), host_now)) {
     schedule_.begin_step(emulator_->now(), host_now);
@@ -32,8 +36,16 @@ bool RealTimePacer::run(Time host_now) {
     hand_out();
     if (events_.published_at) events_.published_at(emulator_->now());
   }
-  set_alarm(host_now);
-  return schedule_.due(emulator_->now(), host_now);
+}
+
+Time RealTimePacer::wake_at() const noexcept {
+  Time next = emulator_->now() + Emulator::kPhysicsStep;
+  if (!bus_timing_) return schedule_.host(next);
+  // Only a bus with something to finish has to be woken for before the step.
+  for (const bus::Bridge* bridge : bridges_) {
+    if (!bridge->bus().quiet()) next = std::min(next, bridge->bus().next_event());
+  }
+  return schedule_.host(next);
 }
 
 Time RealTimePacer::behind(Time host_now) const noexcept {
@@ -48,20 +60,6 @@ void RealTimePacer::carry(Time host_now) noexcept {
 
 void RealTimePacer::hand_out() noexcept {
   for (bus::Bridge* bridge : bridges_) (void)bridge->hand_out();  // what remains goes with the next step
-}
-
-void RealTimePacer::set_alarm(Time host_now) {
-  if (!bus_timing_) return;
-  // The next tick comes anyway; only a bus that has something to finish before it needs waking for.
-  Time next = Time::max();
-  for (const bus::Bridge* bridge : bridges_) {
-    if (!bridge->bus().quiet()) next = std::min(next, bridge->bus().next_event());
-  }
-  if (next != Time::max()) next = schedule_.host(next);
-  if (next >= schedule_.host(emulator_->now() + Emulator::kPhysicsStep) || next <= host_now) next = Time::max();
-  if (next == alarm_) return;
-  loop_->set_alarm(next);
-  alarm_ = next;
 }
 
 }  // namespace walkman::clock

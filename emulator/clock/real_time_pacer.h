@@ -3,7 +3,6 @@
 #include <vector>
 
 #include "emulator/bus/bridge.h"
-#include "emulator/clock/event_loop.h"
 #include "emulator/clock/lockstep_pacer.h"
 #include "emulator/clock/real_time_schedule.h"
 #include "emulator/emulator.h"
@@ -16,35 +15,36 @@ class RealTimePacer {
  public:
   /// The bridges' buses belong to `emulator`; all must outlive the pacer. `bus_timing`: the buses take time
   /// for their frames, so the end of a frame has to be waited for.
-  RealTimePacer(Emulator& emulator, std::vector<bus::Bridge*> bridges, EventLoop& loop, bool bus_timing,
+  RealTimePacer(Emulator& emulator, std::vector<bus::Bridge*> bridges, bool bus_timing,
                 PacerEvents events = {});
 
   /// Power-on, and the start of the clock.
   void start(Time host_now);
 
-  /// Takes what has arrived over a bridge, to be called before `run` of the same instant.
-  void receive(std::size_t bridge) noexcept;
+  /// Frames have arrived over a bridge; the next `run` takes them.
+  void note_arrival(std::size_t bridge) noexcept { arrived_[bridge] = true; }
 
   /// Carries the buses to the present, hands out what the nodes sent, and runs at most one physics step.
-  /// True when another one is due already.
-  bool run(Time host_now);
+  void run(Time host_now);
+
+  /// When `run` is to be called again if nothing arrives; the past when a physics step is due already.
+  [[nodiscard]] Time wake_at() const noexcept;
 
   [[nodiscard]] const Lateness& lateness() const noexcept { return schedule_.lateness(); }
   /// How far the emulated clock is behind the host's.
   [[nodiscard]] Time behind(Time host_now) const noexcept;
 
  private:
+  [[nodiscard]] bool enter() noexcept;
   void hand_out() noexcept;
   void carry(Time host_now) noexcept;
-  void set_alarm(Time host_now);
 
   Emulator* emulator_;
   std::vector<bus::Bridge*> bridges_;
-  EventLoop* loop_;
+  std::vector<bool> arrived_;
   bool bus_timing_;
   PacerEvents events_;
   RealTimeSchedule schedule_{Emulator::kPhysicsStep};
-  Time alarm_ = Time::max();
 };
 
 }  // namespace walkman::clock
