@@ -9,7 +9,7 @@
 
 namespace walkman {
 
-enum class DeviceKind { kJointDrive, kHandDrive, kForceTorque };
+enum class DeviceKind { kJointDrive, kHandDrive, kForceTorque, kInertialUnit };
 
 /// One CANopen node of the robot: what it is, where it sits, which part of the URDF it drives or measures.
 struct Device {

@@ -72,12 +72,13 @@ class Request {
 template <typename Take>
 void for_each_attribute(const rtattr* attribute, std::size_t size, Take take) {
   auto left = static_cast<int>(size);
-  for (; RTA_OK(attribute, left);
-       attribute = reinterpret_cast<const rtattr*>(reinterpret_cast<const char*>(attribute) +
-                                                   RTA_ALIGN(attribute->rta_len)),
-       left -= static_cast<int>(RTA_ALIGN(attribute->rta_len))) {
-    const auto* data = reinterpret_cast<const char*>(attribute) + RTA_LENGTH(0);
-    take(attribute->rta_type & NLA_TYPE_MASK, data, static_cast<std::size_t>(RTA_PAYLOAD(attribute)));
+  while (RTA_OK(attribute, left)) {
+    const auto* bytes = reinterpret_cast<const char*>(attribute);
+    take(attribute->rta_type & NLA_TYPE_MASK, bytes + RTA_LENGTH(0),
+         static_cast<std::size_t>(RTA_PAYLOAD(attribute)));
+    const auto step = static_cast<int>(RTA_ALIGN(attribute->rta_len));
+    attribute = reinterpret_cast<const rtattr*>(bytes + step);
+    left -= step;
   }
 }
 

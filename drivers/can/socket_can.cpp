@@ -4,6 +4,7 @@
 #include <cerrno>
 #include <stdexcept>
 #include <system_error>
+#include <utility>
 
 #include <time.h>
 
@@ -108,9 +109,15 @@ void SocketCan::Impl::look() noexcept {
 void SocketCan::Impl::flush() noexcept {
   if (link == LinkState::kDown && !looked) look();
   looked = false;
+  bool told = false;
   while (!transmit.empty()) {
     const int error = transmit.hand_over(socket.descriptor());
     if (error == 0 || error == EINTR) continue;
+    // The socket tells of a break once, even when it is over by then.
+    if (is_down(error) && !std::exchange(told, true) && socket.look() == RawSocket::Link::kUp) {
+      ++statistics.downs;
+      continue;
+    }
     if (is_gone(error) || is_down(error)) return lose_link(error);
     if (error == ENOBUFS || error == EAGAIN) {
       ++statistics.queue_full;
