@@ -32,6 +32,7 @@ int main(int argc, char** argv) {
   app.require_subcommand(1);
   app.footer(kFooter);
   std::function<int()> run;
+  walkman::apps::add_emulate_command(app, run);
   walkman::apps::add_experiment_command(app, run);
   walkman::apps::add_export_command(app, run);
   walkman::apps::add_locate_command(app, run);
@@ -49,6 +50,9 @@ int main(int argc, char** argv) {
   }
   try {
     return run();
+  } catch (const walkman::apps::EnvironmentError& e) {
+    std::fprintf(stderr, "walkman-hil: %s\n", e.what());
+    return walkman::apps::kEnvironment;
   } catch (const std::runtime_error& e) {
     std::fprintf(stderr, "walkman-hil: %s\n", e.what());
     return walkman::apps::kBadInput;

@@ -1,9 +1,9 @@
 #include "emulator/emulator.h"
 
+#include <algorithm>
 #include <random>
 #include <stdexcept>
 
-#include "emulator/multisense.h"
 #include "emulator/nodes/drive_node.h"
 #include "emulator/nodes/force_torque_node.h"
 #include "emulator/nodes/hand_node.h"
@@ -12,7 +12,6 @@
 namespace walkman {
 namespace {
 
-constexpr Time kPhysicsStep = std::chrono::milliseconds(1);
 constexpr double kSubStep = plant::Plant::kStep / plant::Plant::kSubSteps;
 constexpr const char* kOpticalFrame = "multisense/left_camera_optical_frame";
 
@@ -126,7 +125,9 @@ Emulator::Impl::Impl(const RobotModel& robot, const DeviceTable& devices, const 
       multisense(robot, scene, robot.link_index(kOpticalFrame), options.camera, options.camera_rate_hz,
                  options.seed) {
   for (const Bus& wiring : devices.buses) {
-    buses.push_back(std::make_unique<bus::CanBus>(wiring.name, wiring.interface));
+    bus::BusOptions bus_options;
+    bus_options.timing = options.bus_timing;
+    buses.push_back(std::make_unique<bus::CanBus>(wiring.name, wiring.interface, bus_options));
     for (const Device& device : wiring.devices) {
       if (device.kind == DeviceKind::kForceTorque) {
         sensors.push_back(
@@ -175,6 +176,15 @@ void Emulator::advance(Time until) {
   while (impl_->now + kPhysicsStep <= until) impl_->step();
 }
 
+void Emulator::carry(Time until) noexcept {
+  const Time end = std::min(until, impl_->now + kPhysicsStep);
+  for (const auto& bus : impl_->buses) bus->advance(end);
+}
+
+Time Emulator::buses_now() const noexcept {
+  return impl_->buses.empty() ? impl_->now : impl_->buses.front()->now();
+}
+
 Time Emulator::now() const { return impl_->now; }
 
 std::vector<can::Interface*> Emulator::interfaces() {
@@ -183,7 +193,7 @@ std::vector<can::Interface*> Emulator::interfaces() {
   return ends;
 }
 
-camera::RangeCamera& Emulator::camera() { return impl_->multisense; }
+MultiSense& Emulator::camera() { return impl_->multisense; }
 
 std::vector<bus::CanBus*> Emulator::buses() {
   std::vector<bus::CanBus*> all;
