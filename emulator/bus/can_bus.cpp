@@ -210,16 +210,6 @@ bool CanBus::quiet() const noexcept {
          });
 }
 
-bool CanBus::quiet() const noexcept {
-  return phase_ == Phase::kIdle && std::none_of(participants_.begin(), participants_.end(),
-                                                [](const Participant* p) { return p->pending() != nullptr; });
-}
-
-Time CanBus::next_event() const noexcept {
-  const Time timer = next_timer();
-  return phase_ == Phase::kIdle ? timer : std::min(timer, phase_ends_);
-}
-
 BusCounters CanBus::counters() const noexcept {
   BusCounters counters = counters_;
   for (const Controller& controller : controllers_) {

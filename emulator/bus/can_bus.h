@@ -101,8 +101,6 @@ class CanBus {
   [[nodiscard]] std::string_view interface_name() const noexcept { return computer_.name(); }
   [[nodiscard]] std::uint32_t bit_rate() const noexcept { return options_.bit_rate; }
   [[nodiscard]] const BusOptions& options() const noexcept { return options_; }
-  /// Nothing is under way and nobody has anything to send.
-  [[nodiscard]] bool quiet() const noexcept;
 
   /// Called with every frame that is complete and not lost, and with the error reports of the computer's end
   /// if it makes any. Must not throw.
@@ -130,7 +128,6 @@ class CanBus {
     return duration(length, options_.bit_rate, options_.data_bit_rate);
   }
   [[nodiscard]] Time bit_time(int bits) const noexcept { return time_of({bits, 0}); }
-  [[nodiscard]] Time next_event() const noexcept;
   void run_timers() noexcept;
 
   // One frame: arbitration and plan, its end.
