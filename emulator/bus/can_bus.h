@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <functional>
 #include <memory>
 #include <string>
@@ -122,6 +123,10 @@ class CanBus {
   }
   [[nodiscard]] Time bit_time(int bits) const noexcept { return time_of({bits, 0}); }
   [[nodiscard]] Time next_event() const noexcept;
+  void refresh(Controller& controller) noexcept {
+    controller.refresh();
+    earliest_ = std::min(earliest_, controller.due);
+  }
   void run_timers() noexcept;
 
   // One frame: arbitration and plan, its end.
@@ -167,6 +172,7 @@ class CanBus {
   FaultPort fault_port_;
 
   Time now_{};
+  Time earliest_{};  // no participant's event is due before
   Phase phase_ = Phase::kIdle;
   Time phase_ends_{};
   std::size_t sender_ = 0;  // of the frame under way; the first of them if several send it
