@@ -45,18 +45,26 @@ ComputerEnd& CanBus::add_end() {
 
 Time CanBus::next_event() const noexcept {
   Time next = phase_ == Phase::kIdle ? Time::max() : phase_ends_;
-  for (const Controller& controller : controllers_) {
-    // One that is still due after run_timers must not hold the clock.
-    if (controller.due > now_) next = std::min(next, controller.due);
+  if (earliest_ > now_) {
+    next = std::min(next, earliest_);
+  } else {
+    for (const Controller& controller : controllers_) {
+      // One that is still due after run_timers must not hold the clock.
+      if (controller.due > now_) next = std::min(next, controller.due);
+    }
   }
   return exceptions_ ? std::min(next, next_exception()) : next;
 }
 
 void CanBus::run_timers() noexcept {
+  if (earliest_ > now_) return;
+  earliest_ = Time::max();
   for (Controller& controller : controllers_) {
-    if (controller.due > now_) continue;
-    controller.participant->advance(now_);
-    controller.refresh();
+    if (controller.due <= now_) {
+      controller.participant->advance(now_);
+      controller.refresh();
+    }
+    earliest_ = std::min(earliest_, controller.due);
   }
 }
 
@@ -65,6 +73,7 @@ std::size_t CanBus::arbitrate(bool& several) noexcept {
   std::size_t winner = kNobody;
   for (std::size_t i = 0; i < controllers_.size(); ++i) {
     Controller& controller = controllers_[i];
+    controller.role = controller.online() ? Role::kReceiving : Role::kNone;
     // An observer may have sent something since.
     if (controller.computer != nullptr) controller.offer();
     if (controller.key == Controller::kNothing || controller.key > best) continue;
@@ -83,9 +92,6 @@ bool CanBus::start_frame() noexcept {
   if (winner == kNobody) return false;
   if (exceptions_) dominant_again();
 
-  for (Controller& controller : controllers_) {
-    controller.role = controller.online() ? Role::kReceiving : Role::kNone;
-  }
   attempt_ = {};
   sender_ = winner;
   if (several) {
@@ -147,7 +153,7 @@ void CanBus::succeed() noexcept {
     controller.holding = false;
     if (controller.faults.sent()) state_changed(controller);
     suspend_if_passive(controller);
-    controller.refresh();
+    refresh(controller);
   };
   if (attempt_.mixed) {
     for (Controller& controller : controllers_) {
@@ -172,13 +178,13 @@ void CanBus::deliver() noexcept {
     if (controller.role != Role::kReceiving || !controller.online()) continue;
     if (controller.faults.received()) state_changed(controller);
     controller.participant->receive(frame, now_);
-    controller.refresh();
+    refresh(controller);
   }
 }
 
 void CanBus::advance(Time until) noexcept {
   if (until < now_) return;
-  for (Controller& controller : controllers_) controller.refresh();
+  for (Controller& controller : controllers_) refresh(controller);
   for (;;) {
     run_timers();
     if (exceptions_) run_exceptions();
