@@ -82,7 +82,7 @@ TEST_P(RandomFrames, GetAnswersInTheServicesFormats) {
     }
     ASSERT_GE(node.next_event(), now);
   }
-  EXPECT_GT(answers, 100'000);
+  EXPECT_GT(answers, 50'000);
   // Configured out of LSS again, restored, reset: as it left the factory.
   for (const char* text :
        {"7E5#0401000000000000", "7E5#1105000000000000", "7E5#1700000000000000", "7E5#0400000000000000",
@@ -91,9 +91,7 @@ TEST_P(RandomFrames, GetAnswersInTheServicesFormats) {
     now += milliseconds(5);
     node.receive(frame_of(text), now);
   }
-  ASSERT_NE(node.pending(), nullptr);
-  EXPECT_EQ(text_of(*node.pending()), "705#00");
-  node.take();
+  EXPECT_EQ(node.nmt_state(), canopen::NmtState::kPreOperational);
   ASSERT_NE(node.pending(), nullptr);
   EXPECT_EQ(text_of(*node.pending()), "585#4B17100000000000");
 }
