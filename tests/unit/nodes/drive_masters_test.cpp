@@ -70,11 +70,14 @@ TEST_F(DriveMastersTest, RosCanopen) {
   talk.ask("000#0105");
   node.trip(0x8611, 0x20);
   run(0.005);
-  const auto cycle = [&](const std::string& word, const std::string& mode) {
+  const auto cycle = [&](const std::string& word, const std::string& mode) -> std::string {
     talk.send("080#");
     const Frames heard = talk.ask("205#" + word + mode + "0000");
     run(0.005);
-    return heard.at(0).substr(0, 10);
+    for (const std::string& frame : heard) {
+      if (frame.rfind("185#", 0) == 0) return frame.substr(0, 10);
+    }
+    return "no TPDO1";
   };
   EXPECT_EQ(cycle("0000", "00"), "185#180208");
   EXPECT_EQ(cycle("8000", "00"), "185#180208");

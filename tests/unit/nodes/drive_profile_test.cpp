@@ -76,7 +76,7 @@ TEST_F(ProfilePositionTest, OneSetPointWaitsUntilTheFirstIsReached) {
   set_point(-900'000);                   // refused
   control(0x0F);
   double farthest = 0;
-  for (int i = 0; i < 1200; ++i) {
+  for (int i = 0; i < 1700; ++i) {
     step();
     farthest = std::max(farthest, joint.motor);
   }
@@ -248,7 +248,7 @@ TEST_F(ProfileVelocityTest, ABlockedJointIsAFault) {
   run(0.8);
   EXPECT_EQ(node.state(), cia402::State::kOperationEnabled);
   EXPECT_EQ(status() & kLimit, kLimit);
-  run(1.5);
+  run(4);
   EXPECT_EQ(node.state(), cia402::State::kFault);
   EXPECT_EQ(read(0x603F), 0x7121U);
 }

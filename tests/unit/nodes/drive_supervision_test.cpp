@@ -17,8 +17,8 @@ using testing::Contains;
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 
 struct DriveSupervisionTest : JointRig {
-  void push(const ServoFeedback& f, int steps = 1) {
-    for (int i = 0; i < steps; ++i) torque = node.control(f, kStep);
+  void push(const ServoFeedback& feedback, int steps = 1) {
+    for (int i = 0; i < steps; ++i) torque = node.control(feedback, kStep);
   }
   Frames heard() { return talk.listen(milliseconds(2)); }
   /// Reset by the edge; true when the drive has left the fault state.
