@@ -42,9 +42,12 @@ double DriveNode::control(const ServoFeedback& feedback, double dt) noexcept {
 }
 
 void DriveNode::take_feedback(const ServoFeedback& feedback) noexcept {
+  if ((supervision_.causes() & Supervision::kEncoders) == 0) {
+    feedback_ = feedback;
+    return;
+  }
   const ServoFeedback last = feedback_;
   feedback_ = feedback;
-  if ((supervision_.causes() & Supervision::kEncoders) == 0) return;
   // Loops and values on the wire keep the last reading that was one.
   if (!finite(feedback.motor_position)) feedback_.motor_position = last.motor_position;
   if (!finite(feedback.motor_velocity)) feedback_.motor_velocity = 0;
@@ -70,7 +73,8 @@ double DriveNode::unpowered_step() noexcept {
 }
 
 double DriveNode::powered_step(double dt) noexcept {
-  if (mode_drives()) {
+  const bool driving = mode_drives();
+  if (driving) {
     demand_ = mode_->step(dt);
   } else {
     if (power_.state() == State::kOperationEnabled) mode_->halted(dt);

@@ -74,15 +74,7 @@ void DriveNode::refresh_settings() noexcept {
   settings_stale_ = false;
   settings_ = ServoSettings::from(objects_, parameters_, factory_gains_);
   law_.set_gains(settings_.gains);
-}
-
-bool DriveNode::halted() const noexcept {
-  return power_.state() == State::kOperationEnabled && !power_.leaving() &&
-         (objects_.controlword.get() & cia402::controlword::kHalt) != 0;
-}
-
-bool DriveNode::mode_drives() const noexcept {
-  return power_.state() == State::kOperationEnabled && !power_.leaving() && !halted();
+  supervision_.settings_changed();
 }
 
 Verdict DriveNode::take_mode(std::int8_t value) noexcept {
@@ -126,6 +118,7 @@ void DriveNode::take_controlword(std::uint16_t word) noexcept {
       word, {objects_.quick_stop_option.get(), objects_.shutdown_option.get(), objects_.disable_option.get()},
       cause_gone());
   objects_.controlword.set(word);
+  halt_ = (word & cia402::controlword::kHalt) != 0;
   if (before == State::kFault && power_.state() != before) reset_fault();
   state_changed(before);
   if (power_.state() == State::kOperationEnabled) {
@@ -247,6 +240,7 @@ void DriveNode::on_connection_lost(std::uint16_t error_code) noexcept {
 void DriveNode::on_reset() noexcept {
   power_.reset();
   fault_code_ = 0;
+  halt_ = false;
   following_error_for_ = blocked_for_ = torque_ = 0;
   following_error_ = torque_limited_ = speed_limited_ = false;
   supervision_.reset();

@@ -85,8 +85,8 @@ class DriveNode : public CanopenSlave {
 
   [[nodiscard]] Motion present_motion() const noexcept;
   [[nodiscard]] double torque_offset() const noexcept;
-  [[nodiscard]] bool halted() const noexcept;
-  [[nodiscard]] bool mode_drives() const noexcept;
+  [[nodiscard]] bool halted() const noexcept { return halt_ && power_.driving(); }
+  [[nodiscard]] bool mode_drives() const noexcept { return !halt_ && power_.driving(); }
 
   void publish() noexcept;
   void publish_motion() noexcept;
@@ -113,6 +113,7 @@ class DriveNode : public CanopenSlave {
   Demand demand_;
   double torque_ = 0;  // of the last step, N m
   std::uint16_t fault_code_ = 0;
+  bool halt_ = false;                                 // controlword bit 8
   double following_error_for_ = 0, blocked_for_ = 0;  // s
   bool following_error_ = false;
   bool torque_limited_ = false;

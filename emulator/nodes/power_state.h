@@ -28,6 +28,10 @@ class PowerState {
     return state_ == cia402::State::kQuickStopActive || state_ == cia402::State::kFaultReactionActive ||
            leaving();
   }
+  /// Operation is enabled and not on its way out.
+  [[nodiscard]] bool driving() const noexcept {
+    return state_ == cia402::State::kOperationEnabled && !leaving();
+  }
   /// Operation is enabled until the ramp of a shutdown or disable operation has ended (605Bh, 605Ch = 1).
   [[nodiscard]] bool leaving() const noexcept { return leaving_for_.has_value(); }
 

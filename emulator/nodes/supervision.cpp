@@ -47,31 +47,40 @@ Supervision::Supervision(const DriveParameters& p)
 
 void Supervision::step(const ServoFeedback& f, const ServoSettings& s, bool needs_supply,
                        double dt) noexcept {
-  warning_ = std::max(f.motor_temperature_c, f.board_temperature_c) >= s.temperature_warning;
-  supplied_ = f.supply_voltage >= s.lowest_supply;
-  over_current_for_ =
-      std::abs(f.motor_current) > kOverCurrentShare * s.max_current ? over_current_for_ + dt : 0;
-  std::uint8_t causes = encoders(f, dt);
-  if (f.motor_temperature_c >= s.temperature_trip) causes |= kMotorHot;
-  if (f.board_temperature_c >= s.temperature_trip) causes |= kBoardHot;
-  if (f.supply_voltage > s.highest_supply) causes |= kOverVoltage;
-  if (needs_supply && !supplied_) causes |= kUnderVoltage;
-  if (over_current_for_ > kOverCurrentTime) causes |= kOverCurrent;
-  causes_ = causes;
+  const Housekeeping seen{f.motor_temperature_c, f.board_temperature_c, f.supply_voltage, needs_supply};
+  if (!(seen == seen_)) judge(seen, s);
+  causes_ = static_cast<std::uint8_t>(slow_causes_ | encoders(f, dt));
+  const bool over = std::abs(f.motor_current) > kOverCurrentShare * s.max_current;
+  if (!over && over_current_for_ == 0) return;
+  over_current_for_ = over ? over_current_for_ + dt : 0;
+  if (over_current_for_ > kOverCurrentTime) causes_ |= kOverCurrent;
+}
+
+void Supervision::judge(const Housekeeping& seen, const ServoSettings& s) noexcept {
+  seen_ = seen;
+  warning_ = std::max(seen.motor_c, seen.board_c) >= s.temperature_warning;
+  supplied_ = seen.supply >= s.lowest_supply;
+  slow_causes_ = 0;
+  if (seen.motor_c >= s.temperature_trip) slow_causes_ |= kMotorHot;
+  if (seen.board_c >= s.temperature_trip) slow_causes_ |= kBoardHot;
+  if (seen.supply > s.highest_supply) slow_causes_ |= kOverVoltage;
+  if (seen.needs_supply && !supplied_) slow_causes_ |= kUnderVoltage;
 }
 
 std::uint8_t Supervision::encoders(const ServoFeedback& f, double dt) noexcept {
   motor_.step(f.motor_position, fastest_ * dt, dt);
   link_.step(f.link_position, fastest_ * dt, dt);
   std::uint8_t causes = 0;
-  if (!finite(f.motor_position) || !finite(f.motor_velocity)) causes |= kMotorEncoder;
-  if (!finite(f.link_position) || !finite(f.link_velocity)) causes |= kLinkEncoder;
-  if (causes != 0) return causes;
-  if (std::abs(f.motor_position - f.link_position) <= impossible_deflection_) {
+  // Without comparisons that a NaN would pass.
+  const bool plausible = std::abs(f.motor_position - f.link_position) <= impossible_deflection_;
+  if (plausible && finite(std::abs(f.motor_velocity) + std::abs(f.link_velocity) + f.link_position)) {
     motor_.trust();
     link_.trust();
     return 0;
   }
+  if (!finite(f.motor_position) || !finite(f.motor_velocity)) causes |= kMotorEncoder;
+  if (!finite(f.link_position) || !finite(f.link_velocity)) causes |= kLinkEncoder;
+  if (causes != 0) return causes;
   // The spring cannot be bent so far: the encoder that has jumped or no longer changes is the wrong one.
   const bool motor_wrong = motor_.jumped() || (motor_.frozen(kFrozen) && !link_.jumped());
   return motor_wrong ? kMotorEncoder : kLinkEncoder;
@@ -79,8 +88,9 @@ std::uint8_t Supervision::encoders(const ServoFeedback& f, double dt) noexcept {
 
 void Supervision::reset() noexcept {
   motor_ = link_ = EncoderWatch{};
+  settings_changed();
   over_current_for_ = 0;
-  causes_ = 0;
+  causes_ = slow_causes_ = 0;
   warning_ = false;
   supplied_ = true;
 }

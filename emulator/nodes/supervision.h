@@ -2,6 +2,7 @@
 
 #include <array>
 #include <cstdint>
+#include <limits>
 
 #include "emulator/nodes/drive_parameters.h"
 #include "emulator/nodes/encoder_watch.h"
@@ -28,6 +29,8 @@ class Supervision {
   /// `needs_supply`: the power stage is on, so that a low DC link is a fault.
   void step(const ServoFeedback& feedback, const ServoSettings& settings, bool needs_supply,
             double dt) noexcept;
+  /// The limits are others now.
+  void settings_changed() noexcept { seen_ = Housekeeping{}; }
   void reset() noexcept;
 
   /// Bits of the causes present at the last step.
@@ -36,13 +39,22 @@ class Supervision {
   [[nodiscard]] bool supplied() const noexcept { return supplied_; }
 
  private:
+  /// What changes slowly and is judged after a change only. NaN equals nothing.
+  struct Housekeeping {
+    double motor_c = std::numeric_limits<double>::quiet_NaN();
+    double board_c = 0, supply = 0;
+    bool needs_supply = false;
+    friend bool operator==(const Housekeeping&, const Housekeeping&) = default;
+  };
+  void judge(const Housekeeping& seen, const ServoSettings& settings) noexcept;
   [[nodiscard]] std::uint8_t encoders(const ServoFeedback& feedback, double dt) noexcept;
 
   double impossible_deflection_;
   double fastest_;  // rad/s, beyond which a reading has jumped
   EncoderWatch motor_, link_;
+  Housekeeping seen_;
   double over_current_for_ = 0;  // s
-  std::uint8_t causes_ = 0;
+  std::uint8_t causes_ = 0, slow_causes_ = 0;
   bool warning_ = false;
   bool supplied_ = true;
 };

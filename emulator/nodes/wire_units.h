@@ -11,7 +11,7 @@ template <typename T>
 [[nodiscard]] T to_wire(double value, double unit) noexcept {
   constexpr auto kLowest = static_cast<double>(std::numeric_limits<T>::min());
   constexpr auto kHighest = static_cast<double>(std::numeric_limits<T>::max());
-  const double counts = value / unit;
+  const double counts = value * (1 / unit);  // folded for a constant unit
   if (!(counts > kLowest)) return counts <= kLowest ? std::numeric_limits<T>::min() : T{0};
   if (counts >= kHighest) return std::numeric_limits<T>::max();
   // Both the truncated value and the difference are exact.

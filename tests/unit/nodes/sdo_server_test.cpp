@@ -23,7 +23,7 @@ TEST_F(SdoServerTest, ExpeditedUploadOfEverySize) {
   EXPECT_THAT(talk.ask("605#4017100000000000"), ElementsAre("585#4B17100000000000"));  // u16
   EXPECT_THAT(talk.ask("605#4001100000000000"), ElementsAre("585#4F01100000000000"));  // u8
   EXPECT_THAT(talk.ask("605#4002650000000000"),
-              ElementsAre("585#4302650080020100"));  // supported modes 10280h
+              ElementsAre("585#43026500ED030100"));  // supported modes 10280h
 }
 
 TEST_F(SdoServerTest, ExpeditedDownloadWithAndWithoutSize) {
@@ -60,7 +60,7 @@ TEST_F(SdoServerTest, AbortCodes) {
   EXPECT_THAT(talk.ask("605#2300100000000000"), ElementsAre("585#8000100002000106"));  // read-only
   EXPECT_THAT(talk.ask("605#2B10200100000000"), ElementsAre("585#8010200113000706"));  // too short
   EXPECT_THAT(talk.ask("605#2317100000000000"), ElementsAre("585#8017100012000706"));  // too long
-  EXPECT_THAT(talk.ask("605#2F60600003000000"), ElementsAre("585#8060600030000906"));  // mode not offered
+  EXPECT_THAT(talk.ask("605#2F60600002000000"), ElementsAre("585#8060600030000906"));  // mode not offered
   EXPECT_THAT(talk.ask("605#2F29100103000000"), ElementsAre("585#8029100131000906"));  // too high
   EXPECT_THAT(talk.ask("605#4003100100000000"),
               ElementsAre("585#8003100124000008"));  // no error in the history
