@@ -93,7 +93,8 @@ Emulator::Impl::Impl(const RobotModel& robot, const DeviceTable& devices, const 
       multisense(robot, scene, robot.link_index(kOpticalFrame), options.camera, options.camera_rate_hz,
                  options.seed) {
   for (const Bus& wiring : devices.buses) {
-    buses.push_back(std::make_unique<bus::CanBus>(wiring.name, wiring.interface));
+    buses.push_back(std::make_unique<bus::CanBus>(
+        wiring.name, wiring.interface, bus::BusOptions{wiring.bit_rate, wiring.fd, wiring.data_bit_rate}));
     for (const Device& device : wiring.devices) {
       if (device.kind == DeviceKind::kForceTorque) {
         sensors.push_back(

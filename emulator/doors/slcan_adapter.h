@@ -26,9 +26,11 @@ struct SlcanCounters {
 ///     R   send a frame; answered with z or Z and a carriage return Z0 Z1     time stamps of received frames
 ///     off, on V  N  F   version, serial number (made of the bus's name), status flags
 ///
-/// Answers end in a carriage return; a command that is wrong or not allowed is answered with a BEL. The
-/// status flags are 01h receive queue full, 02h transmit queue full, 04h error warning, 08h data overrun, 20h
-/// error- passive, 80h bus error; the queues' and the bus error's are cleared by reading.
+/// Answers end in a carriage return; a command that is wrong or not allowed is answered with a BEL.
+///
+/// Status flags: 01h receive queue full, 02h transmit queue full, 04h error warning, 08h data overrun, 20h
+/// passive, 80h bus error. Those of the queues and of bus errors are cleared by reading. In bus-off, closing
+/// and opening restarts the controller.
 class SlcanAdapter {
  public:
   static constexpr std::size_t kQueueLength = 65536;
