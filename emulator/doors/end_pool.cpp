@@ -17,8 +17,10 @@ bus::ComputerEnd* EndPool::take(std::string_view name) {
     }
     return entry.end;
   }
-  ends_.push_back({*bus, &(*bus)->add_end(), true});
-  return ends_.back().end;
+  bus::ComputerEnd& end = (*bus)->add_end();
+  end.configure({.reports = bus::ErrorReports::kStates, .restart_after = std::chrono::milliseconds(100)});
+  ends_.push_back({*bus, &end, true});
+  return &end;
 }
 
 void EndPool::give_back(const bus::ComputerEnd* end) noexcept {

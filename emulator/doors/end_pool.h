@@ -16,7 +16,8 @@ class EndPool {
   explicit EndPool(std::span<bus::CanBus* const> buses) : buses_(buses.begin(), buses.end()) {}
 
   /// An end of the bus with this interface name ("can_rarm") or limb name ("rarm"), with nothing in its
-  /// receive queue; null when there is no such bus. Allocates when none is free.
+  /// receive queue; null when there is no such bus. It reports changes of its controller's state and comes
+  /// back 100 ms after bus-off, as nobody could restart it. Allocates when none is free.
   [[nodiscard]] bus::ComputerEnd* take(std::string_view name);
 
   /// Frames that still wait for transmission will be sent.

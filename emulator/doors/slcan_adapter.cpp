@@ -26,6 +26,11 @@ bool is_rate(char code, std::uint32_t bit_rate) noexcept {
   return kRates[static_cast<std::size_t>(code - '0')] == bit_rate || (code == '7' && bit_rate == 750'000);
 }
 
+/// A report that errors have brought the controller to warning, passive or bus-off (linux/can/error.h).
+bool is_bus_error(const can::Frame& frame) noexcept {
+  return frame.error && ((frame.id & 0x040) != 0 || ((frame.id & 0x004) != 0 && (frame.data[1] & 0x3C) != 0));
+}
+
 }  // namespace
 
 void SlcanAdapter::take(std::string_view input) noexcept {
@@ -97,7 +102,11 @@ bool SlcanAdapter::set_up(std::string_view command) noexcept {
 
 bool SlcanAdapter::open(Channel channel) noexcept {
   if (channel_ != Channel::kClosed) return false;
-  if (end_ == nullptr) end_ = &bus_.add_end();
+  if (end_ == nullptr) {
+    end_ = &bus_.add_end();
+    end_->configure({.reports = bus::ErrorReports::kStates});
+  }
+  end_->restart();
   forward();  // what came while it was closed
   overflows_ = end_->receive_overflows();
   flags_ = 0;
@@ -154,7 +163,7 @@ void SlcanAdapter::forward() noexcept {
     if (channel_ == Channel::kClosed) continue;
     TextLine line;
     if (!write_slcan(frame, stamps_, line)) {
-      if (frame.frame.error) flags_ |= kBusError;
+      if (is_bus_error(frame.frame)) flags_ |= kBusError;
       ++counters_.skipped;
     } else if (outgoing_.room() < line.text().size() + kAnswerRoom || !outgoing_.push(line.text())) {
       flags_ |= kReceiveQueueFull | kDataOverrun;

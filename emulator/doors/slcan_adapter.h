@@ -20,15 +20,18 @@ struct SlcanCounters {
 
 /// A serial-line CAN adapter (slcan, after Lawicel AB's CAN232 and CANUSB) on an emulated bus, without its
 /// serial line: characters in, characters out. Commands, each ended by a carriage return:
+/// - S0..S8: 10, 20, 50, 100, 125, 250, 500, 800 (or 750), 1000 kbit/s; refused unless the bus's own rate
+/// - s...: bit timing registers; accepted and ignored
+/// - O, L, C: open, open listen-only, close
+/// - t, T, r, R: send a frame; answered with z or Z and a carriage return
+/// - Z0, Z1: time stamps of received frames off, on
+/// - V, N, F: version, serial number (made of the bus's name), status flags
 ///
-///     S0..S8    bit rate 10, 20, 50, 100, 125, 250, 500, 800 (or 750), 1000 kbit/s; refused unless the bus's
-///     own s...      bit timing registers; accepted and ignored O  L  C   open, open listen-only, close t T r
-///     R   send a frame; answered with z or Z and a carriage return Z0 Z1     time stamps of received frames
-///     off, on V  N  F   version, serial number (made of the bus's name), status flags
+/// Answers end in a carriage return; a command that is wrong or not allowed is answered with a BEL.
 ///
-/// Answers end in a carriage return; a command that is wrong or not allowed is answered with a BEL. The
-/// status flags are 01h receive queue full, 02h transmit queue full, 04h error warning, 08h data overrun, 20h
-/// error- passive, 80h bus error; the queues' and the bus error's are cleared by reading.
+/// Status flags: 01h receive queue full, 02h transmit queue full, 04h error warning, 08h data overrun, 20h
+/// passive, 80h bus error. Those of the queues and of bus errors are cleared by reading. In bus-off, closing
+/// and opening restarts the controller.
 class SlcanAdapter {
  public:
   static constexpr std::size_t kQueueLength = 65536;

@@ -200,6 +200,26 @@ TEST_F(SlcanAdapterTest, AFullTransmitQueueIsToldByBelAndFlag) {
   EXPECT_EQ(say("F\r"), "F02\r");
 }
 
+TEST_F(SlcanAdapterTest, BusOffEndsWhenItIsOpenedAgain) {
+  say("O\r");
+  peer_sends({0x701, {5}});
+  EXPECT_EQ(forwarded(), "t701105\r");
+  bus_.set_fault_port([](const can::Frame&, Time) { return bus::Verdict::corrupt(1); });
+  EXPECT_EQ(say("t5550\r"), "z\r");
+  EXPECT_EQ(forwarded(), "");
+  bus_.set_fault_port(nullptr);
+  EXPECT_EQ(say("F\r"), "FA4\r");
+  EXPECT_EQ(say("t5550\r"), "\a");
+  bus_.advance(bus_.now() + seconds(1));
+  EXPECT_EQ(say("t5550\r"), "\a");
+  EXPECT_EQ(say("C\rO\r"), "\r\r");
+  bus_.advance(bus_.now() + milliseconds(2));
+  EXPECT_EQ(forwarded(), "");
+  EXPECT_EQ(say("F\r"), "F00\r");
+  EXPECT_EQ(say("t5550\r"), "z\r");
+  EXPECT_EQ(peer_receives().id, 0x555U);
+}
+
 TEST_F(SlcanAdapterTest, ResetIsPowerUp) {
   say("Z1\rO\rt08");
   peer_sends({0x701, {5}});

@@ -231,6 +231,43 @@ TEST_F(SocketcandSessionTest, FramesWithoutAMessageAreCounted) {
   EXPECT_EQ(counters_.skipped, 1U);
 }
 
+TEST_F(SocketcandSessionTest, BusOffIsToldAndOver) {
+  SocketcandSession session(pool_, counters_);
+  enter_rawmode(session);
+  rarm_.set_fault_port([](const can::Frame&, Time) { return bus::Verdict::corrupt(1); });
+  say(session, "< send 555 0 >");
+  const std::string reports = forwarded(session);
+  rarm_.set_fault_port(nullptr);
+  // Warning, passive, bus-off after 32 attempts.
+  EXPECT_THAT(reports,
+              testing::MatchesRegex("< error 004 [0-9.]+ >< error 004 [0-9.]+ >< error 040 [0-9.]+ >"));
+  say(session, "< send 123 0 >");
+  EXPECT_EQ(counters_.refused, 1U);
+  rarm_.advance(rarm_.now() + milliseconds(110));
+  EXPECT_THAT(forwarded(session), StartsWith("< error 100 "));
+  say(session, "< send 123 0 >");
+  rarm_.advance(rarm_.now() + milliseconds(1));
+  can::StampedFrame frame;
+  ASSERT_TRUE(rarm_.computer_end().receive(frame));
+  EXPECT_EQ(frame.frame.id, 0x123U);
+}
+
+TEST_F(SocketcandSessionTest, FdFramesAreCountedOnly) {
+  bus::CanBus fast("fast", "can_fast", {.fd = true});
+  std::array<bus::CanBus*, 1> buses{&fast};
+  EndPool pool(buses);
+  SocketcandSession session(pool, counters_);
+  EXPECT_EQ(say(session, "< open fast >< rawmode >< echo >"), "< hi >< ok >< ok >< echo >");
+  can::Frame frame(0x181, std::vector<std::uint8_t>(48));
+  frame.fd = true;
+  ASSERT_EQ(fast.computer_end().send(frame), can::SendResult::kQueued);
+  ASSERT_EQ(fast.computer_end().send({0x182, {1}}), can::SendResult::kQueued);
+  fast.advance(milliseconds(1));
+  session.forward(wall_);
+  EXPECT_THAT(drained(session), StartsWith("< frame 182 "));
+  EXPECT_EQ(counters_.skipped, 1U);
+}
+
 TEST_F(SocketcandSessionTest, AMessageWithoutAnEndClosesTheConnection) {
   SocketcandSession session(pool_, counters_);
   enter_rawmode(session);
