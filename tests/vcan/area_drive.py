@@ -225,7 +225,7 @@ def a_reset_bit_that_stays_resets_once(limb):
     cycle.until("switch on disabled")
 
 
-@test(seconds=40)
+@test(seconds=40, attempts=3)
 def quick_stop_when_the_master_is_gone(limb):
     """Heartbeat consumer, 6007h = 3, 1029h:1 = 1: the statusword in TPDO1 shows it within the time and one cycle."""
     limb.fresh(WRIST)

@@ -8,7 +8,7 @@ A = JOINTS[0]
 MASTER = 127
 
 
-@test
+@test(attempts=3)
 def producer_keeps_its_period(limb):
     sdo = limb.fresh(A)
     for period in (20, 100):
@@ -24,7 +24,7 @@ def producer_keeps_its_period(limb):
     equal(len(limb.bus.collect(0.3, 0x700 + A)), 0, "heartbeats after 1017h := 0")
 
 
-@test
+@test(attempts=3)
 def all_nodes_produce_at_once(limb):
     limb.fresh()
     for node in NODES:
@@ -64,7 +64,7 @@ def no_guarding_beside_a_heartbeat(limb):
     equal(len(limb.bus.collect(0.3, 0x700 + A)), 0, "answers to guarding while 1017h is set")
 
 
-@test
+@test(attempts=3)
 def life_guarding_lost(limb):
     sdo = limb.fresh(A)
     sdo.put("<H", 0x100C, 0, 50)
@@ -95,7 +95,7 @@ def consumer_waits_for_the_first_heartbeat(limb):
     equal(len(limb.bus.collect(0.4, 0x080 + A)), 0, "EMCY before the first heartbeat")
 
 
-@test
+@test(attempts=3)
 def consumer_times_out(limb):
     sdo = limb.fresh(A)
     last = watch(limb, sdo)

@@ -2,7 +2,7 @@
 import struct
 import time
 
-from checks import equal, test, that
+from checks import equal, test, that, within
 from limb import JOINTS, NODES, RESET_COMMUNICATION, RESET_NODE
 
 A, NEW = JOINTS[2], 63
@@ -81,7 +81,8 @@ def identify_remote_slaves(limb):
     equal(answers((0, 0xFFFFFFFF), (serial + 1 & 0xFFFFFFFF, serial)), [], "answers in an empty range")
     everybody = answers((0, 0xFFFFFFFF), (0, 0xFFFFFFFF))
     same = sum(identity(limb, node)[:2] == [vendor, product] for node in NODES)
-    equal(len(everybody), same, "answers in the whole range")
+    # The same frame from several nodes at the same instant is one frame on a wire.
+    within(len(everybody), 1, same, "answers in the whole range")
 
 
 @test
@@ -96,11 +97,12 @@ def nobody_is_unconfigured(limb):
 def switch_global(limb):
     limb.fresh()
     tell(limb, 0x04, b"\x01")
-    tell(limb, 0x5E)
+    tell(limb, 0x13, b"\0\0")  # everybody's answer is the same
     frames = limb.bus.collect(0.2, SLAVE)
-    equal(sorted(one.data[1] for one in frames), sorted(NODES), "node-IDs told in configuration state")
+    within(len(frames), 1, len(NODES), "answers in configuration state")
+    equal({one.data[:2] for one in frames}, {b"\x13\0"}, "answers")
     waiting(limb)
-    silent(limb, 0x5E)
+    silent(limb, 0x13, b"\0\0")
 
 
 @test

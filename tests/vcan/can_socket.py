@@ -90,13 +90,14 @@ class Bus:
         raise NoFrame(f"no {names} {what} within {timeout:g} s (last other frames: {last or 'none'})")
 
     def collect(self, duration, *can_ids):
-        """Every frame of the next `duration` seconds (with these identifiers)."""
-        found, ends = [], time.monotonic() + duration
-        while (left := ends - time.monotonic()) > 0:
-            frame = self.receive(left)
-            if frame is not None and (not can_ids or frame.id in can_ids):
+        """Every frame of the next `duration` seconds by the kernel's stamps (with these identifiers)."""
+        found, ends, last = [], time.monotonic() + duration, time.time() + duration
+        while True:
+            frame = self.receive(ends - time.monotonic())
+            if frame is None and time.monotonic() > ends:
+                return found
+            if frame is not None and frame.time <= last and (not can_ids or frame.id in can_ids):
                 found.append(frame)
-        return found
 
     def drain(self):
         """Forgets what has come so far."""
