@@ -4,6 +4,7 @@
 #include <random>
 #include <stdexcept>
 
+#include "emulator/export/device_files.h"
 #include "emulator/nodes/drive_node.h"
 #include "emulator/nodes/force_torque_node.h"
 #include "emulator/nodes/hand_node.h"
@@ -168,7 +169,9 @@ void Emulator::Impl::step() {
 Emulator::Emulator(const RobotModel& robot, const DeviceTable& devices, const Scene& scene,
                    const EmulatorOptions& options)
     : impl_(
-          std::make_unique<Impl>(robot, devices, scene, options, plant::load_actuators(options.actuators))) {}
+          std::make_unique<Impl>(robot, devices, scene, options, plant::load_actuators(options.actuators))) {
+  device_files::store_data_sheets(device_files::wired_buses(devices, buses()));
+}
 
 Emulator::~Emulator() = default;
 

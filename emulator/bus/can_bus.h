@@ -84,6 +84,7 @@ class CanBus {
   /// without a bus sends to nobody and hears nothing.
   void cut(const Participant& participant) noexcept { set_cut(participant, true); }
   void reconnect(const Participant& participant) noexcept { set_cut(participant, false); }
+
   /// Everything with a controller on the bus, the computer first. Allocates.
   [[nodiscard]] std::vector<Participant*> participants() const;
 

@@ -30,12 +30,28 @@ constexpr std::array<DeviceType, 4> kTypes{
 
 const DeviceType& type_of(DeviceKind kind) { return kTypes.at(static_cast<std::size_t>(kind)); }
 
-const nodes::CanopenSlave* find_node(const bus::CanBus& bus, std::uint8_t node_id) {
-  for (const bus::Participant* participant : bus.participants()) {
-    const auto* node = dynamic_cast<const nodes::CanopenSlave*>(participant);
+nodes::CanopenSlave* find_node(const bus::CanBus& bus, std::uint8_t node_id) {
+  for (bus::Participant* participant : bus.participants()) {
+    auto* node = dynamic_cast<nodes::CanopenSlave*>(participant);
     if (node != nullptr && node->node_id() == node_id) return node;
   }
   return nullptr;
+}
+
+std::string eds_name(DeviceKind kind) { return fmt::format("{}.eds", type_of(kind).name); }
+
+/// One for each type of device that is there.
+std::map<DeviceKind, std::string> data_sheets(const std::vector<WiredBus>& buses) {
+  std::map<DeviceKind, std::vector<EdsDevice>> by_kind;
+  for (const WiredBus& bus : buses)
+    for (const WiredDevice& wired : bus.devices)
+      by_kind[wired.device->kind].push_back({wired.node->node_id(), &wired.node->dictionary()});
+  std::map<DeviceKind, std::string> sheets;
+  for (const auto& [kind, devices] : by_kind) {
+    const DeviceType& type = type_of(kind);
+    sheets[kind] = eds_text({eds_name(kind), type.product, type.name, type.description}, devices);
+  }
+  return sheets;
 }
 
 void create(const std::filesystem::path& folder) {
@@ -78,19 +94,20 @@ std::vector<WiredBus> wired_buses(const DeviceTable& table, const std::vector<bu
 
 std::vector<std::filesystem::path> write_eds_files(const std::vector<WiredBus>& buses,
                                                    const std::filesystem::path& folder) {
-  std::map<DeviceKind, std::vector<EdsDevice>> by_kind;
-  for (const WiredBus& bus : buses)
-    for (const WiredDevice& wired : bus.devices)
-      by_kind[wired.device->kind].push_back({wired.node->node_id(), &wired.node->dictionary()});
+  const std::map<DeviceKind, std::string> sheets = data_sheets(buses);
   create(folder);
   std::vector<std::filesystem::path> files;
-  for (const auto& [kind, devices] : by_kind) {
-    const DeviceType& type = type_of(kind);
-    const std::string name = fmt::format("{}.eds", type.name);
-    write(folder / name, eds_text({name, type.product, type.name, type.description}, devices));
-    files.push_back(folder / name);
+  for (const auto& [kind, text] : sheets) {
+    files.push_back(folder / eds_name(kind));
+    write(files.back(), text);
   }
   return files;
+}
+
+void store_data_sheets(const std::vector<WiredBus>& buses) {
+  const std::map<DeviceKind, std::string> sheets = data_sheets(buses);
+  for (const WiredBus& bus : buses)
+    for (const WiredDevice& wired : bus.devices) wired.node->store_eds(sheets.at(wired.device->kind));
 }
 
 std::vector<std::filesystem::path> write_dbc_files(const std::vector<WiredBus>& buses,

@@ -12,7 +12,7 @@ namespace walkman::device_files {
 /// The device that the table names and the node that is on the bus for it.
 struct WiredDevice {
   const Device* device = nullptr;
-  const nodes::CanopenSlave* node = nullptr;
+  nodes::CanopenSlave* node = nullptr;
 };
 
 struct WiredBus {
@@ -29,6 +29,10 @@ struct WiredBus {
 /// imu.eds. Creates `folder`. Returns the files. Throws std::runtime_error when one cannot be written.
 std::vector<std::filesystem::path> write_eds_files(const std::vector<WiredBus>& buses,
                                                    const std::filesystem::path& folder);
+
+/// Puts the EDS of its type into object 1021h of every device, as a master may read it from there. Before the
+/// buses' first `advance`.
+void store_data_sheets(const std::vector<WiredBus>& buses);
 
 /// Writes one DBC for each bus, called after it: rarm.dbc. As above.
 std::vector<std::filesystem::path> write_dbc_files(const std::vector<WiredBus>& buses,

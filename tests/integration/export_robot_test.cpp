@@ -1,5 +1,6 @@
 // The whole robot's dictionaries against what the export knows.
 
+#include <fstream>
 #include <set>
 
 #include <gtest/gtest.h>
@@ -61,6 +62,25 @@ TEST_F(WholeRobot, SignalNamesOfPdosInUseFitThirtyTwoCharactersAndAreUnique) {
     }
   }
   EXPECT_GT(names.size(), 300U);
+}
+
+TEST_F(WholeRobot, EveryDeviceHoldsItsOwnDataSheet) {
+  const std::filesystem::path folder = std::filesystem::path(testing::TempDir()) / "export_robot_test";
+  const std::vector<WiredBus> buses = wired_buses(table_, emulator_.buses());
+  std::set<std::string> files;
+  for (const std::filesystem::path& path : write_eds_files(buses, folder)) {
+    std::ifstream file(path, std::ios::binary);
+    files.insert({std::istreambuf_iterator<char>(file), {}});
+  }
+  EXPECT_GE(files.size(), 3U);
+  for (const WiredBus& bus : buses) {
+    for (const WiredDevice& wired : bus.devices) {
+      const nodes::Entry* sheet = wired.node->dictionary().find(0x1021, 0);
+      ASSERT_NE(sheet, nullptr);
+      EXPECT_EQ(files.count(sheet->text), 1U) << wired.device->name;
+    }
+  }
+  std::filesystem::remove_all(folder);
 }
 
 TEST_F(WholeRobot, ADeviceWithoutANodeIsNamed) {
