@@ -33,6 +33,7 @@ int main(int argc, char** argv) {
   std::function<int()> run;
   walkman::apps::add_emulate_command(app, run);
   walkman::apps::add_experiment_command(app, run);
+  walkman::apps::add_grasp_command(app, run);
   walkman::apps::add_locate_command(app, run);
   walkman::apps::add_model_command(app, run);
   if (is_unknown_verb(app, argc, argv)) {
