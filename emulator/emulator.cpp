@@ -92,9 +92,8 @@ Emulator::Impl::Impl(const RobotModel& robot, const DeviceTable& devices, const 
       multisense(robot, scene, robot.link_index(kOpticalFrame), options.camera, options.camera_rate_hz,
                  options.seed) {
   for (const Bus& wiring : devices.buses) {
-    bus::BusOptions bus_options;
-    bus_options.timing = options.bus_timing;
-    buses.push_back(std::make_unique<bus::CanBus>(wiring.name, wiring.interface, bus_options));
+    const bus::BusOptions wired{wiring.bit_rate, wiring.fd, wiring.data_bit_rate, options.bus_timing};
+    buses.push_back(std::make_unique<bus::CanBus>(wiring.name, wiring.interface, wired));
     for (const Device& device : wiring.devices) {
       if (device.kind == DeviceKind::kForceTorque) {
         sensors.push_back(

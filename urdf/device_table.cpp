@@ -1,5 +1,6 @@
 #include "urdf/device_table.h"
 
+#include <algorithm>
 #include <cstddef>
 #include <limits>
 #include <map>
@@ -81,6 +82,30 @@ Device read_device(const YamlMap& map, const RobotModel& model, Used& used) {
   return device;
 }
 
+std::uint32_t read_rate(const YamlMap& map, const std::string& key, const std::vector<std::uint32_t>& rates) {
+  const auto rate =
+      static_cast<std::uint32_t>(map.integer(key, 1, std::numeric_limits<std::uint32_t>::max()));
+  if (std::find(rates.begin(), rates.end(), rate) == rates.end()) {
+    map.fail(key, fmt::format("{} bit/s, expected one of {}", rate, fmt::join(rates, ", ")));
+  }
+  return rate;
+}
+
+void read_bit_rates(const YamlMap& map, Bus& bus) {
+  if (map.has("bit_rate")) {
+    bus.bit_rate = read_rate(map, "bit_rate", {1'000'000, 800'000, 500'000, 250'000, 125'000});
+  }
+  if (map.has("fd")) {
+    const std::string fd = map.text("fd");
+    if (fd != "true" && fd != "false") map.fail("fd", fmt::format("\"{}\", expected true or false", fd));
+    bus.fd = fd == "true";
+  }
+  if (!map.has("data_bit_rate")) return;
+  if (!bus.fd) map.fail("data_bit_rate", "a classical bus has none, expected fd: true with it");
+  bus.data_bit_rate =
+      read_rate(map, "data_bit_rate", {1'000'000, 2'000'000, 4'000'000, 5'000'000, 8'000'000});
+}
+
 }  // namespace
 
 const Device& DeviceTable::device(const std::string& name) const {
@@ -96,7 +121,8 @@ DeviceTable load_device_table(const std::filesystem::path& yaml_file, const Robo
   Used used;
   std::set<std::string> bus_names;
   std::set<std::string> interfaces;
-  for (const YamlMap& map : top.list("buses", {"name", "interface", "devices"})) {
+  for (const YamlMap& map :
+       top.list("buses", {"name", "interface", "bit_rate", "fd", "data_bit_rate", "devices"})) {
     Bus bus;
     bus.name = map.text("name");
     if (!bus_names.insert(bus.name).second) map.fail("name", fmt::format("\"{}\" is used before", bus.name));
@@ -106,6 +132,7 @@ DeviceTable load_device_table(const std::filesystem::path& yaml_file, const Robo
                                         bus.interface.size(), kLongestInterfaceName));
     if (!interfaces.insert(bus.interface).second)
       map.fail("interface", fmt::format("\"{}\" is used before", bus.interface));
+    read_bit_rates(map, bus);
     for (const YamlMap& device :
          map.list("devices", {"node", "joint", "hand", "force_torque", "actuator", "rated_torque_mnm"}))
       bus.devices.push_back(read_device(device, model, used));

@@ -34,6 +34,13 @@ struct Played {
   }
 };
 
+/// From the start of a frame to the end of its last bit, which is what a log's time is of.
+Time time_until_end(const can::Frame& frame, const bus::BusOptions& options) {
+  bus::WireLength length = bus::wire_length(frame);
+  length.nominal -= bus::kIntermissionBits;
+  return bus::duration(length, options.bit_rate, options.data_bit_rate);
+}
+
 /// Pairs off what the log and the replay have, one identifier at a time.
 class Comparison {
  public:
@@ -78,7 +85,8 @@ class Comparison {
       return;
     }
     ++result_.different;
-    note(fmt::format("log: {}  replay: {}", text(bus, of_log ? frame : other), text(bus, of_log ? other : frame)));
+    note(fmt::format("log: {}  replay: {}", text(bus, of_log ? frame : other),
+                     text(bus, of_log ? other : frame)));
   }
 
   void note(const std::string& difference) {
@@ -98,7 +106,8 @@ class Comparison {
 /// Which bus an interface of the log is.
 class BusNames {
  public:
-  BusNames(const ReplayOptions& options, const std::vector<bus::CanBus*>& buses) : file_(options.log.string()) {
+  BusNames(const ReplayOptions& options, const std::vector<bus::CanBus*>& buses)
+      : file_(options.log.string()) {
     for (std::size_t i = 0; i < buses.size(); ++i) {
       places_[buses[i]->name()] = places_[std::string(buses[i]->interface_name())] = i;
       names_.push_back(buses[i]->name());
@@ -116,9 +125,9 @@ class BusNames {
   [[nodiscard]] std::size_t place(const std::string& interface) const {
     const auto found = places_.find(interface);
     if (found != places_.end()) return found->second;
-    throw std::runtime_error(fmt::format(
-        "{}: interface {} is none of the robot's buses ({}), expected --from BUS={}", file_, interface,
-        fmt::join(names_, ", "), interface));
+    throw std::runtime_error(
+        fmt::format("{}: interface {} is none of the robot's buses ({}), expected --from BUS={}", file_,
+                    interface, fmt::join(names_, ", "), interface));
   }
 
  private:
@@ -162,16 +171,16 @@ ReplayResult replay_into_emulator(const ReplayOptions& options) {
     }
   };
 
-  std::string interface;
-  can::StampedFrame frame;
+  bus::LoggedFrame logged;
   Time last{};
-  for (std::uint64_t place = 0; reader.next(interface, frame); ++place) {
-    const std::size_t bus = names.place(interface);
+  for (std::uint64_t place = 0; reader.next(logged); ++place) {
+    const std::size_t bus = names.place(logged.interface_name);
+    const can::StampedFrame& frame = logged.stamped;
     last = std::max(last, frame.time);
     if (frame.frame.error) continue;
     if (is_from_master(frame.frame)) {
       Time begins = frame.time;
-      if (options.world.bus_timing) begins -= bus::time_on_wire(frame.frame, buses[bus]->bit_rate());
+      if (options.world.bus_timing) begins -= time_until_end(frame.frame, buses[bus]->options());
       waiting.push({std::max(begins, Time(1)), place, bus, frame.frame});
     } else {
       comparison.logged(bus, frame);

@@ -81,11 +81,11 @@ TEST(LockstepGate, SyncsLieOnTheGridOfThePeriod) {
   EXPECT_EQ(gate.next_sync(5ms), 5ms);
   EXPECT_EQ(gate.cycle_end(1ms), Time::max());
   gate.note_sync(5ms);
-  EXPECT_EQ(gate.next_sync(5ms), 10ms);    // never two at one instant
+  EXPECT_EQ(gate.next_sync(5ms), 10ms);  // never two at one instant
   EXPECT_EQ(gate.next_sync(7300us), 10ms);
   EXPECT_EQ(gate.cycle_end(7300us), 10ms);
   EXPECT_EQ(gate.cycle_end(10ms), Time::max());
-  EXPECT_EQ(gate.next_sync(23ms), 25ms);   // after frames were served without SYNC
+  EXPECT_EQ(gate.next_sync(23ms), 25ms);  // after frames were served without SYNC
 }
 
 }  // namespace

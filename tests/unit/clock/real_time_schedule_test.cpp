@@ -20,11 +20,11 @@ TEST(RealTimeSchedule, AStepIsDueWhenTheHostHasReachedItsEnd) {
 TEST(RealTimeSchedule, CountsLateStepsAndTheWorstAndSkipsNone) {
   RealTimeSchedule schedule(1ms);
   schedule.start(50s, 0ms);
-  schedule.begin_step(0ms, 50s + 1ms);          // on time
-  schedule.begin_step(1ms, 50s + 3ms);          // exactly one step late: not yet counted
+  schedule.begin_step(0ms, 50s + 1ms);           // on time
+  schedule.begin_step(1ms, 50s + 3ms);           // exactly one step late: not yet counted
   schedule.begin_step(2ms, 50s + 3ms + 1001us);  // 1.001 ms late
-  schedule.begin_step(3ms, 50s + 9ms);          // 5 ms late
-  schedule.begin_step(4ms, 50s + 9ms);          // catching up, 4 ms late
+  schedule.begin_step(3ms, 50s + 9ms);           // 5 ms late
+  schedule.begin_step(4ms, 50s + 9ms);           // catching up, 4 ms late
   EXPECT_EQ(schedule.lateness().steps, 5U);
   EXPECT_EQ(schedule.lateness().late, 3U);
   EXPECT_EQ(schedule.lateness().worst, 5ms);

@@ -77,6 +77,11 @@ TEST_P(BadDevices, IsOneSentenceWithFileLineAndKey) {
 INSTANTIATE_TEST_SUITE_P(
     Files, BadDevices,
     ::testing::Values(
+        Bad{"bad_devices_bit_rate.yaml", 4, {"buses[0].bit_rate", "300000 bit/s", "1000000, 800000, 500000"}},
+        Bad{"bad_devices_bit_rate_high.yaml", 4, {"buses[0].bit_rate", "8000000000"}},
+        Bad{"bad_devices_fd_word.yaml", 4, {"buses[0].fd", "\"maybe\"", "true or false"}},
+        Bad{"bad_devices_data_rate_alone.yaml", 4, {"buses[0].data_bit_rate", "fd: true"}},
+        Bad{"bad_devices_data_rate.yaml", 5, {"buses[0].data_bit_rate", "3000000 bit/s", "5000000"}},
         Bad{"bad_devices_unknown_joint.yaml",
             5,
             {"buses[0].devices[0].joint", "no joint \"RElbow\"", "\"RElbj\""}},

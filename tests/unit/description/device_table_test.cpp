@@ -62,5 +62,16 @@ TEST(WalkmanDevices, NodesAreTheBoardIds) {
   EXPECT_THROW((void)table().device("gripper"), std::out_of_range);
 }
 
+TEST(WalkmanDevices, BusesAreClassicalAt1MbitUnlessTheTableSaysOtherwise) {
+  for (const Bus& bus : table().buses) {
+    EXPECT_EQ(bus.bit_rate, 1'000'000U);
+    EXPECT_FALSE(bus.fd);
+  }
+  const DeviceTable fd = load_device_table(kData / "devices_fd.yaml", walkman_model());
+  EXPECT_EQ(fd.buses.at(0).bit_rate, 500'000U);
+  EXPECT_TRUE(fd.buses.at(0).fd);
+  EXPECT_EQ(fd.buses.at(0).data_bit_rate, 8'000'000U);
+}
+
 }  // namespace
 }  // namespace walkman::testing
