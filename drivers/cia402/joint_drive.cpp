@@ -123,7 +123,7 @@ void JointDrive::on_begin_boot() noexcept {
 }
 
 void JointDrive::begin_power_up() noexcept {
-  if (powered_up() && holding_) return;
+  if (powered_up()) return;
   controlword_ = controlword::kDisableVoltage;
   holding_ = false;
 }
@@ -139,7 +139,7 @@ void JointDrive::power_up() noexcept {
 
 bool JointDrive::powered_up() const noexcept {
   // Without 6061h in a TPDO the mode was checked by the configuration.
-  return has_samples() && state() == State::kOperationEnabled &&
+  return holding_ && has_samples() && state() == State::kOperationEnabled &&
          (!pdos_.has(DriveValue::kModeDisplay) || sample_.mode == static_cast<std::int8_t>(kPositionMode));
 }
 

@@ -45,7 +45,7 @@ class JointDrive final : public canopen::RemoteNode {
   /// One step towards operation enabled, judged by the newest TPDOs; the controlword goes out with the RPDOs.
   /// Until it is told to enable operation, the target follows the motor; from then on it stands still.
   void power_up() noexcept;
-  /// The drive has reported operation enabled and cyclic synchronous position mode.
+  /// The drive was told to enable operation, and has reported that and cyclic synchronous position mode.
   [[nodiscard]] bool powered_up() const noexcept;
 
   /// Set-point of the motor position, rad. Not finite: ignored.

@@ -122,7 +122,8 @@ void DictionaryNode::nmt(unsigned command) {
   if (command == 0x81 || command == 0x82) boot_up();
 }
 
-std::uint32_t DictionaryNode::judge_write(unsigned index, unsigned sub, unsigned bytes, std::uint64_t value) const {
+std::uint32_t DictionaryNode::judge_write(unsigned index, unsigned sub, unsigned bytes,
+                                          std::uint64_t value) const {
   const auto found = objects_.find({index, sub});
   if (found == objects_.end()) return 0x06020000;
   if (found->second.bytes != bytes) return 0x06070010;
@@ -137,9 +138,11 @@ std::uint32_t DictionaryNode::judge_write(unsigned index, unsigned sub, unsigned
   }
   if (valid || (sub != 0 && this->value(index, 0) != 0)) return 0x08000022;
   if (sub != 0) {
-    const auto object = objects_.find({static_cast<unsigned>(value >> 16U), static_cast<unsigned>(value >> 8U & 0xFFU)});
+    const auto object =
+        objects_.find({static_cast<unsigned>(value >> 16U), static_cast<unsigned>(value >> 8U & 0xFFU)});
     const bool dummy = receive && value >> 16U <= 7;
-    if (!dummy && (object == objects_.end() || object->second.bytes * 8 != (value & 0xFFU))) return 0x06040041;
+    if (!dummy && (object == objects_.end() || object->second.bytes * 8 != (value & 0xFFU)))
+      return 0x06040041;
     return 0;
   }
   unsigned bits = 0;
@@ -280,7 +283,8 @@ void DictionaryNode::tick(Time now) {
     send(can::Frame(0x700 + id_, {static_cast<std::uint8_t>(nmt_state_)}));
   }
   for (unsigned n = 0; n < 4; ++n) {
-    if (nmt_state_ != 0x05 || (value(0x1800 + n, 1) & 0x80000000U) != 0 || value(0x1800 + n, 2) < 254) continue;
+    if (nmt_state_ != 0x05 || (value(0x1800 + n, 1) & 0x80000000U) != 0 || value(0x1800 + n, 2) < 254)
+      continue;
     if (now < event_due_ || value(0x1800 + n, 5) == 0) continue;
     event_due_ = now + std::chrono::milliseconds(value(0x1800 + n, 5));
     send(tpdo(n));

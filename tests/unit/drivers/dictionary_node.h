@@ -11,8 +11,8 @@
 namespace walkman::test {
 
 /// A device in small with an object dictionary: NMT, boot-up, heartbeat, expedited SDO, PDOs by their
-/// communication and mapping records with the rules of a change at run time, the power states of CiA 402. It is
-/// written from the standards and shares no code with what it tests.
+/// communication and mapping records with the rules of a change at run time, the power states of CiA 402. It
+/// is written from the standards and shares no code with what it tests.
 class DictionaryNode : public BusNode {
  public:
   /// `fd`: PDOs of up to 64 bytes, all sent as FD frames.
@@ -23,7 +23,9 @@ class DictionaryNode : public BusNode {
   void become_sensor(int channels);
 
   void define(unsigned index, unsigned sub, unsigned bytes, std::uint64_t value);
-  [[nodiscard]] std::uint64_t value(unsigned index, unsigned sub = 0) const { return objects_.at({index, sub}).value; }
+  [[nodiscard]] std::uint64_t value(unsigned index, unsigned sub = 0) const {
+    return objects_.at({index, sub}).value;
+  }
   void set(unsigned index, unsigned sub, std::uint64_t value) { objects_.at({index, sub}).value = value; }
 
   void hear(const can::Frame& sent, Time now) override;
@@ -35,12 +37,12 @@ class DictionaryNode : public BusNode {
   void fault(std::uint16_t code);
   /// The fault has gone and may be reset, or not.
   bool fault_persists = false;
-  bool mute = false;           ///< sends nothing
-  bool moves = true;           ///< 6064h follows 607Ah once enabled
+  bool mute = false;            ///< sends nothing
+  bool moves = true;            ///< 6064h follows 607Ah once enabled
   bool wrong_readback = false;  ///< tells 1A00h:1 wrong
   std::vector<std::string> refusals;
-  int resets = 0;              ///< NMT reset communication heard
-  int fault_resets = 0;        ///< rising edges of bit 7 that left the fault state
+  int resets = 0;        ///< NMT reset communication heard
+  int fault_resets = 0;  ///< rising edges of bit 7 that left the fault state
 
  private:
   struct Object {
@@ -56,7 +58,8 @@ class DictionaryNode : public BusNode {
   void boot_up();
   void nmt(unsigned command);
   void sdo(const can::Frame& request);
-  [[nodiscard]] std::uint32_t judge_write(unsigned index, unsigned sub, unsigned bytes, std::uint64_t value) const;
+  [[nodiscard]] std::uint32_t judge_write(unsigned index, unsigned sub, unsigned bytes,
+                                          std::uint64_t value) const;
   [[nodiscard]] can::Frame tpdo(unsigned n) const;
   void take_rpdo(unsigned n, const can::Frame& frame);
   void sync();
