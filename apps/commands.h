@@ -11,7 +11,9 @@ namespace walkman::apps {
 void add_emulate_command(CLI::App& app, std::function<int()>& run);
 void add_experiment_command(CLI::App& app, std::function<int()>& run);
 void add_export_command(CLI::App& app, std::function<int()>& run);
+void add_grasp_command(CLI::App& app, std::function<int()>& run);
 void add_locate_command(CLI::App& app, std::function<int()>& run);
 void add_model_command(CLI::App& app, std::function<int()>& run);
+void add_replay_command(CLI::App& app, std::function<int()>& run);
 
 }  // namespace walkman::apps

@@ -90,8 +90,9 @@ void add_emulate_command(CLI::App& app, std::function<int()>& run) {
             return fits ? std::string() : "period of " + text + " ms, expected a whole number from 1 to 1000";
           },
           "MS"));
-  command->add_option("--log", options->log,
-                      "Write every bus's frames, with the bus's own time, to FILE.log");
+  command->add_option(
+      "--log", options->log,
+      "Write every bus's frames, with the bus's own time, to FILE.log (candump -L text) or FILE.pcapng");
   command
       ->add_option("--seed", options->seed,
                    "Seed of the object's pose and of the sensors' noise (default: the scene's)")

@@ -3,7 +3,7 @@
 #include <filesystem>
 #include <memory>
 
-#include "emulator/bus/candump_log.h"
+#include "emulator/bus/can_log.h"
 #include "emulator/emulator.h"
 
 namespace walkman::apps {
@@ -11,17 +11,17 @@ namespace walkman::apps {
 /// Everything the emulated buses carry, written to a file as it passes.
 class FrameLog {
  public:
-  /// Creates the file, in the format its name ends in: `.log` is candump's text. Throws std::runtime_error
-  /// for another ending or a path that cannot be written. `emulator` must outlive the log.
+  /// Creates the file, `.log` or `.pcapng`. Throws std::runtime_error for another ending or a path that
+  /// cannot be written. `emulator` must outlive the log.
   FrameLog(const std::filesystem::path& file, Emulator& emulator);
 
   /// Writes what has passed, in order of time. To be called when all buses have reached one instant.
-  void commit() { log_.commit(); }
+  void commit() { log_->commit(); }
   /// Throws std::runtime_error when any of it could not be written.
-  void finish() { log_.flush(); }
+  void finish() { log_->flush(); }
 
  private:
-  bus::CandumpLog log_;
+  std::unique_ptr<bus::CanLog> log_;
 };
 
 }  // namespace walkman::apps

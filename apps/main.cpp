@@ -35,8 +35,10 @@ int main(int argc, char** argv) {
   walkman::apps::add_emulate_command(app, run);
   walkman::apps::add_experiment_command(app, run);
   walkman::apps::add_export_command(app, run);
+  walkman::apps::add_grasp_command(app, run);
   walkman::apps::add_locate_command(app, run);
   walkman::apps::add_model_command(app, run);
+  walkman::apps::add_replay_command(app, run);
   if (is_unknown_verb(app, argc, argv)) {
     std::fprintf(stderr, "walkman-hil: unknown verb '%s', expected one of those that --help lists\n",
                  argv[1]);

@@ -13,6 +13,7 @@
 namespace walkman::apps {
 namespace {
 
+constexpr Time kRestartAfter = std::chrono::milliseconds(100);
 constexpr Time kHousekeeping = std::chrono::milliseconds(200);
 
 double seconds(Time time) { return std::chrono::duration<double>(time).count(); }
@@ -74,6 +75,11 @@ void Emulation::Impl::open_ports() {
   for (const CanAssignment& assignment : parse_can_map(options.can, world.devices)) {
     ports.push_back(std::make_unique<Port>(*buses[assignment.bus],
                                            open_can(assignment.interface_name, can::device_side_options())));
+    // Programs on a virtual interface see the controller's state, and have no `ip link` to restart it.
+    bus::ControllerOptions controller;
+    controller.reports = bus::ErrorReports::kStates;
+    controller.restart_after = kRestartAfter;
+    buses[assignment.bus]->computer_end().configure(controller);
     watch(*ports.back());
   }
 }
@@ -201,7 +207,6 @@ EmulationSummary Emulation::summary() const {
   out.wall_seconds = seconds(wall - self.began);
   if (self.lockstep) {
     out.cycles = self.lockstep->cycles();
-    out.overruns = self.lockstep->overruns();
   } else {
     out.lateness = self.real_time->lateness();
     out.behind_seconds = seconds(self.real_time->behind(wall));
@@ -213,7 +218,7 @@ EmulationSummary Emulation::summary() const {
     summary.bus = bus->counters();
     summary.load_now = bus->load();
     if (out.emulated_seconds > 0) {
-      summary.load = static_cast<double>(summary.bus.busy_bits) / bus->bit_rate() / out.emulated_seconds;
+      summary.load = seconds(summary.bus.busy) / out.emulated_seconds;
     }
     for (const auto& port : self.ports) {
       if (&port->bridge.bus() != bus) continue;

@@ -42,10 +42,8 @@ struct EmulationSummary {
   camera::Pacing pacing{};
   double emulated_seconds = 0;
   double wall_seconds = 0;
-  std::uint64_t cycles = 0;  ///< lock-step: SYNCs
-  std::uint64_t overruns =
-      0;                     ///< lock-step: cycles whose frames had not all passed when the next SYNC was due
-  clock::Lateness lateness;  ///< real time
+  std::uint64_t cycles = 0;   ///< lock-step: SYNCs
+  clock::Lateness lateness;   ///< real time
   double behind_seconds = 0;  ///< real time: of the emulated clock at the end
   std::uint64_t clouds = 0;
   std::vector<BusSummary> buses;

@@ -15,7 +15,7 @@ double milliseconds(Time time) { return std::chrono::duration<double, std::milli
 double rounded(double value) { return std::round(value * 1e6) / 1e6; }
 
 std::string clock_text(const EmulationSummary& s) {
-  if (is_lockstep(s)) return fmt::format("lock-step, {} cycles, {} overruns", s.cycles, s.overruns);
+  if (is_lockstep(s)) return fmt::format("lock-step, {} cycles", s.cycles);
   std::string text = fmt::format("real time, {} of {} physics steps late by more than 1 ms, worst {:.1f} ms",
                                  s.lateness.late, s.lateness.steps, milliseconds(s.lateness.worst));
   // Within a step of the present is where the clock belongs.
@@ -38,12 +38,14 @@ std::string status_line(const EmulationSummary& s) {
 std::string to_text(const EmulationSummary& s) {
   std::string text =
       fmt::format("emulated {:.3f} s in {:.3f} s: {}\n", s.emulated_seconds, s.wall_seconds, clock_text(s));
-  text += "bus    interface        frames  mean load       in      out  refused  undelivered  overflows\n";
+  text +=
+      "bus    interface        frames  mean load  SYNC overruns       in      out  refused  undelivered  "
+      "overflows\n";
   for (const BusSummary& bus : s.buses) {
-    text += fmt::format("{:<6} {:<15} {:>7} {:>9.1f} % {:>8} {:>8} {:>8} {:>12} {:>10}\n", bus.name,
+    text += fmt::format("{:<6} {:<15} {:>7} {:>9.1f} % {:>13} {:>8} {:>8} {:>8} {:>12} {:>10}\n", bus.name,
                         bus.interface_name.empty() ? "-" : bus.interface_name, bus.bus.frames, 100 * bus.load,
-                        bus.bridge.entered, bus.bridge.handed, bus.bridge.refused, bus.bridge.undelivered,
-                        bus.receive_overflows);
+                        bus.bus.sync_overruns, bus.bridge.entered, bus.bridge.handed, bus.bridge.refused,
+                        bus.bridge.undelivered, bus.receive_overflows);
   }
   if (s.clouds > 0) text += fmt::format("clouds sent: {}\n", s.clouds);
   return text;
@@ -56,7 +58,6 @@ std::string to_json_text(const EmulationSummary& s) {
   json["wall_seconds"] = rounded(s.wall_seconds);
   if (is_lockstep(s)) {
     json["cycles"] = s.cycles;
-    json["overruns"] = s.overruns;
   } else {
     json["physics_steps"] = s.lateness.steps;
     json["late_steps"] = s.lateness.late;
@@ -71,6 +72,7 @@ std::string to_json_text(const EmulationSummary& s) {
          {"interface", bus.interface_name.empty() ? nlohmann::json() : nlohmann::json(bus.interface_name)},
          {"frames", bus.bus.frames},
          {"mean_load", rounded(bus.load)},
+         {"sync_overruns", bus.bus.sync_overruns},
          {"entered", bus.bridge.entered},
          {"handed_out", bus.bridge.handed},
          {"refused", bus.bridge.refused},

@@ -92,13 +92,6 @@ class CanBus {
   void advance(Time until) noexcept;
 
   [[nodiscard]] Time now() const noexcept { return now_; }
-
-  /// No frame is under way, in its intermission or waiting to be sent.
-  [[nodiscard]] bool quiet() const noexcept;
-
-  /// When something will happen next of itself: a frame ends, a participant's timer runs. Time::max() if
-  /// never.
-  [[nodiscard]] Time next_event() const noexcept;
   [[nodiscard]] const std::string& name() const noexcept { return name_; }
   [[nodiscard]] std::string_view interface_name() const noexcept { return computer_.name(); }
   [[nodiscard]] std::uint32_t bit_rate() const noexcept { return options_.bit_rate; }

@@ -42,8 +42,6 @@ class LockstepPacer {
   void finish();
 
   [[nodiscard]] std::uint64_t cycles() const noexcept { return cycles_; }
-  /// Cycles that ended with a frame still on its way: the buses carry more than the period allows.
-  [[nodiscard]] std::uint64_t overruns() const noexcept { return overruns_; }
   [[nodiscard]] const LockstepGate& gate() const noexcept { return gate_; }
 
  private:
@@ -62,7 +60,6 @@ class LockstepPacer {
   PacerEvents events_;
   bool handed_out_ = true;
   std::uint64_t cycles_ = 0;
-  std::uint64_t overruns_ = 0;
 };
 
 }  // namespace walkman::clock
