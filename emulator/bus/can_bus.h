@@ -96,6 +96,10 @@ class CanBus {
   [[nodiscard]] std::string_view interface_name() const noexcept { return computer_.name(); }
   [[nodiscard]] std::uint32_t bit_rate() const noexcept { return options_.bit_rate; }
   [[nodiscard]] const BusOptions& options() const noexcept { return options_; }
+  /// Nothing is under way and nobody has anything to send.
+  [[nodiscard]] bool quiet() const noexcept;
+  /// When something happens next of itself: a frame ends, a participant's timer runs. Time::max() if never.
+  [[nodiscard]] Time next_event() const noexcept;
 
   /// Called with every frame that is complete and not lost, and with the error reports of the computer's end
   /// if it makes any. Must not throw.

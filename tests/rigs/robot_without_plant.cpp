@@ -42,8 +42,6 @@ RobotWithoutPlant::RobotWithoutPlant(const RobotFiles& files) {
       if (device.kind == DeviceKind::kJointDrive) {
         const Joint& joint =
             files.robot.joints[static_cast<std::size_t>(files.robot.joint_index(device.name))];
-        p.sync_divider = 1;
-        p.interpolation_ms = 5;
         p.lower = joint.limits.lower;
         p.upper = joint.limits.upper;
       }

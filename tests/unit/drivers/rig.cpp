@@ -42,11 +42,13 @@ Rig::Rig() {
   model.name = "small_arm";
   add_joint("RShSag", -1.5, 1.5, 6.283, 120);
   add_joint("r_handj", 0, 5, 4, 5);
-  table.buses.push_back({"rarm",
-                         "can_rarm",
-                         {device(DeviceKind::kJointDrive, 11, "RShSag", 120000),
-                          device(DeviceKind::kForceTorque, 18, "r_arm_ft", 0),
-                          device(DeviceKind::kHandDrive, 19, "r_handj", 5000)}});
+  walkman::Bus arm;
+  arm.name = "rarm";
+  arm.interface = "can_rarm";
+  arm.devices = {device(DeviceKind::kJointDrive, 11, "RShSag", 120000),
+                 device(DeviceKind::kForceTorque, 18, "r_arm_ft", 0),
+                 device(DeviceKind::kHandDrive, 19, "r_handj", 5000)};
+  table.buses.push_back(arm);
   bus.attach(drive);
   bus.attach(sensor);
   bus.attach(hand);
