@@ -1,5 +1,7 @@
 #include "tests/unit/drivers/rig.h"
 
+#include "drivers/canopen/factory_pdos.h"
+
 namespace walkman::test {
 namespace {
 
@@ -49,6 +51,7 @@ Rig::Rig() {
                  device(DeviceKind::kForceTorque, 18, "r_arm_ft", 0),
                  device(DeviceKind::kHandDrive, 19, "r_handj", 5000)};
   table.buses.push_back(arm);
+  options.layout.hand_drive = canopen::factory_drive_pdos(kHandSyncs);
   bus.attach(drive);
   bus.attach(sensor);
   bus.attach(hand);
