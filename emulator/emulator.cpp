@@ -1,6 +1,8 @@
 #include "emulator/emulator.h"
 
 #include <algorithm>
+#include <fstream>
+#include <iterator>
 #include <random>
 #include <stdexcept>
 
@@ -16,9 +18,20 @@ namespace {
 constexpr double kSubStep = plant::Plant::kStep / plant::Plant::kSubSteps;
 constexpr const char* kOpticalFrame = "multisense/left_camera_optical_frame";
 
+/// FNV-1a of a file's bytes; of none when it cannot be read.
+std::uint32_t hash_of(const std::filesystem::path& file) {
+  std::ifstream stream(file, std::ios::binary);
+  std::uint32_t hash = 0x811C9DC5;
+  for (std::istreambuf_iterator<char> it(stream), end; it != end; ++it) {
+    hash = (hash ^ static_cast<std::uint8_t>(*it)) * 0x01000193;
+  }
+  return hash;
+}
+
 nodes::DriveParameters drive_parameters(const Device& device, const RobotModel& robot,
                                         const plant::ActuatorParameters& actuator) {
-  const Joint& joint = robot.joints[static_cast<std::size_t>(robot.joint_index(device.name))];
+  const int joint_index = robot.joint_index(device.name);
+  const Joint& joint = robot.joints[static_cast<std::size_t>(joint_index)];
   const double rated_torque = device.rated_torque_mnm * 1e-3;
   nodes::DriveParameters parameters;
   if (device.kind == DeviceKind::kHandDrive) {
@@ -35,6 +48,8 @@ nodes::DriveParameters drive_parameters(const Device& device, const RobotModel& 
   parameters.lower = joint.limits.lower;
   parameters.upper = joint.limits.upper;
   parameters.max_velocity = joint.limits.velocity;
+  if (actuator.motor_encoder_step > 0) parameters.motor_encoder_step = actuator.motor_encoder_step;
+  parameters.joint_number = static_cast<std::uint16_t>(joint_index + 1);
   return parameters;
 }
 
@@ -125,6 +140,7 @@ Emulator::Impl::Impl(const RobotModel& robot, const DeviceTable& devices, const 
     : plant(robot, scene, devices, actuators),
       multisense(robot, scene, robot.link_index(kOpticalFrame), options.camera, options.camera_rate_hz,
                  options.seed) {
+  const std::uint32_t model_hash = hash_of(scene.robot_urdf);
   for (const Bus& wiring : devices.buses) {
     buses.push_back(std::make_unique<bus::CanBus>(
         wiring.name, wiring.interface,
@@ -138,8 +154,10 @@ Emulator::Impl::Impl(const RobotModel& robot, const DeviceTable& devices, const 
         inertials.push_back(std::make_unique<nodes::InertialNode>(inertial_parameters(device, options.seed)));
         buses.back()->attach(*inertials.back());
       } else {
-        drives.push_back(std::make_unique<nodes::DriveNode>(
-            drive_parameters(device, robot, actuators.at(device.actuator))));
+        nodes::DriveParameters parameters = drive_parameters(device, robot, actuators.at(device.actuator));
+        parameters.model_hash = model_hash;
+        parameters.bus_number = static_cast<std::uint16_t>(buses.size());
+        drives.push_back(std::make_unique<nodes::DriveNode>(parameters));
         buses.back()->attach(*drives.back());
       }
     }

@@ -17,7 +17,7 @@ double window(std::uint32_t value) noexcept {
 
 /// The factory's gain is not rounded to the object's unit.
 double gain(const Object<std::uint32_t>& object, double unit, double factory) noexcept {
-  return object.get() == object.entry().default_raw ? factory : object.get() * unit;
+  return object.get() == to_wire<std::uint32_t>(factory, unit) ? factory : object.get() * unit;
 }
 
 LoopGains loop_gains(const std::array<Object<std::uint32_t>, 3>& objects, double unit_p, double unit_i,
