@@ -8,6 +8,7 @@
 #include "emulator/nodes/drive_node.h"
 #include "emulator/nodes/force_torque_node.h"
 #include "emulator/nodes/hand_node.h"
+#include "emulator/nodes/inertial_node.h"
 
 namespace walkman {
 namespace {
@@ -44,19 +45,50 @@ constexpr double kForceResidual = 2.0;    // N, uniform within plus or minus
 constexpr double kTorqueResidual = 0.05;  // N·m
 constexpr double kNoise = 1.0;            // resolutions
 
+/// Every sensor has its own stream of the scene's seed.
+std::mt19937_64 sensor_stream(const Device& device, std::uint64_t seed) {
+  std::seed_seq sequence{static_cast<std::uint32_t>(seed), static_cast<std::uint32_t>(seed >> 32U),
+                         static_cast<std::uint32_t>(device.node_id)};
+  return std::mt19937_64(sequence);
+}
+
 nodes::ForceTorqueParameters force_torque_parameters(const Device& device, std::uint64_t seed) {
   nodes::ForceTorqueParameters parameters;
   parameters.node_id = device.node_id;
   parameters.name = device.name;
   parameters.serial = device.node_id;
   parameters.noise = kNoise;
-  std::seed_seq sequence{static_cast<std::uint32_t>(seed), static_cast<std::uint32_t>(seed >> 32U),
-                         static_cast<std::uint32_t>(device.node_id)};
-  std::mt19937_64 generator(sequence);
+  std::mt19937_64 generator = sensor_stream(device, seed);
   std::uniform_real_distribution<double> spread(-1, 1);
   for (std::size_t i = 0; i < parameters.residual.size(); ++i) {
     parameters.residual[i] = spread(generator) * (i < 3 ? kForceResidual : kTorqueResidual);
   }
+  parameters.noise_seed = generator();
+  return parameters;
+}
+
+// Errors of an inertial unit, uniform within plus or minus, and noise of a sample: estimates in the range of
+// MEMS attitude sensors.
+constexpr double kForceBias = 0.02;   // m/s²
+constexpr double kForceNoise = 0.02;  // m/s²
+constexpr double kRateBias = 5e-4;    // rad/s
+constexpr double kRateNoise = 1e-3;   // rad/s
+constexpr double kTiltError = 3e-3;   // rad
+constexpr double kYawDrift = 5e-5;    // rad/s
+
+nodes::InertialParameters inertial_parameters(const Device& device, std::uint64_t seed) {
+  nodes::InertialParameters parameters;
+  parameters.node_id = device.node_id;
+  parameters.name = device.name;
+  parameters.serial = device.node_id;
+  parameters.force_noise = kForceNoise;
+  parameters.rate_noise = kRateNoise;
+  std::mt19937_64 generator = sensor_stream(device, seed);
+  std::uniform_real_distribution<double> spread(-1, 1);
+  for (double& bias : parameters.force_bias) bias = kForceBias * spread(generator);
+  for (double& bias : parameters.rate_bias) bias = kRateBias * spread(generator);
+  for (double& error : parameters.tilt_error) error = kTiltError * spread(generator);
+  parameters.yaw_drift = kYawDrift * spread(generator);
   parameters.noise_seed = generator();
   return parameters;
 }
@@ -84,6 +116,7 @@ struct Emulator::Impl {
   std::vector<std::unique_ptr<bus::CanBus>> buses;
   std::vector<std::unique_ptr<nodes::DriveNode>> drives;         // device-table order, as the plant's
   std::vector<std::unique_ptr<nodes::ForceTorqueNode>> sensors;  // device-table order, as the plant's
+  std::vector<std::unique_ptr<nodes::InertialNode>> inertials;   // device-table order, as the plant's
   Time now{};
 };
 
@@ -100,6 +133,9 @@ Emulator::Impl::Impl(const RobotModel& robot, const DeviceTable& devices, const 
         sensors.push_back(
             std::make_unique<nodes::ForceTorqueNode>(force_torque_parameters(device, options.seed)));
         buses.back()->attach(*sensors.back());
+      } else if (device.kind == DeviceKind::kInertialUnit) {
+        inertials.push_back(std::make_unique<nodes::InertialNode>(inertial_parameters(device, options.seed)));
+        buses.back()->attach(*inertials.back());
       } else {
         drives.push_back(std::make_unique<nodes::DriveNode>(
             drive_parameters(device, robot, actuators.at(device.actuator))));
@@ -121,6 +157,10 @@ void Emulator::Impl::step() {
   }
   plant.step();
   for (std::size_t i = 0; i < sensors.size(); ++i) sensors[i]->sample(plant.F_So_S(static_cast<int>(i)));
+  for (std::size_t i = 0; i < inertials.size(); ++i) {
+    const plant::InertialMotion& motion = plant.inertial_motion(static_cast<int>(i));
+    inertials[i]->sample({motion.specific_force_S, motion.angular_velocity_S, motion.q_WS});
+  }
   now = next;
   multisense.advance(now, plant);
 }

@@ -50,6 +50,7 @@ Robot::Impl::Impl(const RobotModel& model, const DeviceTable& table,
         throw std::runtime_error(fmt::format("bus {}: node-ID {} is used by {} and {}", table.buses[i].name,
                                              device.node_id, other->settings().name, device.name));
       }
+      if (device.kind == DeviceKind::kInertialUnit) continue;
       if (device.kind == DeviceKind::kForceTorque) {
         add_sensor(device, *buses.back());
       } else {

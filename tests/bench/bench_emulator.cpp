@@ -12,6 +12,7 @@
 #include "emulator/nodes/drive_node.h"
 #include "emulator/nodes/force_torque_node.h"
 #include "emulator/nodes/hand_node.h"
+#include "emulator/nodes/inertial_node.h"
 #include "emulator/plant/plant.h"
 
 namespace {
@@ -58,6 +59,15 @@ class NodesAlone {
     for (const Bus& wiring : f.devices.buses) {
       buses_.push_back(std::make_unique<bus::CanBus>(wiring.name, wiring.interface));
       for (const Device& device : wiring.devices) {
+        if (device.kind == DeviceKind::kInertialUnit) {
+          nodes::InertialParameters p;
+          p.node_id = device.node_id;
+          p.name = device.name;
+          p.serial = device.node_id;
+          inertials_.push_back(std::make_unique<nodes::InertialNode>(p));
+          buses_.back()->attach(*inertials_.back());
+          continue;
+        }
         if (device.kind == DeviceKind::kForceTorque) {
           nodes::ForceTorqueParameters p;
           p.node_id = device.node_id;
@@ -95,6 +105,7 @@ class NodesAlone {
         }
       }
       for (const auto& sensor : sensors_) sensor->sample(Wrench{});
+      for (const auto& inertial : inertials_) inertial->sample({});
     }
   }
   std::vector<can::Interface*> interfaces() {
@@ -113,11 +124,12 @@ class NodesAlone {
   std::vector<std::unique_ptr<bus::CanBus>> buses_;
   std::vector<std::unique_ptr<nodes::DriveNode>> drives_;
   std::vector<std::unique_ptr<nodes::ForceTorqueNode>> sensors_;
+  std::vector<std::unique_ptr<nodes::InertialNode>> inertials_;
   std::vector<nodes::ServoFeedback> readings_;
   Time now_{};
 };
 
-/// One SYNC cycle (5 ms) of all 37 nodes on five buses with the driver layer at the other end, without
+/// One SYNC cycle (5 ms) of all 38 nodes on five buses with the driver layer at the other end, without
 /// physics.
 void BM_SyncCycle(benchmark::State& state) {
   const Files& f = files();
