@@ -1,5 +1,6 @@
 #include "emulator/export/dbc_writer.h"
 
+#include <algorithm>
 #include <cmath>
 #include <functional>
 #include <stdexcept>
@@ -11,13 +12,15 @@
 namespace walkman::device_files {
 namespace {
 
-/// Plain decimal notation: some readers take no exponent.
+/// 15 digits in plain decimal notation: some readers take no exponent.
 std::string decimal(double value) {
-  std::string text = fmt::format("{:.12f}", value);
-  if (std::abs(value) >= 1000) text = fmt::format("{:.9f}", value);
+  if (value == 0) return "0";
+  const int decimals = std::clamp(14 - static_cast<int>(std::floor(std::log10(std::abs(value)))), 0, 30);
+  std::string text = fmt::format("{:.{}f}", value, decimals);
+  if (text.find('.') == std::string::npos) return text;
   text.erase(text.find_last_not_of('0') + 1);
   if (text.back() == '.') text.pop_back();
-  return text == "-0" ? "0" : text;
+  return text;
 }
 
 /// What the raw range becomes in the signal's unit; readers that clamp so never touch a value.

@@ -10,7 +10,7 @@ std::span<const ObjectName> measuring_names() {
       {0x6100, 0x6100, kArray, {"AI input FV", kPlain, "field"}, {}, {"Channel {}", kMeasuredReal}},
       {0x6110, 0x6110, kArray, {"AI sensor type"}, {}, {"Channel {}"}},
       {0x6112, 0x6112, kArray, {"AI operating mode"}, {}, {"Channel {}"}},
-      {0x6114, 0x6114, kVariable, {"AI ADC sample rate", kMicroSecond}},
+      {0x6114, 0x6114, kArray, {"AI ADC sample rate"}, {}, {"Channel {}", kMicroSecond}},
       {0x6124, 0x6124, kArray, {"AI input offset"}, {}, {"Channel {}", kMeasuredReal}},
       {0x6125, 0x6125, kArray, {"AI autozero"}, {}, {"Channel {}"}},
       {0x6126, 0x6126, kArray, {"AI scaling factor"}, {}, {"Channel {}"}},

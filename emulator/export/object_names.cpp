@@ -5,9 +5,12 @@
 
 #include <fmt/format.h>
 
+#include "emulator/nodes/inertial_node.h"
+
 namespace walkman::device_files {
 namespace {
 
+constexpr std::uint16_t kSensorType = 0x6110;
 constexpr std::uint16_t kPhysicalUnit = 0x6131;
 constexpr std::string_view kChannel = "Channel {}";
 
@@ -28,12 +31,22 @@ const SubName* find_sub(const ObjectName& object, std::uint8_t sub) {
   return &object.subs[sub - 1U];
 }
 
-/// What a measuring channel is called after its unit: F, T, a or w, and the axis of a triple.
+/// What a measuring channel is called after its sensor and unit: F, T, a or w and the axis of a triple, or a
+/// component of a quaternion.
 std::string channel_name(const nodes::ObjectDictionary& dictionary, std::uint8_t channel) {
+  const auto sensor = [&](int number) {
+    const nodes::Entry* entry = dictionary.find(kSensorType, static_cast<std::uint8_t>(number));
+    return entry == nullptr ? 0U : entry->default_raw;
+  };
+  if (sensor(channel) == nodes::kOrientationSensor) {
+    int first = channel;
+    while (sensor(first - 1) == nodes::kOrientationSensor) --first;
+    return {'q', "wxyz"[(channel - first) % 4]};
+  }
   const nodes::Entry* unit = dictionary.find(kPhysicalUnit, channel);
   const std::string text = unit == nullptr ? "" : unit_of_code(unit->default_raw).text;
-  constexpr std::array<std::pair<std::string_view, char>, 4> kLetters{
-      {{"N", 'F'}, {"Nm", 'T'}, {"m/s^2", 'a'}, {"rad/s", 'w'}}};
+  constexpr std::array<std::pair<std::string_view, char>, 5> kLetters{
+      {{"N", 'F'}, {"Nm", 'T'}, {"N/kg", 'a'}, {"m/s^2", 'a'}, {"rad/s", 'w'}}};
   for (const auto& [name, letter] : kLetters) {
     if (text == name) return {letter, "xyz"[(channel - 1) % 3]};
   }

@@ -4,6 +4,7 @@
 #include <string_view>
 
 #include "emulator/export/object_names.h"
+#include "emulator/nodes/inertial_node.h"
 #include "emulator/nodes/wire_units.h"
 
 namespace walkman::device_files {
@@ -11,6 +12,7 @@ namespace {
 
 constexpr std::uint16_t kRatedCurrent = 0x6075;
 constexpr std::uint16_t kRatedTorque = 0x6076;
+constexpr std::uint16_t kSensorType = 0x6110;
 constexpr std::uint16_t kPhysicalUnit = 0x6131;
 constexpr std::uint16_t kDecimalDigits = 0x6132;
 
@@ -19,6 +21,8 @@ std::string_view symbol_of(unsigned code) {
   switch (code) {
     case 0x01:
       return "m";
+    case 0x02:
+      return "kg";
     case 0x03:
       return "s";
     case 0x04:
@@ -52,6 +56,9 @@ WireUnit per_mille(const nodes::ObjectDictionary& dictionary, std::uint16_t rati
 }
 
 WireUnit measured(const nodes::ObjectDictionary& dictionary, std::uint8_t channel, bool integer) {
+  const nodes::Entry* sensor = dictionary.find(kSensorType, channel);
+  if (sensor != nullptr && sensor->default_raw == nodes::kOrientationSensor)
+    return {"", integer ? nodes::kQuaternionUnit : 1};
   const nodes::Entry* unit = dictionary.find(kPhysicalUnit, channel);
   const nodes::Entry* digits = dictionary.find(kDecimalDigits, channel);
   WireUnit result = unit == nullptr ? WireUnit{} : unit_of_code(unit->default_raw);

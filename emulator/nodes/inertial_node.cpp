@@ -19,14 +19,12 @@ constexpr std::uint32_t kProduct = 3;
 constexpr std::uint32_t kNewtonPerKilogram = 0x00210200;
 constexpr std::uint32_t kRadianPerSecond = 0x00100300;
 constexpr std::uint32_t kNoUnit = 0;
-// 6110h, in the manufacturer's range, as shipping inertial units have them; the third is ours.
+// 6110h, in the manufacturer's range, as shipping inertial units have them.
 constexpr std::uint16_t kAccelerometer = 10501;
 constexpr std::uint16_t kGyroscope = 10401;
-constexpr std::uint16_t kOrientation = 10601;
 
 constexpr double kForceUnit = 0.001;
 constexpr double kRateUnit = 0.001;
-constexpr double kQuaternionUnit = 1.0 / 30000;
 
 std::array<ChannelDescription, InertialNode::kChannels> describe(const InertialParameters& p) {
   constexpr std::uint8_t kDigits = 3;
@@ -34,8 +32,8 @@ std::array<ChannelDescription, InertialNode::kChannels> describe(const InertialP
                                  kNewtonPerKilogram, kDigits,    false};
   const ChannelDescription rate{p.rate_range,     kRateUnit, kRateUnit, kGyroscope,
                                 kRadianPerSecond, kDigits,   false};
-  const ChannelDescription turn{1,    kQuaternionUnit, kQuaternionUnit, kOrientation, kNoUnit, std::nullopt,
-                                false};
+  const ChannelDescription turn{
+      1, kQuaternionUnit, kQuaternionUnit, kOrientationSensor, kNoUnit, std::nullopt, false};
   return {force, force, force, rate, rate, rate, turn, turn, turn, turn};
 }
 

@@ -11,6 +11,11 @@
 
 namespace walkman::nodes {
 
+/// 6110h of a component of the orientation's unit quaternion, in the manufacturer's range; 1.0 is 30000
+/// counts.
+inline constexpr std::uint16_t kOrientationSensor = 10601;
+inline constexpr double kQuaternionUnit = 1.0 / 30000;
+
 /// An inertial unit as built. WALK-MAN's own is not documented; the numbers are those of MEMS attitude
 /// sensors of its class, estimates all.
 struct InertialParameters {

@@ -6,6 +6,7 @@
 
 #include "emulator/nodes/drive_node.h"
 #include "emulator/nodes/force_torque_node.h"
+#include "emulator/nodes/inertial_node.h"
 #include "tests/unit/nodes/test_drive.h"
 
 namespace walkman::device_files {
@@ -38,6 +39,18 @@ TEST(ObjectNames, ChannelsAreCalledAfterWhatTheyMeasure) {
   EXPECT_EQ(entry_name(sensor.dictionary(), {0x7130, 1}), "Fx");
   EXPECT_EQ(entry_name(sensor.dictionary(), {0x7130, 6}), "Tz");
   EXPECT_EQ(entry_symbol(sensor.dictionary(), {0x7130, 5}), "pv_Ty");
+}
+
+TEST(ObjectNames, ChannelsOfAnInertialUnit) {
+  nodes::InertialParameters parameters;
+  parameters.node_id = 91;
+  const nodes::InertialNode unit(parameters);
+  EXPECT_EQ(entry_name(unit.dictionary(), {0x7130, 3}), "az");
+  EXPECT_EQ(entry_name(unit.dictionary(), {0x7130, 4}), "wx");
+  EXPECT_EQ(entry_name(unit.dictionary(), {0x7130, 7}), "qw");
+  EXPECT_EQ(entry_name(unit.dictionary(), {0x7130, 10}), "qz");
+  EXPECT_DOUBLE_EQ(wire_unit(unit.dictionary(), {0x7130, 10}).factor, 1.0 / 30000);
+  EXPECT_DOUBLE_EQ(wire_unit(unit.dictionary(), {0x6130, 10}).factor, 1);
 }
 
 TEST(ObjectNames, SayWhatIsUnknown) {
