@@ -35,8 +35,13 @@ double DriveNode::control(const ServoFeedback& feedback, double dt) noexcept {
   if (supervision_.causes() != 0) report_causes();
   torque_ = power_.powered() ? powered_step(dt) : unpowered_step();
   unpublished_ = true;
-  unpublished_for_ += dt;
-  if (unpublished_for_ >= kPublishPeriod || !ever_published_) publish();
+  publish_clock_ += dt;
+  if (publish_clock_ >= kPublishPeriod) {
+    publish_clock_ = 0;
+    publish();
+  } else if (!ever_published_) {
+    publish();
+  }
   update_statusword();
   return torque_;
 }

@@ -118,7 +118,7 @@ class DriveNode : public CanopenSlave {
   bool following_error_ = false;
   bool torque_limited_ = false;
   bool speed_limited_ = false;
-  double unpublished_for_ = 0;  // s
+  double publish_clock_ = 0;  // s
   bool unpublished_ = false;
   bool ever_published_ = false;
 };

@@ -11,7 +11,6 @@ void DriveNode::publish() noexcept {
   if (!unpublished_) return;
   unpublished_ = false;
   ever_published_ = true;
-  unpublished_for_ = 0;
   publish_motion();
   publish_measurements();
 }

@@ -210,5 +210,27 @@ TEST_F(DriveSupervisionTest, TheNewestStepIsWhatAClientReads) {
   }
 }
 
+// A PDO that a timer sends between SYNCs shows the last of a physics step's four control steps.
+TEST_F(DriveSupervisionTest, TimedPdosShowTheNewestPhysicsStep) {
+  talk.ask("000#8005");
+  for (const char* request : {"605#23031801850400C0", "605#23011801850200C0", "605#2F011802FF000000",
+                              "605#2B01180501000000", "605#2301180185020040"}) {
+    EXPECT_THAT(talk.ask(request), testing::ElementsAre(testing::StartsWith("585#60"))) << request;
+  }
+  talk.ask("000#0105");
+  control(0x06);
+  for (int ms = 1; ms <= 20; ++ms) {
+    for (int i = 0; i < 4; ++i) {
+      f.motor_position = f.link_position = ms * 1e-3 + i * 1e-5;
+      push(f);
+      if (i == 1 && ms % 5 == 0) control(ms % 2 == 0 ? 0x06 : 0x00);  // a change in mid-step
+    }
+    char text[24];
+    std::snprintf(text, sizeof text, "285#%02X%02X000000000000", (ms * 1000 + 30) & 0xFF,
+                  (ms * 1000 + 30) >> 8);
+    EXPECT_EQ(talk.listen(milliseconds(2)).back(), text);
+  }
+}
+
 }  // namespace
 }  // namespace walkman::nodes
