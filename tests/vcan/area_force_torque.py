@@ -1,6 +1,5 @@
 """The wrist's force/torque sensor (CiA 404)."""
 import struct
-import time
 
 import pdo
 from checks import equal, test, that, within
@@ -37,7 +36,7 @@ def tpdos_pair_up(limb):
         second = limb.bus.expect(0x280 + SENSOR, what="(TPDO2)").data
         equal((len(first), len(second)), (8, 7), "lengths")
         counters.append(pdo.u16(first, 6))
-        time.sleep(0.01)
+        limb.wait(0.01)
     steps = [after - before & 0xFFFF for before, after in zip(counters, counters[1:])]
     that(all(0 < step < 200 for step in steps), f"the sample counter steps by {steps}")
     for channel, at in ((1, 0), (2, 2), (3, 4)):
@@ -48,10 +47,10 @@ def tpdos_pair_up(limb):
 @test
 def tare_of_a_channel(limb):
     sdo = limb.fresh(SENSOR)
-    time.sleep(1.0)  # the arm hangs still
+    limb.wait(1.0)  # the arm hangs still
     channel = 3
     sdo.download(0x6139, channel, TARA)
-    time.sleep(0.1)
+    limb.wait(0.1)
     nets = [struct.unpack("<f", sdo.upload(0x6140, channel))[0] for _ in range(20)]
     within(sum(nets) / len(nets), -1.5, 1.5, "net force after tare, N")
     sdo.refused((0x06090030, 0x08000020, 0x08000000), sdo.download, 0x6139, channel, b"TARA")

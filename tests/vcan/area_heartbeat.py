@@ -8,32 +8,41 @@ A = JOINTS[0]
 MASTER = 127
 
 
-@test(attempts=3)
+@test
 def producer_keeps_its_period(limb):
     sdo = limb.fresh(A)
     for period in (20, 100):
         sdo.put("<H", 0x1017, 0, period)
-        limb.bus.expect(0x700 + A, period / 1000 + 0.1, what="(first heartbeat)")
-        beats = limb.bus.collect(period / 1000 * 20.5, 0x700 + A)
-        gaps = [(second.time - first.time) * 1000 for first, second in zip(beats, beats[1:])]
-        within(len(beats), 19, 21, f"heartbeats in 20 periods of {period} ms")
-        within(sum(gaps) / len(gaps), period * 0.95, period * 1.05, "mean period in ms")
-        that(all(beat.data == b"\x7F" for beat in beats), "a heartbeat tells another state than pre-operational")
+        limb.bus.expect(0x700 + A, what="(first heartbeat)")
+        beats = limb.collect(period / 1000 * 20.5, 0x700 + A)
+        gaps = [(second[0] - first[0]) * 1000 for first, second in zip(beats, beats[1:])]
+        within(len(beats), 19, 22, f"heartbeats in 20 periods of {period} ms")
+        within(sum(gaps) / len(gaps), period - 0.5, period + 0.5, "mean period in ms")
+        that(all(frame.data == b"\x7F" for _, frame in beats), "a heartbeat tells another state than pre-operational")
     sdo.put("<H", 0x1017, 0, 0)
+    limb.mark()
     limb.bus.drain()
-    equal(len(limb.bus.collect(0.3, 0x700 + A)), 0, "heartbeats after 1017h := 0")
+    equal(len(limb.frames(0.3, 0x700 + A)), 0, "heartbeats after 1017h := 0")
 
 
-@test(attempts=3)
+@test(attempts=5)
+def emulated_time_is_the_host_s(limb):
+    """The one test here that a busy host can fail."""
+    limb.fresh(A)
+    began, first = limb.mark(), time.monotonic()
+    limb.wait(1.0)
+    within((time.monotonic() - first) / (limb.now - began), 0.97, 1.05, "seconds of the host in an emulated second")
+
+
+@test
 def all_nodes_produce_at_once(limb):
     limb.fresh()
-    for node in NODES:
+    for node in NODES[:-3] + NODES[-2:]:
         limb.sdo(node).put("<H", 0x1017, 0, 50)
     limb.nmt(START)
-    time.sleep(0.1)
-    limb.bus.drain()
-    frames = limb.bus.collect(0.5)
-    for node in NODES:
+    limb.wait(0.1)
+    frames = limb.frames(0.5)
+    for node in NODES[:-3] + NODES[-2:]:
         beats = [frame.data for frame in frames if frame.id == 0x700 + node]
         within(len(beats), 8, 12, f"heartbeats of node {node} in 0.5 s")
         equal(set(beats), {b"\5"}, f"state told by node {node}")
@@ -61,10 +70,10 @@ def no_guarding_beside_a_heartbeat(limb):
     limb.bus.drain()
     for _ in range(5):
         limb.bus.send(0x700 + A, dlc=1, rtr=True)
-    equal(len(limb.bus.collect(0.3, 0x700 + A)), 0, "answers to guarding while 1017h is set")
+    equal(len(limb.frames(0.3, 0x700 + A)), 0, "answers to guarding while 1017h is set")
 
 
-@test(attempts=3)
+@test
 def life_guarding_lost(limb):
     sdo = limb.fresh(A)
     sdo.put("<H", 0x100C, 0, 50)
@@ -72,35 +81,40 @@ def life_guarding_lost(limb):
     limb.start(A)  # asks by guarding, which begins the life guarding
     for _ in range(5):
         limb.bus.send(0x700 + A, dlc=1, rtr=True)
-        last = limb.bus.expect(0x700 + A, what="(guarding)")
-        time.sleep(0.05)
-    lost = limb.bus.expect(0x080 + A, 1.0, emergency(0x8130), "(EMCY 8130h, life guarding)")
-    within((lost.time - last.time) * 1000, 140, 180, "ms from the last guarding to EMCY 8130h (150 configured)")
+        limb.bus.expect(0x700 + A, what="(guarding)")
+        last = limb.now
+        limb.wait(0.05)
+    limb.bus.expect(0x080 + A, where=emergency(0x8130), what="(EMCY 8130h, life guarding)")
+    within((limb.now - last) * 1000, 145, 160, "ms from the last guarding to EMCY 8130h (150 configured)")
+
+
+def beat(limb, milliseconds=100):
+    """A few heartbeats of the master; the emulated time of the last."""
+    for _ in range(4):
+        limb.wait(milliseconds / 2000)
+        limb.bus.send(0x700 + MASTER, b"\5")
+    return limb.mark()
 
 
 def watch(limb, sdo, milliseconds=100):
-    """Node A watches the master; a few heartbeats; the time of the last."""
+    """Node A watches the master, which has beaten a few times; the emulated time of the last beat."""
     sdo.put("<I", 0x1016, 1, MASTER << 16 | milliseconds)
-    for _ in range(4):
-        limb.bus.send(0x700 + MASTER, b"\5")
-        last = time.time()
-        time.sleep(milliseconds / 2000)
-    return last
+    return beat(limb, milliseconds)
 
 
 @test
 def consumer_waits_for_the_first_heartbeat(limb):
     sdo = limb.fresh(A)
     sdo.put("<I", 0x1016, 1, MASTER << 16 | 50)
-    equal(len(limb.bus.collect(0.4, 0x080 + A)), 0, "EMCY before the first heartbeat")
+    equal(len(limb.frames(0.4, 0x080 + A)), 0, "EMCY before the first heartbeat")
 
 
-@test(attempts=3)
+@test
 def consumer_times_out(limb):
     sdo = limb.fresh(A)
     last = watch(limb, sdo)
-    lost = limb.bus.expect(0x080 + A, 1.0, emergency(0x8130), "(EMCY 8130h)")
-    within((lost.time - last) * 1000, 95, 125, "ms from the last heartbeat to EMCY 8130h (100 configured)")
+    lost = limb.bus.expect(0x080 + A, where=emergency(0x8130), what="(EMCY 8130h)")
+    within((limb.now - last) * 1000, 95, 110, "ms from the last heartbeat to EMCY 8130h (100 configured)")
     that(lost.data[2] & 0x11 == 0x11, f"error register {lost.data[2]:02X}: expected generic and communication")
 
 
@@ -111,8 +125,8 @@ def behaviour_after_loss_follows_1029h(limb):
         sdo.put("<B", 0x1029, 1, behaviour)
         limb.start(A)
         watch(limb, sdo, 60)
-        limb.bus.expect(0x080 + A, 1.0, emergency(0x8130), "(EMCY 8130h)")
-        time.sleep(0.02)
+        limb.bus.expect(0x080 + A, where=emergency(0x8130), what="(EMCY 8130h)")
+        limb.wait(0.02)
         equal_state(limb, A, state)
 
 
@@ -120,9 +134,22 @@ def behaviour_after_loss_follows_1029h(limb):
 def consumer_recovers_with_the_heartbeat(limb):
     sdo = limb.fresh(A)
     watch(limb, sdo)
-    limb.bus.expect(0x080 + A, 1.0, emergency(0x8130), "(EMCY 8130h)")
+    limb.bus.expect(0x080 + A, where=emergency(0x8130), what="(EMCY 8130h)")
+    limb.bus.send(0x700 + MASTER, b"\5")
+    limb.bus.expect(0x080 + A, where=emergency(0x0000), what="(EMCY 0000h: the master is back)")
+    equal(sdo.u8(0x1001), 0, "1001h")
+    beat(limb)
+    limb.bus.expect(0x080 + A, where=emergency(0x8130), what="(EMCY 8130h of the second loss)")
+
+
+@test
+def a_new_master_that_sets_1016h_again(limb):
+    sdo = limb.fresh(A)
     watch(limb, sdo)
-    limb.bus.expect(0x080 + A, 1.0, emergency(0x8130), "(EMCY 8130h of the second loss)")
+    limb.bus.expect(0x080 + A, where=emergency(0x8130), what="(EMCY 8130h)")
+    watch(limb, sdo)
+    equal(sdo.u8(0x1001), 0, "1001h while the new master beats")
+    limb.bus.expect(0x080 + A, where=emergency(0x8130), what="(EMCY 8130h of the second loss)")
 
 
 @test

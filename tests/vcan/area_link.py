@@ -63,7 +63,7 @@ def no_room_to_send(limb):
                    check=True)
     try:
         limb.sync()
-        frames = limb.bus.collect(1.0)
+        frames = limb.frames(1.0)
     finally:
         subprocess.run(["tc", "qdisc", "del", "dev", "vcan1", "root"], check=True)
     for node in NODES[:-1]:  # the hand answers every fourth SYNC

@@ -1,6 +1,5 @@
 """LSS: selection, inquiry, identification, node-ID, fastscan (CiA 305)."""
 import struct
-import time
 
 from checks import equal, test, that, within
 from limb import JOINTS, NODES, RESET_COMMUNICATION, RESET_NODE
@@ -13,7 +12,7 @@ def tell(limb, command, tail=b""):
     limb.bus.send(MASTER, bytes([command]) + tail.ljust(7, b"\0"))
 
 
-def ask(limb, command, tail=b"", timeout=0.5):
+def ask(limb, command, tail=b"", timeout=3.0):
     tell(limb, command, tail)
     frame = limb.bus.expect(SLAVE, timeout, what=f"(LSS {command:02X})")
     equal(len(frame.data), 8, "length of an LSS answer")
@@ -22,7 +21,7 @@ def ask(limb, command, tail=b"", timeout=0.5):
 
 def silent(limb, command, tail=b"", duration=0.1):
     tell(limb, command, tail)
-    equal([one.data.hex() for one in limb.bus.collect(duration, SLAVE)], [], f"answers to LSS {command:02X}")
+    equal([one.data.hex() for one in limb.frames(duration, SLAVE)], [], f"answers to LSS {command:02X}")
 
 
 def waiting(limb):
@@ -75,7 +74,7 @@ def identify_remote_slaves(limb):
     def answers(revisions, serials):
         for command, number in zip((0x46, 0x47, 0x48, 0x49, 0x4A, 0x4B), (vendor, product, *revisions, *serials)):
             tell(limb, command, struct.pack("<I", number))
-        return [one.data for one in limb.bus.collect(0.2, SLAVE)]
+        return [one.data for one in limb.frames(0.2, SLAVE)]
 
     equal(answers((revision, revision), (serial, serial)), [b"\x4F" + bytes(7)], "answers in a range of one")
     equal(answers((0, 0xFFFFFFFF), (serial + 1 & 0xFFFFFFFF, serial)), [], "answers in an empty range")
@@ -98,7 +97,7 @@ def switch_global(limb):
     limb.fresh()
     tell(limb, 0x04, b"\x01")
     tell(limb, 0x13, b"\0\0")  # everybody's answer is the same
-    frames = limb.bus.collect(0.2, SLAVE)
+    frames = limb.frames(0.2, SLAVE)
     within(len(frames), 1, len(NODES), "answers in configuration state")
     equal({one.data[:2] for one in frames}, {b"\x13\0"}, "answers")
     waiting(limb)
@@ -144,7 +143,7 @@ def node_id_takes_effect_at_reset_communication(limb):
     equal(limb.sdo(NEW).u32(0x1018, 4), numbers[3], "serial number under the new node-ID")
     equal(limb.sdo(NEW).u32(0x1014), 0x080 + NEW, "1014h follows the node-ID")
     limb.sdo(A).send(bytes.fromhex("4000100000000000"))
-    equal(len(limb.bus.collect(0.2, 0x580 + A)), 0, "answers under the old node-ID")
+    equal(len(limb.frames(0.2, 0x580 + A)), 0, "answers under the old node-ID")
     limb.nmt(RESET_NODE, NEW)
     limb.await_boot([A])  # not stored, so power-on forgets it
 
@@ -172,7 +171,7 @@ def fastscan(limb):
     """The identity of one unconfigured slave, bit by bit."""
     def asked(number, bit, sub, following):
         tell(limb, 0x51, struct.pack("<IBBB", number, bit, sub, following))
-        answers = limb.bus.collect(0.015, SLAVE)
+        answers = limb.frames(0.015, SLAVE)
         that(all(one.data[0] == 0x4F for one in answers), "an answer to fastscan that is not 4F")
         return bool(answers)
 
@@ -197,10 +196,10 @@ def unconfigured_node_is_found_by_fastscan(limb):
     equal(ask(limb, 0x11, b"\xFF")[:2], b"\x11\0", "node-ID 255")
     waiting(limb)
     limb.nmt(RESET_COMMUNICATION, A)
-    time.sleep(0.2)
+    limb.wait(0.2)
     limb.bus.drain()
     limb.sdo(A).send(bytes.fromhex("4000100000000000"))
-    equal(len(limb.bus.collect(0.2, 0x580 + A)), 0, "answers of an unconfigured node")
+    equal(len(limb.frames(0.2, 0x580 + A)), 0, "answers of an unconfigured node")
     equal(ask(limb, 0x4C), b"\x50" + bytes(7), "identify non-configured")
     equal(fastscan(limb), numbers, "identity")
     equal(ask(limb, 0x5E)[:2], b"\x5E\xFF", "node-ID in configuration state after fastscan")

@@ -14,14 +14,14 @@ def boot_ups(frames):
 def reset_node_of_all_gives_nine_boot_ups(limb):
     limb.bus.drain()
     limb.nmt(RESET_NODE)
-    equal(boot_ups(limb.bus.collect(0.5)), sorted(NODES), "boot-up messages")
+    equal(boot_ups(limb.frames(0.5)), sorted(NODES), "boot-up messages")
 
 
 @test
 def reset_communication_of_all_gives_nine_boot_ups(limb):
     limb.fresh()
     limb.nmt(RESET_COMMUNICATION)
-    equal(boot_ups(limb.bus.collect(0.5)), sorted(NODES), "boot-up messages")
+    equal(boot_ups(limb.frames(0.5)), sorted(NODES), "boot-up messages")
 
 
 @test
@@ -30,7 +30,7 @@ def reset_of_one_node_boots_that_node_alone(limb):
         for node in (A, SENSOR, HAND):
             limb.fresh()
             limb.nmt(command, node)
-            equal(boot_ups(limb.bus.collect(0.2)), [node], f"boot-ups after command {command:02X}")
+            equal(boot_ups(limb.frames(0.2)), [node], f"boot-ups after command {command:02X}")
 
 
 @test
@@ -79,7 +79,7 @@ def stopped_is_silent_but_for_error_control(limb):
     sdo.send(bytes.fromhex("4000100000000000"))
     limb.sync()
     limb.bus.send(0x200 + A, b"\0")  # too short, an error that is told in another state
-    frames = limb.bus.collect(0.3)
+    frames = limb.frames(0.3)
     others = [frame for frame in frames if frame.id & 0x7F == A and frame.id != 0x700 + A]
     equal([hex(frame.id) for frame in others], [], "frames of a stopped node")
     within(sum(frame.id == 0x700 + A for frame in frames), 4, 8, "heartbeats in 0.3 s")
@@ -93,7 +93,7 @@ def pre_operational_has_sdo_but_no_pdo(limb):
     sdo = limb.fresh(A)
     limb.sync()
     limb.bus.send(0x200 + A, bytes.fromhex("0600080000"))
-    frames = limb.bus.collect(0.2, 0x180 + A, 0x280 + A, 0x380 + A, 0x480 + A)
+    frames = limb.frames(0.2, 0x180 + A, 0x280 + A, 0x380 + A, 0x480 + A)
     equal(len(frames), 0, "TPDOs in pre-operational")
     equal(sdo.u16(0x6040), 0, "controlword after an RPDO in pre-operational")
 

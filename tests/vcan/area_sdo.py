@@ -181,7 +181,7 @@ def requests_of_other_lengths_are_ignored(limb):
     limb.bus.send(0x600 + A, bytes.fromhex("40001000"))
     limb.bus.send(0x600 + A, bytes.fromhex("40001000000000"))
     limb.bus.send(0x600 + A, b"", rtr=True, dlc=8)
-    equal(len(limb.bus.collect(0.2, 0x580 + A)), 0, "answers")
+    equal(len(limb.frames(0.2, 0x580 + A)), 0, "answers")
     equal(sdo.u32(0x1000), 0x00020192, "1000h")
 
 

@@ -154,7 +154,7 @@ def abort_in_the_middle(limb):
     for _ in range(20):
         sdo.answer()
     sdo.abort(*NOTE)
-    equal(len(limb.bus.collect(0.2, 0x580 + A)), 0, "frames after the client's abort")
+    equal(len(limb.frames(0.2, 0x580 + A)), 0, "frames after the client's abort")
     equal(sdo.upload(*NOTE), text(1000), "text")
     sdo.initiate(0xC6, *NOTE, struct.pack("<I", 200))
     sdo.send(b"\x01abcdefg")

@@ -1,6 +1,5 @@
 """Store and restore of parameters, and TIME (CiA 301 7.5.2.13, .14, 7.2.6)."""
 import struct
-import time
 
 from checks import equal, test, that, within
 from limb import JOINTS, RESET_COMMUNICATION, RESET_NODE, SENSOR
@@ -116,13 +115,13 @@ def time_sets_the_clock_of_the_node(limb):
     sdo.put("<I", 0x1012, 0, 0x80000100)
     limb.bus.drain()
     limb.bus.send(0x100, struct.pack("<IH", 43200000, 15000))  # noon, 15000 days after 1984-01-01
-    time.sleep(0.5)
+    limb.wait(0.5)
     within(sdo.u32(*CLOCK_MILLISECONDS), 43200450, 43201500, "milliseconds after midnight, half a second later")
     equal(sdo.u16(*CLOCK_DAYS), 15000, "days since 1984-01-01")
     limb.bus.send(0x100, struct.pack("<IH", 86399900, 15000))
-    time.sleep(0.3)
+    limb.wait(0.3)
     equal(sdo.u16(*CLOCK_DAYS), 15001, "days after midnight has passed")
-    equal([one.data.hex() for one in limb.bus.collect(0.1, 0x080 + A)], [], "EMCY after TIME")
+    equal([one.data.hex() for one in limb.frames(0.1, 0x080 + A)], [], "EMCY after TIME")
 
 
 @test
@@ -134,5 +133,5 @@ def time_is_ignored_when_not_consumed_or_malformed(limb):
     limb.bus.send(0x100, b"\0\0\0\0")
     sdo.put("<I", 0x1012, 0, 0x00000100)
     limb.bus.send(0x100, struct.pack("<IH", 1000, 123))
-    time.sleep(0.05)
+    limb.wait(0.05)
     equal(sdo.u16(*CLOCK_DAYS), 9000, "days since 1984-01-01")

@@ -29,16 +29,14 @@ def await_state(sdo, expected, timeout=1.0):
 
 
 class Cycle:
-    """SYNC every 5 ms with this drive's RPDO1 and RPDO2 after it; the newest TPDO1 and TPDO2."""
+    """SYNC every 5 ms of emulated time with this drive's RPDO1 and RPDO2 after it; the newest TPDO1 and TPDO2."""
 
     def __init__(self, limb, node, mode):
         self.limb, self.node, self.mode = limb, node, mode
         self.controlword, self.torque, self.position, self.velocity = 0, 0, None, 0
         self.statusword = self.mode_shown = self.torque_actual = self.position_actual = self.velocity_actual = None
-        self.history = []  # time, statusword, position actual, torque actual
+        self.history = []  # emulated time, statusword, position actual, torque actual
         self.others = []
-        self.following = time.monotonic()
-        self.period = 0.005
 
     def prepare(self):
         sdo = self.limb.sdo(self.node)
@@ -46,7 +44,6 @@ class Cycle:
         sdo.put("<b", 0x60C2, 2, -3)
         sdo.put("<b", 0x6060, 0, self.mode)
         self.limb.nmt(START, self.node)
-        self.following = time.monotonic()
         return sdo
 
     def step(self, count=1):
@@ -57,21 +54,20 @@ class Cycle:
             bus.send(0x200 + self.node, struct.pack("<Hbh", self.controlword, self.mode, self.torque))
             if position is not None:
                 bus.send(0x300 + self.node, struct.pack("<ii", position, self.velocity))
-            self.following += self.period
-            while (left := self.following - time.monotonic()) > 0:
-                frame = bus.receive(left)
-                if frame is not None:
-                    self.take(frame)
-            if time.monotonic() - self.following > 0.05:  # a host that was busy: no burst of SYNCs to catch up
-                self.following = time.monotonic()
+            tick = bus.ticks
+            while bus.ticks == tick:
+                frame = bus.receive(3.0)
+                if frame is None:
+                    raise AssertionError("time stands still")
+                self.take(frame)
 
     def take(self, frame):
         if frame.id == 0x180 + self.node:
             self.statusword, self.mode_shown, self.torque_actual = struct.unpack("<Hbh", frame.data)
-            self.history.append((frame.time, self.statusword, self.position_actual, self.torque_actual))
+            self.history.append((self.limb.now, self.statusword, self.position_actual, self.torque_actual))
         elif frame.id == 0x280 + self.node:
             self.position_actual, self.velocity_actual = struct.unpack("<ii", frame.data)
-        else:
+        elif frame.id != self.limb.bus.ruler:
             self.others.append(frame)
 
     def until(self, expected, cycles=200):

@@ -33,7 +33,7 @@ assert crc16(b"123456789") == 0x31C3  # the catalogued check value
 class Sdo:
     """The first SDO channel of one node."""
 
-    def __init__(self, bus, node, timeout=1.0):
+    def __init__(self, bus, node, timeout=3.0):
         self.bus, self.node, self.timeout = bus, node, timeout
 
     # -- the bare frames
