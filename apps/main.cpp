@@ -36,6 +36,7 @@ int main(int argc, char** argv) {
   walkman::apps::add_experiment_command(app, run);
   walkman::apps::add_export_command(app, run);
   walkman::apps::add_grasp_command(app, run);
+  walkman::apps::add_load_command(app, run);
   walkman::apps::add_locate_command(app, run);
   walkman::apps::add_model_command(app, run);
   walkman::apps::add_replay_command(app, run);
