@@ -195,7 +195,7 @@ void CanopenSlave::advance(Time now) noexcept {
   }
   if (next_event_ > now) return;
   heartbeat_producer_.advance(now_, state_);
-  if (heartbeat_consumer_.advance(now_) == HeartbeatConsumer::Change::kLost) {
+  if (heartbeat_consumer_.advance(now_)) {
     master_lost(heartbeat_consumer_.lost_node());
   }
   // A node that produces a heartbeat is not guarded (CiA 301, 7.2.8.2.2).

@@ -96,7 +96,9 @@ void CanopenSlave::handle_lss(const can::Frame& frame) noexcept {
 void CanopenSlave::handle_heartbeat(const can::Frame& frame) noexcept {
   if (frame.length != 1) return;
   const auto node = static_cast<std::uint8_t>(frame.id - canopen::cob_id::error_control(0));
-  if (heartbeat_consumer_.beat(node, now_) == HeartbeatConsumer::Change::kRecovered) master_found();
+  heartbeat_consumer_.beat(node, now_);
+  // Also after 1016h was written anew, which forgets who was lost but not that somebody was.
+  if (active(communication_error::kMasterLost)) master_found();
 }
 
 void CanopenSlave::master_lost(std::uint8_t node) noexcept {

@@ -71,31 +71,26 @@ Verdict HeartbeatConsumer::check(std::size_t entry, std::uint32_t value) const n
   return std::nullopt;
 }
 
-HeartbeatConsumer::Change HeartbeatConsumer::beat(std::uint8_t node, Time now) noexcept {
-  bool recovered = false;
+void HeartbeatConsumer::beat(std::uint8_t node, Time now) noexcept {
   for (std::size_t i = 0; i < kEntries; ++i) {
     const std::uint32_t entry = entries_[i].get();
-    if (!in_use(entry) || node_of(entry) != node) continue;
-    recovered = watches_[i].lost;
-    watches_[i] = {now + time_of(entry), false};
+    if (in_use(entry) && node_of(entry) == node) watches_[i] = {now + time_of(entry), false};
   }
-  if (!recovered) return Change::kNone;
-  return any_lost() ? Change::kNone : Change::kRecovered;
 }
 
 bool HeartbeatConsumer::any_lost() const noexcept {
   return std::any_of(watches_.begin(), watches_.end(), [](const Watch& w) { return w.lost; });
 }
 
-HeartbeatConsumer::Change HeartbeatConsumer::advance(Time now) noexcept {
-  Change change = Change::kNone;
+bool HeartbeatConsumer::advance(Time now) noexcept {
+  bool lost = false;
   for (std::size_t i = 0; i < kEntries; ++i) {
     if (watches_[i].deadline > now) continue;
     watches_[i] = {Time::max(), true};
-    if (change == Change::kNone) lost_node_ = node_of(entries_[i].get());
-    change = Change::kLost;
+    if (!lost) lost_node_ = node_of(entries_[i].get());
+    lost = true;
   }
-  return change;
+  return lost;
 }
 
 Time HeartbeatConsumer::next_event() const noexcept {

@@ -47,12 +47,10 @@ class HeartbeatConsumer {
   HeartbeatConsumer(const HeartbeatConsumer&) = delete;
   HeartbeatConsumer& operator=(const HeartbeatConsumer&) = delete;
 
-  enum class Change { kNone, kLost, kRecovered };
-
-  /// A heartbeat of `node` has come. kRecovered when it was lost and now all watched nodes are alive.
-  [[nodiscard]] Change beat(std::uint8_t node, Time now) noexcept;
-  /// kLost when a watched node has just failed to send in time; `lost_node` tells the first.
-  [[nodiscard]] Change advance(Time now) noexcept;
+  /// A heartbeat of `node` has come.
+  void beat(std::uint8_t node, Time now) noexcept;
+  /// True when a watched node has just failed to send in time; `lost_node` tells the first.
+  [[nodiscard]] bool advance(Time now) noexcept;
   [[nodiscard]] std::uint8_t lost_node() const noexcept { return lost_node_; }
   [[nodiscard]] bool any_lost() const noexcept;
   [[nodiscard]] Time next_event() const noexcept;
