@@ -10,7 +10,9 @@ namespace walkman::apps {
 /// the exit code.
 void add_emulate_command(CLI::App& app, std::function<int()>& run);
 void add_experiment_command(CLI::App& app, std::function<int()>& run);
+void add_export_command(CLI::App& app, std::function<int()>& run);
 void add_grasp_command(CLI::App& app, std::function<int()>& run);
+void add_load_command(CLI::App& app, std::function<int()>& run);
 void add_locate_command(CLI::App& app, std::function<int()>& run);
 void add_model_command(CLI::App& app, std::function<int()>& run);
 void add_replay_command(CLI::App& app, std::function<int()>& run);

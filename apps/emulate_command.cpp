@@ -6,6 +6,7 @@
 
 #include "apps/commands.h"
 #include "apps/data_directory.h"
+#include "apps/emulate/door_set.h"
 #include "apps/emulate/emulation.h"
 #include "apps/emulate/emulation_report.h"
 #include "apps/exit_code.h"
@@ -21,6 +22,8 @@ struct Options {
   double period_ms = 5;
   double duration = 0;
   std::optional<std::int64_t> seed;
+  std::optional<std::uint16_t> socketcand;
+  std::vector<std::string> slcan;
 };
 
 constexpr const char* kFooter =
@@ -49,6 +52,8 @@ EmulationOptions emulation_options(const Options& options) {
 int run_emulate(const Options& options) {
   StopSignals signals;  // before any thread
   Emulation emulation(emulation_options(options));
+  const DoorSet doors(emulation, {options.socketcand, options.slcan});
+  std::fputs(doors.addresses().c_str(), stderr);
   {
     ProgressLine line;
     emulation.run(signals, [&] { line.show(status_line(emulation.summary())); });
@@ -101,6 +106,17 @@ void add_emulate_command(CLI::App& app, std::function<int()>& run) {
       "--camera-socket", options->camera_socket,
       "Local socket for the camera's clouds (default: walkman-hil-camera.sock in /run/user/UID, "
       "/run or /tmp)");
+  command
+      ->add_option(
+          "--socketcand", options->socketcand,
+          "Serve all buses to socketcand clients (python-can, SavvyCAN) on 127.0.0.1, at this port or "
+          "at 29536; 0 takes any free one and prints it")
+      ->expected(0, 1)
+      ->default_str("29536");
+  command->add_option(
+      "--slcan", options->slcan,
+      "BUS or BUS=PATH: a serial-line CAN adapter on a pseudo-terminal, with PATH as a symbolic "
+      "link to it; may be repeated");
   command->add_option("--duration", options->duration, "End after so many emulated seconds")
       ->check(CLI::PositiveNumber);
   command->add_flag("--json", options->as_json, "Print the summary as JSON");

@@ -15,7 +15,7 @@ enum class DeviceKind { kJointDrive, kHandDrive, kForceTorque, kInertialUnit };
 struct Device {
   DeviceKind kind = DeviceKind::kJointDrive;
   std::uint8_t node_id = 0;            ///< 1..127, equal to the robot's board ID, unique over the whole robot
-  std::string name;                    ///< URDF joint (drives) or URDF frame (force/torque sensors)
+  std::string name;                    ///< URDF joint (drives) or URDF frame (sensors)
   std::string actuator;                ///< actuator class of a drive, e.g. "medium2"; empty for sensors
   std::uint32_t rated_torque_mnm = 0;  ///< 6076h of a drive, mN·m
 };

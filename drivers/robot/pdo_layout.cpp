@@ -19,7 +19,7 @@ using canopen::MappedObject;
 using canopen::PdoDirection;
 using canopen::PdoSettings;
 
-constexpr std::uint8_t kHandSyncs = 4;
+constexpr std::uint8_t kHandSyncs = 1;
 constexpr std::size_t kClassicalBytes = 8;
 constexpr std::size_t kFdBytes = 64;
 

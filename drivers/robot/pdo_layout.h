@@ -18,8 +18,7 @@ struct PdoLayout {
   [[nodiscard]] const canopen::DevicePdos& of(DeviceKind kind) const noexcept;
 };
 
-/// The devices' factory mapping, layout A: nothing is written to them. Hands' PDOs travel with every fourth
-/// SYNC.
+/// The devices' factory mapping, layout A: nothing is written to them.
 [[nodiscard]] PdoLayout factory_layout();
 
 /// Reads a layout from a YAML file (`drivers/robot/pdo_layouts/`); the master writes it to the nodes at boot.

@@ -4,6 +4,7 @@
 
 #include <fmt/format.h>
 
+#include "drivers/robot/bus_load.h"
 #include "drivers/robot/robot_impl.h"
 
 namespace walkman::robot {
@@ -38,6 +39,7 @@ Robot::Impl::Impl(const RobotModel& model, const DeviceTable& table,
     throw std::runtime_error(fmt::format("device table has {} buses, {} CAN interfaces given",
                                          table.buses.size(), interfaces.size()));
   }
+  if (!options.allow_overload) require_capacity(table, options.layout, options.cycle);
   const int overflow = options.sync_counter_overflow;
   if (overflow != 0 && (overflow < 2 || overflow > 240)) {
     throw std::runtime_error(fmt::format("SYNC counter overflow is {}, expected 0 or 2 to 240", overflow));

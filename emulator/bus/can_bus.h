@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <functional>
 #include <memory>
 #include <string>
@@ -84,6 +85,9 @@ class CanBus {
   void cut(const Participant& participant) noexcept { set_cut(participant, true); }
   void reconnect(const Participant& participant) noexcept { set_cut(participant, false); }
 
+  /// Everything with a controller on the bus, the computer first. Allocates.
+  [[nodiscard]] std::vector<Participant*> participants() const;
+
   /// Lets everything happen up to and including `until`; earlier times than `now` do nothing.
   void advance(Time until) noexcept;
 
@@ -123,6 +127,10 @@ class CanBus {
     return duration(length, options_.bit_rate, options_.data_bit_rate);
   }
   [[nodiscard]] Time bit_time(int bits) const noexcept { return time_of({bits, 0}); }
+  void refresh(Controller& controller) noexcept {
+    controller.refresh();
+    earliest_ = std::min(earliest_, controller.due);
+  }
   void run_timers() noexcept;
 
   // One frame: arbitration and plan, its end.
@@ -168,6 +176,7 @@ class CanBus {
   FaultPort fault_port_;
 
   Time now_{};
+  Time earliest_{};  // no participant's event is due before
   Phase phase_ = Phase::kIdle;
   Time phase_ends_{};
   std::size_t sender_ = 0;  // of the frame under way; the first of them if several send it

@@ -1,5 +1,6 @@
 // The emulator's server and the driver's client at the two ends of a real socket.
 
+#include <array>
 #include <filesystem>
 #include <memory>
 #include <stdexcept>
@@ -190,6 +191,11 @@ class FakeServer {
     thread_ = std::thread([this, bytes = std::move(bytes)] {
       const int peer = accept(listener_, nullptr, nullptr);
       for (const std::uint8_t byte : bytes) (void)send(peer, &byte, 1, MSG_NOSIGNAL);
+      // Hangs up on its own side only: what the client still sends must not meet a closed socket first.
+      shutdown(peer, SHUT_WR);
+      std::array<char, 64> rest;
+      while (recv(peer, rest.data(), rest.size(), 0) > 0) {
+      }
       close(peer);
     });
   }

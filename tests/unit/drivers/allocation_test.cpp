@@ -63,8 +63,8 @@ class UncountedInterface final : public can::Interface {
 class AllocationTest : public ::testing::Test {
  protected:
   void SetUp() override {
-    rig.robot =
-        std::make_unique<robot::Robot>(rig.model, rig.table, std::vector<can::Interface*>{&interface});
+    rig.robot = std::make_unique<robot::Robot>(rig.model, rig.table, std::vector<can::Interface*>{&interface},
+                                               rig.options);
     rig.script_all();
     ASSERT_TRUE(rig.boot());
     allocations = 0;

@@ -66,6 +66,9 @@ inline constexpr const char* kDriveConversation[][2] = {
     {"60B#2B 72 60 00 E8 03 00 00", "58B#60 72 60 00 00 00 00 00"},  // max torque 1000 per mille
 };
 
+/// The hand's PDOs travel with every n-th SYNC: slower than the joints', so that both paces are tested.
+inline constexpr std::uint8_t kHandSyncs = 4;
+
 /// The same for the hand: node-ID 19, 5 000 mN·m, spring 50 N·m/rad, a set-point every fourth SYNC.
 inline constexpr const char* kHandConversation[][2] = {
     {"613#40 00 10 00 00 00 00 00", "593#43 00 10 00 92 01 02 00"},
