@@ -26,7 +26,8 @@ const char* give_up(int descriptor, const char* what) noexcept {
 RawSocket::RawSocket(const std::string& interface_name, const SocketCanOptions& options)
     : name_(interface_name),
       errors_(options.error_frames ? CAN_ERR_MASK : CAN_ERR_CRTL | CAN_ERR_BUSOFF | CAN_ERR_RESTARTED),
-      receive_buffer_(options.receive_buffer) {
+      receive_buffer_(options.receive_buffer),
+      stamps_(options.stamps) {
   if (name_.empty() || name_.size() >= IFNAMSIZ) {
     throw std::runtime_error("CAN interface \"" + name_ + "\": the name has " + std::to_string(name_.size()) +
                              " characters, expected 1 to " + std::to_string(IFNAMSIZ - 1));
@@ -50,7 +51,7 @@ const char* RawSocket::set_up(int descriptor) const noexcept {
                  static_cast<socklen_t>(filters_.size() * sizeof(can_filter))) != 0 ||
       setsockopt(descriptor, SOL_CAN_RAW, CAN_RAW_ERR_FILTER, &errors_, sizeof errors_) != 0 ||
       setsockopt(descriptor, SOL_CAN_RAW, CAN_RAW_FD_FRAMES, &on, sizeof on) != 0 ||
-      setsockopt(descriptor, SOL_SOCKET, SO_TIMESTAMPNS, &on, sizeof on) != 0 ||
+      (stamps_ && setsockopt(descriptor, SOL_SOCKET, SO_TIMESTAMPNS, &on, sizeof on) != 0) ||
       setsockopt(descriptor, SOL_SOCKET, SO_RXQ_OVFL, &on, sizeof on) != 0) {
     return "cannot set up the CAN socket";
   }

@@ -37,6 +37,7 @@ class RawSocket {
   std::vector<can_filter> filters_;
   can_err_mask_t errors_;
   int receive_buffer_;
+  bool stamps_;
   int descriptor_ = -1;
   unsigned index_ = 0;
   bool carries_fd_ = false;

@@ -30,7 +30,7 @@ void convert(const canfd_frame& raw, bool fd, Frame& out) noexcept {
 
 }  // namespace
 
-ReceiveBatch::ReceiveBatch() noexcept {
+ReceiveBatch::ReceiveBatch(bool stamps) noexcept : stamps_(stamps) {
   for (unsigned i = 0; i < kBatch; ++i) {
     vectors_[i] = {&frames_[i], sizeof(canfd_frame)};
     messages_[i].msg_hdr.msg_iov = &vectors_[i];
@@ -48,7 +48,8 @@ int ReceiveBatch::take(int descriptor) noexcept {
   if (taken < 0) return errno;
   if (taken == 0) return EAGAIN;
   count_ = static_cast<unsigned>(taken);
-  clock_.update(read_clock(CLOCK_MONOTONIC), read_clock(CLOCK_REALTIME));
+  last_ = count_ < kBatch;
+  if (stamps_) clock_.update(read_clock(CLOCK_MONOTONIC), read_clock(CLOCK_REALTIME));
   return 0;
 }
 
@@ -72,7 +73,7 @@ std::uint32_t ReceiveBatch::next(StampedFrame& out) noexcept {
       dropped_ = dropped;
     }
   }
-  if (!stamped) out.time = read_clock(CLOCK_MONOTONIC);
+  if (!stamped) out.time = stamps_ ? read_clock(CLOCK_MONOTONIC) : Time{};
   convert(frames_[slot], messages_[slot].msg_len == CANFD_MTU, out.frame);
   return lost;
 }

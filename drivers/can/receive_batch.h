@@ -13,11 +13,19 @@ namespace walkman::can {
 /// Frames taken from the kernel many at a time, with their stamps and the kernel's count of lost ones.
 class ReceiveBatch {
  public:
-  ReceiveBatch() noexcept;
+  /// `stamps`: the socket gives every frame its receive time; otherwise frames carry none.
+  explicit ReceiveBatch(bool stamps) noexcept;
   ReceiveBatch(const ReceiveBatch&) = delete;
   ReceiveBatch& operator=(const ReceiveBatch&) = delete;
 
   [[nodiscard]] bool empty() const noexcept { return next_ == count_; }
+
+  /// Whether the last batch emptied the kernel's queue; true once a batch.
+  [[nodiscard]] bool was_last() noexcept {
+    const bool last = last_;
+    last_ = false;
+    return last;
+  }
 
   /// One recvmmsg. 0, or the error number. Only when `empty`.
   [[nodiscard]] int take(int descriptor) noexcept;
@@ -36,6 +44,8 @@ class ReceiveBatch {
     std::array<char, kControlBytes> bytes;
   };
 
+  bool stamps_;
+  bool last_ = false;
   unsigned next_ = 0, count_ = 0;
   std::uint32_t dropped_ = 0;  // the kernel's counter, which wraps
   StampClock clock_;

@@ -44,6 +44,7 @@ SocketCanOptions device_side_options() {
   SocketCanOptions options;
   options.all_frames = true;
   options.error_frames = true;
+  options.stamps = false;  // the bus has a time of its own
   options.transmit_queue = kMaxTransmitQueue;
   return options;
 }
@@ -53,6 +54,7 @@ struct SocketCan::Impl {
       : name(interface_name),
         socket(interface_name, options),
         transmit(std::clamp<std::size_t>(options.transmit_queue, 1, kMaxTransmitQueue)),
+        received(options.stamps),
         hand_out_reports(options.error_frames) {}
 
   void lose_link(int error) noexcept;
@@ -178,7 +180,8 @@ void SocketCan::flush() noexcept { impl_->flush(); }
 bool SocketCan::receive(StampedFrame& out) noexcept {
   Impl& self = *impl_;
   while (true) {
-    if (self.received.empty() && !self.refill()) {
+    // A batch that was not full emptied the queue: asking again at once would be a system call for nothing.
+    if (self.received.empty() && (self.received.was_last() || !self.refill())) {
       if (self.link == LinkState::kDown && self.time_to_look()) self.look();
       return false;
     }

@@ -21,6 +21,7 @@ struct SocketCanOptions {
   std::vector<IdFilter> filters = canopen_master_filters();  ///< in the kernel; others are never copied
   bool all_frames = false;    ///< no filter: every frame of other sockets, of any format
   bool error_frames = false;  ///< `receive` hands out the controller's reports too (`Frame::error`)
+  bool stamps = true;         ///< frames carry their receive time; without, no clock is read for them
   int receive_buffer = 4 * 1024 * 1024;  ///< bytes asked of the kernel, which may grant less
   std::size_t transmit_queue = 128;      ///< frames gathered at most, 1 to 1024
 };

@@ -21,15 +21,13 @@ void Bridge::enter(const can::Frame& frame) noexcept {
 }
 
 bool Bridge::hand_out() noexcept {
-  bool any = false;
   while (holding_ || bus_->computer_end().receive(held_)) {
     const can::SendResult result = outside_->send(held_.frame);
     holding_ = result == can::SendResult::kQueueFull;
     if (holding_) break;
-    any = true;
     ++(result == can::SendResult::kQueued ? counters_.handed : counters_.undelivered);
   }
-  if (any || holding_) outside_->flush();
+  outside_->flush();
   return !holding_;
 }
 

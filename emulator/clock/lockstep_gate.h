@@ -30,6 +30,9 @@ class LockstepGate {
   /// clock; Time::max() when there is nothing.
   [[nodiscard]] Time serve_at(bool unfinished) const noexcept;
 
+  /// The quiet begins anew, as if something had arrived.
+  void begin_quiet(Time wall_now) noexcept { last_arrival_ = wall_now; }
+
   /// Takes the oldest frame in front of a bus's first SYNC; false when there is none.
   [[nodiscard]] bool take_before_sync(std::size_t bus, can::Frame& out);
 

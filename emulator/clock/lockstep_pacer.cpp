@@ -5,8 +5,6 @@
 namespace walkman::clock {
 namespace {
 
-// How finely the end of the traffic is looked for: less than one frame at 1 Mbit/s.
-constexpr Time kQuantum = std::chrono::microseconds(50);
 // How long to wait for room in the kernel's transmit queue.
 constexpr Time kRetry = std::chrono::milliseconds(1);
 
@@ -31,8 +29,11 @@ void LockstepPacer::receive(std::size_t bridge, Time wall_now) {
 
 void LockstepPacer::run(Time wall_now) {
   while (gate_.cycle_ready()) cycle();
-  if (wall_now >= gate_.serve_at(!quiet())) serve();
-  if (!handed_out_) hand_out();
+  if (wall_now >= gate_.serve_at(!quiet())) {
+    serve();
+    gate_.begin_quiet(wall_now);
+  }
+  hand_out();
 }
 
 Time LockstepPacer::wake_at(Time wall_now) const noexcept {
@@ -61,8 +62,12 @@ void LockstepPacer::serve() {
   enter_waiting();
   // Within the cycle under way as far as possible: its SYNC then finds the same world, served or not.
   const Time limit = std::min(gate_.cycle_end(now()), now() + gate_.period());
-  go_until_quiet(std::min(now() + Emulator::kPhysicsStep, limit), limit);
-  if (!gate_.clocked() && events_.published_at) events_.published_at(now());
+  if (gate_.clocked()) {
+    go_until_quiet(now(), limit);
+  } else {
+    go_until_quiet(now() + Emulator::kPhysicsStep, limit);
+    if (events_.published_at) events_.published_at(now());
+  }
   hand_out();
 }
 
@@ -80,9 +85,14 @@ void LockstepPacer::go_to(Time until) {
 }
 
 void LockstepPacer::go_until_quiet(Time at_least, Time limit) {
-  do {
-    go_to(std::min(now() + kQuantum, limit));
-  } while (now() < limit && (now() < at_least || !quiet()));
+  go_to(std::max(now(), std::min(at_least, limit)));  // what waits to be sent begins
+  while (!quiet() && now() < limit) {
+    Time next = limit;
+    for (const bus::Bridge* bridge : bridges_) {
+      if (!bridge->bus().quiet()) next = std::min(next, bridge->bus().next_event());
+    }
+    go_to(std::max(next, now() + Time(1)));
+  }
 }
 
 void LockstepPacer::hand_out() {
