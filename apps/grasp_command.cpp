@@ -10,6 +10,7 @@
 #include "apps/experiment/progress_line.h"
 #include "apps/grasp/grasp_report.h"
 #include "apps/grasp/grasp_run.h"
+#include "apps/master_options.h"
 #include "apps/stop_signals.h"
 
 namespace walkman::apps {
@@ -18,7 +19,8 @@ namespace {
 constexpr auto kProgressInterval = std::chrono::milliseconds(200);
 
 struct Options {
-  std::string scene, can, camera_socket, parameters, layout;
+  std::string scene, can, camera_socket, parameters;
+  MasterOptions master;
   bool lockstep = false, realtime = false, as_json = false;
 };
 
@@ -35,7 +37,8 @@ int run(const Options& options) {
                                       : std::filesystem::path(options.scene);
   grasp.parameters = options.parameters.empty() ? data / "adaptation" / "parameters.yaml"
                                                 : std::filesystem::path(options.parameters);
-  grasp.layout = options.layout;
+  grasp.robot = load_robot_options(options.master, data);
+  grasp.rate_given = options.master.rate_hz.has_value();
   grasp.can = options.can;
   grasp.camera_socket = options.camera_socket;
   if (options.lockstep) grasp.pacing = camera::Pacing::kLockstep;
@@ -84,8 +87,7 @@ void add_grasp_command(CLI::App& app, std::function<int()>& chosen) {
       "Local socket of the camera's clouds (default: walkman-hil-camera.sock in /run/user/UID, "
       "/run or /tmp)");
   command->add_option("--parameters", options->parameters, "YAML of both stages' parameters");
-  command->add_option("--pdo-layout", options->layout,
-                      "PDO layout that is written to the nodes at boot (default: their factory mapping)");
+  add_master_options(*command, options->master);
   command->add_flag("--json", options->as_json, "Print the result as JSON (SI units)");
   command->footer(kFooter);
   command->callback([&chosen, options] { chosen = [options] { return run(*options); }; });

@@ -25,4 +25,6 @@ install(DIRECTORY "${WALKMAN_ROOT}/urdf/" DESTINATION "${share}/urdf"
         FILES_MATCHING REGEX "\\.(urdf|srdf|yaml|stl|obj|dae)$")
 install(FILES "${WALKMAN_ROOT}/adaptation/parameters.yaml" DESTINATION "${share}/adaptation")
 install(FILES "${WALKMAN_ROOT}/emulator/plant/actuators.yaml" DESTINATION "${share}/emulator/plant")
+install(FILES "${WALKMAN_ROOT}/drivers/robot/identities.yaml" DESTINATION "${share}/drivers/robot")
+install(DIRECTORY "${WALKMAN_ROOT}/drivers/robot/pdo_layouts" DESTINATION "${share}/drivers/robot")
 install(DIRECTORY "${device_files}/eds" "${device_files}/dbc" DESTINATION "${share}")

@@ -124,6 +124,12 @@ struct Emulator::Impl {
        const EmulatorOptions& options, const std::map<std::string, plant::ActuatorParameters>& actuators);
 
   void step();
+  /// To the newest bus.
+  template <typename Node>
+  void attach(Node& node, const Bus& wiring) {
+    if (wiring.fd) node.use_fd();
+    buses.back()->attach(node);
+  }
 
   plant::Plant plant;
   MultiSense multisense;
@@ -149,16 +155,16 @@ Emulator::Impl::Impl(const RobotModel& robot, const DeviceTable& devices, const 
       if (device.kind == DeviceKind::kForceTorque) {
         sensors.push_back(
             std::make_unique<nodes::ForceTorqueNode>(force_torque_parameters(device, options.seed)));
-        buses.back()->attach(*sensors.back());
+        attach(*sensors.back(), wiring);
       } else if (device.kind == DeviceKind::kInertialUnit) {
         inertials.push_back(std::make_unique<nodes::InertialNode>(inertial_parameters(device, options.seed)));
-        buses.back()->attach(*inertials.back());
+        attach(*inertials.back(), wiring);
       } else {
         nodes::DriveParameters parameters = drive_parameters(device, robot, actuators.at(device.actuator));
         parameters.model_hash = model_hash;
         parameters.bus_number = static_cast<std::uint16_t>(buses.size());
         drives.push_back(std::make_unique<nodes::DriveNode>(parameters));
-        buses.back()->attach(*drives.back());
+        attach(*drives.back(), wiring);
       }
     }
   }

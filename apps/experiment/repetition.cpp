@@ -7,9 +7,12 @@
 #include "apps/emulated_world.h"
 #include "apps/experiment/judge.h"
 #include "apps/lockstep_cycle.h"
+#include "apps/master_options.h"
 #include "drivers/robot/robot.h"
 #include "emulator/bus/candump_log.h"
 #include "emulator/emulator.h"
+#include "emulator/export/device_files.h"
+#include "emulator/export/state_log.h"
 
 namespace walkman::apps {
 namespace {
@@ -31,11 +34,15 @@ WorldOptions world_options(const RepetitionOptions& options) {
 class WireTap {
  public:
   WireTap(Emulator& emulator, const RepetitionOptions& options) {
-    if (!options.out.empty()) log_ = std::make_unique<bus::CandumpLog>(options.out / "can.log");
+    if (!options.out.empty()) {
+      log_ = std::make_unique<bus::CandumpLog>(options.out / "can.log");
+      if (options.state_log) states_ = std::make_unique<device_files::StateLog>(options.out / "state.csv");
+    }
     for (bus::CanBus* bus : emulator.buses()) {
       if (log_) {
         bus->set_observer([this, bus](const can::StampedFrame& f) { log_->write(bus->interface_name(), f); });
       }
+      if (states_) states_->watch(*bus);
       if (options.wire) {
         bus->set_filter([bus, &options](const can::Frame& frame, Time now) {
           return options.wire(bus->name(), frame.id, seconds(now));
@@ -48,10 +55,12 @@ class WireTap {
   }
   void finish() {
     if (log_) log_->flush();
+    if (states_) states_->flush();
   }
 
  private:
   std::unique_ptr<bus::CandumpLog> log_;
+  std::unique_ptr<device_files::StateLog> states_;
 };
 
 Outcome outcome_of(regrasp::Ending ending) {
@@ -105,9 +114,9 @@ RepetitionResult run_repetition(const RepetitionOptions& options) {
   EmulatedWorld world(world_options(options));
   const regrasp::Parameters parameters = regrasp::load_parameters(options.parameters);
   if (!options.out.empty()) std::filesystem::create_directories(options.out);
-  robot::RobotOptions robot_options;
-  robot::Robot robot(world.robot, world.devices, world.emulator.interfaces(), robot_options);
-  LockstepCycle cycle(world.emulator, robot_options.cycle);
+  require_fit(options.robot, world.devices);
+  robot::Robot robot(world.robot, world.devices, world.emulator.interfaces(), options.robot);
+  LockstepCycle cycle(world.emulator, options.robot.cycle);
   WireTap tap(world.emulator, options);
 
   const Wall::time_point start = Wall::now();
@@ -142,6 +151,11 @@ RepetitionResult run_repetition(const RepetitionOptions& options) {
   } catch (const std::exception& stop) {
     result.outcome = Outcome::kStopped;
     result.reason = stop.what();
+  }
+  if (!options.out.empty()) {
+    // As the master has left the PDOs at boot.
+    static_cast<void>(device_files::write_dbc_files(
+        device_files::wired_buses(world.devices, world.emulator.buses()), options.out / "dbc"));
   }
   robot.stop();
   cycle.next();  // the drives take their quick stop, and their brakes hold

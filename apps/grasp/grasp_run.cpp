@@ -10,6 +10,7 @@
 #include "apps/grasp/lockstep_cycle.h"
 #include "apps/grasp/master_bus.h"
 #include "apps/grasp/real_time_cycle.h"
+#include "apps/master_options.h"
 #include "apps/stop_signals.h"
 #include "drivers/camera/socket_camera.h"
 #include "urdf/scene.h"
@@ -83,6 +84,12 @@ camera::Pacing agreed_pacing(const GraspOptions& options, const camera::Hello& h
                                : "--realtime: the emulator runs in lock-step, expected both alike");
 }
 
+Time agreed_period(const GraspOptions& options, const camera::Hello& hello) {
+  if (!options.rate_given || options.robot.cycle == hello.period) return hello.period;
+  throw std::runtime_error(fmt::format("--rate: a cycle of {:g} ms, expected the emulator's {:g} ms",
+                                       seconds(options.robot.cycle) * 1e3, seconds(hello.period) * 1e3));
+}
+
 }  // namespace
 
 GraspResult run_grasp(const GraspOptions& options, StopSignals& signals, const GraspEvents& events) {
@@ -90,8 +97,8 @@ GraspResult run_grasp(const GraspOptions& options, StopSignals& signals, const G
   const RobotModel model = load_robot_model(scene.robot_urdf);
   const DeviceTable devices = load_device_table(scene.device_table, model);
   const regrasp::Parameters parameters = regrasp::load_parameters(options.parameters);
-  robot::RobotOptions robot_options;
-  if (!options.layout.empty()) robot_options.layout = robot::load_pdo_layout(options.layout);
+  robot::RobotOptions robot_options = options.robot;
+  require_fit(robot_options, devices);
   MasterBuses buses = open_buses(options.can, devices);
 
   std::unique_ptr<KernelLockstepCycle> lockstep;
@@ -106,7 +113,7 @@ GraspResult run_grasp(const GraspOptions& options, StopSignals& signals, const G
   for (const auto& bus : buses) {
     interfaces.push_back(is_lockstep ? static_cast<can::Interface*>(&bus->restamped) : bus->socket.get());
   }
-  if (is_lockstep) robot_options.cycle = camera->hello().period;
+  if (is_lockstep) robot_options.cycle = agreed_period(options, camera->hello());
   robot::Robot robot(model, devices, interfaces, robot_options);
   const auto interrupted = [&] { return signals.arrived(); };
   if (is_lockstep) {

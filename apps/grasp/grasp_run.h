@@ -17,9 +17,10 @@ class StopSignals;
 struct GraspOptions {
   std::filesystem::path scene;  ///< its robot and device table; where objects lie is not looked at
   std::filesystem::path parameters;
-  std::filesystem::path layout;          ///< PDO layout; the devices' factory mapping when empty
-  std::string can;                       ///< every bus: "torso=vcan0,rarm=vcan1,..."
-  std::string camera_socket;             ///< the default one when empty
+  robot::RobotOptions robot;
+  bool rate_given = false;    ///< `robot.cycle` was asked for; else that of the camera's server in lock-step
+  std::string can;            ///< every bus: "torso=vcan0,rarm=vcan1,..."
+  std::string camera_socket;  ///< the default one when empty
   std::optional<camera::Pacing> pacing;  ///< that of the camera's server if not given
 };
 

@@ -5,6 +5,7 @@
 
 #include <fmt/format.h>
 
+#include "drivers/can/fd_length.h"
 #include "emulator/export/object_names.h"
 #include "emulator/nodes/cob_id_rules.h"
 
@@ -94,7 +95,7 @@ void append_pdos(std::vector<DbcMessage>& messages, const std::string& device,
         message.signals.push_back(signal_of(device, dictionary, *entry, start, bits));
       start += bits;
     }
-    message.length = (start + 7) / 8;
+    message.length = can::fd_length(static_cast<std::size_t>(start + 7) / 8);
     messages.push_back(std::move(message));
   }
 }

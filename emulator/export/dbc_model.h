@@ -26,7 +26,7 @@ struct DbcSignal {
 struct DbcMessage {
   std::uint32_t id = 0;
   std::string name;
-  int length = 0;  ///< bytes
+  int length = 0;  ///< bytes; more than 8 in a CAN FD frame
   std::string sender;
   std::vector<std::string> receivers;
   std::vector<DbcSignal> signals;

@@ -81,6 +81,22 @@ std::string comments(const std::string& bus, const std::vector<DbcDevice>& devic
          });
 }
 
+constexpr int kClassicalBytes = 8;
+
+/// As the makers of the format mark CAN FD frames: value 14 of an attribute that is there only if needed.
+std::string fd_attributes(const std::vector<DbcMessage>& messages) {
+  std::string text;
+  for (const DbcMessage& message : messages)
+    if (message.length > kClassicalBytes)
+      text += fmt::format("BA_ \"VFrameFormat\" BO_ {} 14;\n", message.id);
+  if (text.empty()) return text;
+  std::string names = "\"StandardCAN\",\"ExtendedCAN\"";
+  for (int i = 0; i < 12; ++i) names += ",\"reserved\"";
+  names += ",\"StandardCAN_FD\",\"ExtendedCAN_FD\"";
+  return fmt::format("BA_DEF_ BO_ \"VFrameFormat\" ENUM {};\n", names) +
+         "BA_DEF_DEF_ \"VFrameFormat\" \"StandardCAN\";\nBA_ \"BusType\" \"CAN FD\";\n" + text;
+}
+
 std::string attributes(const std::vector<DbcMessage>& messages) {
   std::string text =
       "BA_DEF_ \"BusType\" STRING ;\n"
@@ -88,7 +104,8 @@ std::string attributes(const std::vector<DbcMessage>& messages) {
       "BA_DEF_ SG_ \"ObjectSub\" INT 0 255;\n"
       "BA_DEF_DEF_ \"BusType\" \"CAN\";\n"
       "BA_DEF_DEF_ \"ObjectIndex\" 0;\n"
-      "BA_DEF_DEF_ \"ObjectSub\" 0;\n";
+      "BA_DEF_DEF_ \"ObjectSub\" 0;\n" +
+      fd_attributes(messages);
   return text + each_signal(messages, [](const DbcMessage& message, const DbcSignal& signal) {
            if (signal.object.index == 0) return std::string();
            return fmt::format("BA_ \"ObjectIndex\" SG_ {0} {1} {2};\nBA_ \"ObjectSub\" SG_ {0} {1} {3};\n",

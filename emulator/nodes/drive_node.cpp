@@ -33,7 +33,8 @@ const DriveParameters& checked(const DriveParameters& p) {
 }  // namespace
 
 DriveNode::DriveNode(const DriveParameters& parameters)
-    : CanopenSlave({parameters.node_id, kServoDriveType, parameters.name, 1, parameters.serial}),
+    : CanopenSlave(
+          {parameters.node_id, kServoDriveType, parameters.name, parameters.product_code, parameters.serial}),
       parameters_(checked(parameters)),
       factory_gains_(ServoGains::factory(parameters_.motor_inertia, parameters_.spring_constant,
                                          parameters_.position_bandwidth_hz)),

@@ -10,6 +10,7 @@ namespace walkman::nodes {
 struct DriveParameters {
   std::uint8_t node_id = 0;
   std::string name;
+  std::uint32_t product_code = 1;  ///< 1018h:2
   std::uint32_t serial = 0;
   double rated_torque = 0;     ///< 6076h, N m
   double peak_torque = 0;      ///< N m

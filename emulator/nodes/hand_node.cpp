@@ -3,12 +3,18 @@
 #include <limits>
 
 namespace walkman::nodes {
+namespace {
+
+constexpr std::uint32_t kHandProduct = 4;
+
+}  // namespace
 
 DriveParameters hand_parameters(std::uint8_t node_id, std::string name, std::uint32_t serial,
                                 double rated_torque) {
   DriveParameters p;
   p.node_id = node_id;
   p.name = std::move(name);
+  p.product_code = kHandProduct;
   p.serial = serial;
   p.rated_torque = rated_torque;
   p.peak_torque = rated_torque;

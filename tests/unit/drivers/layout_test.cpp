@@ -213,6 +213,8 @@ TEST(Configuration, IdentityIsCompared) {
       robot::load_identities(std::string(WALKMAN_DRIVERS_DIR) + "/robot/identities.yaml");
   rig.sensor.set(0x1018, 2, 2);
   rig.sensor.define(0x1018, 2, 4, 2);
+  rig.imu.define(0x1018, 2, 4, 3);
+  rig.hand.define(0x1018, 2, 4, 4);
   rig.rebuild();
   EXPECT_EQ(boot_error(rig), "booted");
   rig.drive.define(0x1018, 3, 4, 0x00020000);
