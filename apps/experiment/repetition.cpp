@@ -3,6 +3,8 @@
 #include <chrono>
 #include <cmath>
 
+#include <fmt/format.h>
+
 #include "adaptation/regrasp/regrasp.h"
 #include "apps/emulated_world.h"
 #include "apps/experiment/judge.h"
@@ -62,6 +64,17 @@ class WireTap {
   std::unique_ptr<bus::CandumpLog> log_;
   std::unique_ptr<device_files::StateLog> states_;
 };
+
+/// What the buses have to say to a stop: at full load the lowest priorities never get through.
+std::string overload(Emulator& emulator) {
+  constexpr double kFull = 0.97;
+  std::string text;
+  for (bus::CanBus* bus : emulator.buses()) {
+    if (bus->load() < kFull) continue;
+    text += fmt::format("; bus {} is overloaded ({:.0f} % of its bit rate)", bus->name(), 100 * bus->load());
+  }
+  return text;
+}
 
 Outcome outcome_of(regrasp::Ending ending) {
   switch (ending) {
@@ -150,7 +163,7 @@ RepetitionResult run_repetition(const RepetitionOptions& options) {
     if (!judge.always_held() || !judge.held_now()) result.outcome = Outcome::kDropped;
   } catch (const std::exception& stop) {
     result.outcome = Outcome::kStopped;
-    result.reason = stop.what();
+    result.reason = stop.what() + overload(world.emulator);
   }
   if (!options.out.empty()) {
     // As the master has left the PDOs at boot.
