@@ -1,5 +1,6 @@
 #include "apps/experiment/repetition.h"
 
+#include <algorithm>
 #include <chrono>
 #include <cmath>
 
@@ -70,8 +71,9 @@ std::string overload(Emulator& emulator) {
   constexpr double kFull = 0.97;
   std::string text;
   for (bus::CanBus* bus : emulator.buses()) {
-    if (bus->load() < kFull) continue;
-    text += fmt::format("; bus {} is overloaded ({:.0f} % of its bit rate)", bus->name(), 100 * bus->load());
+    const double load = std::max(bus->load(), bus->recent_load());
+    if (load < kFull) continue;
+    text += fmt::format("; bus {} is overloaded ({:.0f} % of its bit rate)", bus->name(), 100 * load);
   }
   return text;
 }

@@ -112,5 +112,14 @@ TEST(Experiment1, WithoutTheWristsTpdosTheRunStopsAndSaysWhy) {
   }
 }
 
+TEST(Experiment1, ARateThatAnArmBusCannotCarryIsAnOverload) {
+  RepetitionOptions o = options(1);
+  o.robot.cycle = std::chrono::milliseconds(1);
+  const RepetitionResult result = run_repetition(o);
+  EXPECT_EQ(result.outcome, Outcome::kStopped);
+  EXPECT_THAT(result.reason, HasSubstr("bus rarm is overloaded"));
+  EXPECT_FALSE(result.weighed);
+}
+
 }  // namespace
 }  // namespace walkman::apps
