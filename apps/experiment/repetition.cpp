@@ -4,8 +4,6 @@
 #include <chrono>
 #include <cmath>
 
-#include <fmt/format.h>
-
 #include "adaptation/regrasp/regrasp.h"
 #include "apps/emulated_world.h"
 #include "apps/experiment/judge.h"
@@ -67,15 +65,14 @@ class WireTap {
 };
 
 /// What the buses have to say to a stop: at full load the lowest priorities never get through.
-std::string overload(Emulator& emulator) {
+std::string full_buses(Emulator& emulator) {
   constexpr double kFull = 0.97;
-  std::string text;
+  std::string names;
   for (bus::CanBus* bus : emulator.buses()) {
-    const double load = std::max(bus->load(), bus->recent_load());
-    if (load < kFull) continue;
-    text += fmt::format("; bus {} is overloaded ({:.0f} % of its bit rate)", bus->name(), 100 * load);
+    if (std::max(bus->load(), bus->recent_load()) >= kFull)
+      names += (names.empty() ? "" : ", ") + bus->name();
   }
-  return text;
+  return names.empty() ? names : "; buses at full load, so that frames are late or lost: " + names;
 }
 
 Outcome outcome_of(regrasp::Ending ending) {
@@ -165,7 +162,7 @@ RepetitionResult run_repetition(const RepetitionOptions& options) {
     if (!judge.always_held() || !judge.held_now()) result.outcome = Outcome::kDropped;
   } catch (const std::exception& stop) {
     result.outcome = Outcome::kStopped;
-    result.reason = stop.what() + overload(world.emulator);
+    result.reason = stop.what() + full_buses(world.emulator);
   }
   if (!options.out.empty()) {
     // As the master has left the PDOs at boot.
