@@ -1,5 +1,6 @@
 #include "apps/experiment/repetition.h"
 
+#include <algorithm>
 #include <chrono>
 #include <cmath>
 
@@ -62,6 +63,17 @@ class WireTap {
   std::unique_ptr<bus::CandumpLog> log_;
   std::unique_ptr<device_files::StateLog> states_;
 };
+
+/// What the buses have to say to a stop: at full load the lowest priorities never get through.
+std::string full_buses(Emulator& emulator) {
+  constexpr double kFull = 0.97;
+  std::string names;
+  for (bus::CanBus* bus : emulator.buses()) {
+    if (std::max(bus->load(), bus->recent_load()) >= kFull)
+      names += (names.empty() ? "" : ", ") + bus->name();
+  }
+  return names.empty() ? names : "; buses at full load, so that frames are late or lost: " + names;
+}
 
 Outcome outcome_of(regrasp::Ending ending) {
   switch (ending) {
@@ -150,7 +162,7 @@ RepetitionResult run_repetition(const RepetitionOptions& options) {
     if (!judge.always_held() || !judge.held_now()) result.outcome = Outcome::kDropped;
   } catch (const std::exception& stop) {
     result.outcome = Outcome::kStopped;
-    result.reason = stop.what();
+    result.reason = stop.what() + full_buses(world.emulator);
   }
   if (!options.out.empty()) {
     // As the master has left the PDOs at boot.
