@@ -85,7 +85,7 @@ def life_guarding_lost(limb):
         last = limb.now
         limb.wait(0.05)
     limb.bus.expect(0x080 + A, where=emergency(0x8130), what="(EMCY 8130h, life guarding)")
-    within((limb.now - last) * 1000, 145, 160, "ms from the last guarding to EMCY 8130h (150 configured)")
+    within((limb.now - last) * 1000, 144, 161, "ms from the last guarding to EMCY 8130h (150 configured)")
 
 
 def beat(limb, milliseconds=100):
@@ -114,7 +114,7 @@ def consumer_times_out(limb):
     sdo = limb.fresh(A)
     last = watch(limb, sdo)
     lost = limb.bus.expect(0x080 + A, where=emergency(0x8130), what="(EMCY 8130h)")
-    within((limb.now - last) * 1000, 95, 110, "ms from the last heartbeat to EMCY 8130h (100 configured)")
+    within((limb.now - last) * 1000, 94, 111, "ms from the last heartbeat to EMCY 8130h (100 configured)")
     that(lost.data[2] & 0x11 == 0x11, f"error register {lost.data[2]:02X}: expected generic and communication")
 
 

@@ -6,10 +6,10 @@ import time
 
 from can_socket import Bus
 from checks import equal, test, that
-from limb import JOINTS, NODES, SENSOR, START, Process
+from limb import JOINTS, NODES, RESET_COMMUNICATION, SENSOR, START, Process
 
 OWN_PROCESSES = True
-INTERFACE = "vcan1"
+INTERFACE, CAMERA = "vcan1", "/run/camera.sock"
 CYCLES = 400
 
 
@@ -22,8 +22,15 @@ def a_master_of_ours(under_test, log, hurry):
     """Boots, sets up and moves the limb by frames alone; the time between them differs from run to run."""
     program, scene = under_test
     bus = Bus(INTERFACE)
-    emulator = Process([program, "emulate", "--scene", scene, "--can", f"rarm={INTERFACE}", "--lockstep", "--log", log], "lockstep")
+    if os.path.exists(CAMERA):
+        os.unlink(CAMERA)
+    emulator = Process([program, "emulate", "--scene", scene, "--can", f"rarm={INTERFACE}", "--lockstep", "--log", log,
+                        "--camera-socket", CAMERA], "lockstep")
     try:
+        while not os.path.exists(CAMERA):  # it is ready then
+            emulator.alive()
+            time.sleep(0.05)
+        bus.send(0x000, bytes([RESET_COMMUNICATION, 0]))
         missing = {0x700 + node for node in NODES}
         while missing:
             emulator.alive()

@@ -4,6 +4,7 @@ from checks import equal, test, that, within
 from limb import (HAND, JOINTS, NODES, PREOPERATIONAL, RESET_COMMUNICATION, RESET_NODE, SENSOR, START, STOP, equal_state)
 
 A, B = JOINTS[0], JOINTS[1]
+ERROR_CONTROL = [0x700 + node for node in NODES]
 
 
 def boot_ups(frames):
@@ -14,14 +15,14 @@ def boot_ups(frames):
 def reset_node_of_all_gives_nine_boot_ups(limb):
     limb.bus.drain()
     limb.nmt(RESET_NODE)
-    equal(boot_ups(limb.frames(0.5)), sorted(NODES), "boot-up messages")
+    equal(boot_ups(limb.frames(0.5, *ERROR_CONTROL)), sorted(NODES), "boot-up messages")
 
 
 @test
 def reset_communication_of_all_gives_nine_boot_ups(limb):
     limb.fresh()
     limb.nmt(RESET_COMMUNICATION)
-    equal(boot_ups(limb.frames(0.5)), sorted(NODES), "boot-up messages")
+    equal(boot_ups(limb.frames(0.5, *ERROR_CONTROL)), sorted(NODES), "boot-up messages")
 
 
 @test

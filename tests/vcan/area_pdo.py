@@ -322,7 +322,7 @@ def rpdo_deadline(limb):
     limb.bus.send(0x200 + A, bytes.fromhex("0000080000"))
     sent = limb.mark()
     limb.bus.expect(0x080 + A, where=emergency(0x8250), what="(EMCY 8250h)")
-    within((limb.now - sent) * 1000, 55, 70, "ms from the RPDO to EMCY 8250h (60 configured)")
+    within((limb.now - sent) * 1000, 54, 71, "ms from the RPDO to EMCY 8250h (60 configured)")
 
 
 @test(seconds=60)

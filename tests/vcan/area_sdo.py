@@ -204,7 +204,7 @@ def nine_transfers_at_a_time(limb):
     equal(got, names, "names read at the same time")
 
 
-@test
+@test(seconds=90)
 def every_object_reads_or_says_why(limb):
     """The whole index range in steps that meet every object this device may have; no request stays unanswered."""
     limb.fresh()

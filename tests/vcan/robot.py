@@ -80,9 +80,7 @@ class Robot:
         while self.master.process.poll() is None:
             self.emulator.alive()
             that(timeout > 0, f"the master does not end: {self.master.output()[-500:]!r}")
-            self.arm.receive(0.2)
-            while self.arm.receive(0) is not None:
-                pass
+            time.sleep(0.2)
             timeout -= 0.2
         text = self.master.output()
         that("{" in text, f"the master ended with {self.master.process.returncode} and no result: {text[-500:]!r}")
