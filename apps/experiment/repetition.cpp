@@ -127,7 +127,9 @@ RepetitionResult run_repetition(const RepetitionOptions& options) {
   const regrasp::Parameters parameters = regrasp::load_parameters(options.parameters);
   if (!options.out.empty()) std::filesystem::create_directories(options.out);
   require_fit(options.robot, world.devices);
-  robot::Robot robot(world.robot, world.devices, world.emulator.interfaces(), options.robot);
+  robot::RobotOptions robot_options = options.robot;
+  robot_options.allow_overload = true;  // the emulated buses show what comes of it
+  robot::Robot robot(world.robot, world.devices, world.emulator.interfaces(), robot_options);
   LockstepCycle cycle(world.emulator, options.robot.cycle);
   WireTap tap(world.emulator, options);
 
