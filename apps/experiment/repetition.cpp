@@ -1,5 +1,6 @@
 #include "apps/experiment/repetition.h"
 
+#include <algorithm>
 #include <chrono>
 #include <cmath>
 
@@ -63,6 +64,17 @@ class WireTap {
   std::unique_ptr<device_files::StateLog> states_;
 };
 
+/// What the buses have to say to a stop: at full load the lowest priorities never get through.
+std::string full_buses(Emulator& emulator) {
+  constexpr double kFull = 0.97;
+  std::string names;
+  for (bus::CanBus* bus : emulator.buses()) {
+    if (std::max(bus->load(), bus->recent_load()) >= kFull)
+      names += (names.empty() ? "" : ", ") + bus->name();
+  }
+  return names.empty() ? names : "; buses at full load, so that frames are late or lost: " + names;
+}
+
 Outcome outcome_of(regrasp::Ending ending) {
   switch (ending) {
     case regrasp::Ending::kMinimumTorque:
@@ -115,7 +127,9 @@ RepetitionResult run_repetition(const RepetitionOptions& options) {
   const regrasp::Parameters parameters = regrasp::load_parameters(options.parameters);
   if (!options.out.empty()) std::filesystem::create_directories(options.out);
   require_fit(options.robot, world.devices);
-  robot::Robot robot(world.robot, world.devices, world.emulator.interfaces(), options.robot);
+  robot::RobotOptions robot_options = options.robot;
+  robot_options.allow_overload = true;  // the emulated buses show what comes of it
+  robot::Robot robot(world.robot, world.devices, world.emulator.interfaces(), robot_options);
   LockstepCycle cycle(world.emulator, options.robot.cycle);
   WireTap tap(world.emulator, options);
 
@@ -150,7 +164,7 @@ RepetitionResult run_repetition(const RepetitionOptions& options) {
     if (!judge.always_held() || !judge.held_now()) result.outcome = Outcome::kDropped;
   } catch (const std::exception& stop) {
     result.outcome = Outcome::kStopped;
-    result.reason = stop.what();
+    result.reason = stop.what() + full_buses(world.emulator);
   }
   if (!options.out.empty()) {
     // As the master has left the PDOs at boot.

@@ -119,6 +119,8 @@ class CanBus {
 
   /// Share of the last second the bus was busy, 0..1.
   [[nodiscard]] double load() noexcept { return load_.load(now_); }
+  /// The same over the last 20 ms, in whole steps of 10.
+  [[nodiscard]] double recent_load() noexcept { return load_.recent_load(now_); }
 
  private:
   enum class Phase { kIdle, kFrame, kInterframe };

@@ -30,7 +30,7 @@ struct SocketcandCounters {
 class SocketcandSession {
  public:
   static constexpr std::size_t kQueueLength = 65536;
-  static constexpr Time kHandshakePause = std::chrono::milliseconds(50);
+  static constexpr Time kHandshakePause = std::chrono::milliseconds(250);
 
   enum class Step {
     kNeedMore,  ///< all input is used up

@@ -147,7 +147,7 @@ class ObjectDictionary {
   }
   /// Longest string that may be written, and longest domain, in bytes.
   static constexpr std::size_t kLongestString = 1024;
-  static constexpr std::size_t kLongestDomain = 65536;
+  static constexpr std::size_t kLongestDomain = 131072;
 
   /// A constant visible string.
   void add_text(std::uint16_t index, std::uint8_t sub, std::string text);

@@ -82,7 +82,7 @@ def every_nth_sync(limb):
 
 
 @test
-def hand_answers_every_fourth_sync(limb):
+def hand_answers_every_sync(limb):
     limb.fresh(HAND)
     limb.start(HAND)
     limb.bus.drain()
@@ -90,7 +90,7 @@ def hand_answers_every_fourth_sync(limb):
     for _ in range(8):
         limb.sync()
         seen += count(limb, 0x180 + HAND, 0.03)
-    equal(seen, 2, "TPDO1 of the hand in eight SYNCs")
+    equal(seen, 8, "TPDO1 of the hand in eight SYNCs")
 
 
 @test

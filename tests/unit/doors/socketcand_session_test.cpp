@@ -107,7 +107,7 @@ TEST_F(SocketcandSessionTest, TheReplyToRawmodeStandsAlone) {
   EXPECT_EQ(say(session, "< open rarm >< rawmode >"), "< hi >< ok >< ok >");
   peer_sends({0x701, {5}});
   EXPECT_EQ(forwarded(session), "");
-  wall_ += milliseconds(49);
+  wall_ += milliseconds(249);
   EXPECT_EQ(forwarded(session), "");
   wall_ += milliseconds(1);
   EXPECT_THAT(forwarded(session), StartsWith("< frame 701 "));
