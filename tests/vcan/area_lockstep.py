@@ -7,6 +7,7 @@ import time
 from can_socket import Bus
 from checks import equal, test, that
 from limb import JOINTS, NODES, RESET_COMMUNICATION, SENSOR, START, Process
+from robot import Robot
 
 OWN_PROCESSES = True
 INTERFACE, CAMERA = "vcan1", "/run/camera.sock"
@@ -58,14 +59,10 @@ def a_master_of_ours(under_test, log, hurry):
         equal(emulator.stop(), 0, "exit status of the emulator")
 
 
-@test(seconds=120)
-def same_frames_same_log_whatever_the_pace(under_test):
-    logs = []
-    for hurry in (0.0, 0.002):
-        logs.append(f"/run/lockstep-{hurry}.log")
-        a_master_of_ours(under_test, logs[-1], hurry)
+def same(logs, least):
+    """The two logs are the same to the byte; their size."""
     sizes = [os.path.getsize(log) for log in logs]
-    that(sizes[0] > 100000, f"log of {sizes[0]} bytes")
+    that(sizes[0] > least, f"log of {sizes[0]} bytes")
     if digest(logs[0]) != digest(logs[1]):
         with open(logs[0], encoding="ascii") as one, open(logs[1], encoding="ascii") as two:
             for number, pair in enumerate(zip(one, two), start=1):
@@ -73,3 +70,27 @@ def same_frames_same_log_whatever_the_pace(under_test):
                     raise AssertionError(f"line {number}: {pair[0].strip()} and {pair[1].strip()}")
         raise AssertionError(f"logs of {sizes[0]} and {sizes[1]} bytes, the shorter one the beginning of the longer")
     return f"{sizes[0]} bytes each"
+
+
+@test(seconds=240)
+def same_frames_same_log_whatever_the_pace(under_test):
+    logs = []
+    for hurry in (0.0, 0.002):
+        logs.append(f"/run/lockstep-{hurry}.log")
+        a_master_of_ours(under_test, logs[-1], hurry)
+    return same(logs, 100000)
+
+
+@test(seconds=400)
+def emulate_and_grasp_twice(under_test):
+    """The first seconds of an experiment: boot, power-up, the first motion, all five buses."""
+    logs = []
+    for name in ("one", "two"):
+        logs.append(f"/run/grasp-{name}.log")
+        robot = Robot(under_test, "--log", logs[-1], "--duration", "4")
+        try:
+            robot.start_master()
+            that(robot.emulator.process.wait(180) == 0, f"exit status {robot.emulator.process.returncode} of the emulator")
+        finally:
+            robot.stop()
+    return same(logs, 1000000)
