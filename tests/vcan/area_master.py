@@ -41,13 +41,9 @@ def killed_master_and_the_drives_stop(robot):
     robot.master.process.send_signal(signal.SIGKILL)
     robot.master.process.wait()
     robot.master = None
-    since_beat = 0
     while (frame := robot.arm.receive(0.3)) is not None:  # what it still sent, in order
         robot.note(frame)
-        if frame.id == 0x700 + MASTER:
-            since_beat = 0
-        elif frame.id == 0x080:
-            since_beat += 1
+    since_beat = robot.syncs_since_beat
     that(robot.all_enabled(), f"states before the loss: {[drive.state(word) for word in robot.words.values()]}")
     buses = [Bus(f"vcan{at}", filters=[]) for at in range(5)]
     first_sign, lost, configured = {}, {}, 250

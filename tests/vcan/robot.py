@@ -33,6 +33,7 @@ class Robot:
                                  *options], "emulate")
         self.master = None
         self.words = {}  # node: newest statusword
+        self.syncs_since_beat = 0  # of the master on the arm's bus
         self.await_socket()
 
     def await_socket(self):
@@ -47,6 +48,10 @@ class Robot:
                                "--json"], "grasp")
 
     def note(self, frame):
+        if frame.id == 0x700 + MASTER:
+            self.syncs_since_beat = 0
+        elif frame.id == 0x080:
+            self.syncs_since_beat += 1
         if frame.id & 0x780 == 0x180 and len(frame.data) == 5:
             self.words[frame.id - 0x180] = struct.unpack_from("<H", frame.data)[0]
 
