@@ -1,5 +1,6 @@
 #include "apps/grasp/grasp_run.h"
 
+#include <algorithm>
 #include <stdexcept>
 
 #include <fmt/format.h>
@@ -51,7 +52,8 @@ std::unique_ptr<camera::SocketCamera> open_camera(const std::string& path, std::
 /// Passes on what the pipeline learns.
 class Watcher : public regrasp::Observer {
  public:
-  Watcher(const GraspEvents& events, GraspResult& result) : events_(events), result_(result) {}
+  Watcher(const GraspEvents& events, GraspResult& result, Time began)
+      : events_(events), result_(result), began_(began) {}
 
   void on_phase(std::string_view phase, Time now) override {
     phase_ = phase;
@@ -65,15 +67,15 @@ class Watcher : public regrasp::Observer {
 
  private:
   void report(Time now) {
-    if (!began_) began_ = now;
-    result_.seconds = seconds(now - *began_);
+    result_.seconds =
+        seconds(std::max(Time{}, now - began_));  // the first phase begins before the first cycle
     if (events_.cycle) events_.cycle(phase_, result_.seconds);
   }
 
   const GraspEvents& events_;
   GraspResult& result_;
   std::string phase_;
-  std::optional<Time> began_;
+  Time began_;
 };
 
 camera::Pacing agreed_pacing(const GraspOptions& options, const camera::Hello& hello) {
@@ -124,7 +126,7 @@ GraspResult run_grasp(const GraspOptions& options, StopSignals& signals, const G
   }
   robot::Cycle& cycle = is_lockstep ? static_cast<robot::Cycle&>(*lockstep) : *real_time;
 
-  Watcher watcher(events, result);
+  Watcher watcher(events, result, lockstep ? lockstep->now() : real_time->now());
   try {
     regrasp::Regrasp method(
         model, robot, cycle, *camera, parameters, watcher,

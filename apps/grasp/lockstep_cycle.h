@@ -14,7 +14,7 @@ namespace walkman::apps {
 class KernelLockstepCycle final : public robot::Cycle {
  public:
   /// How long a cycle waits on the host's clock for what does not come; the drivers then judge.
-  static constexpr Time kPatience = std::chrono::seconds(1);
+  static constexpr Time kPatience = std::chrono::seconds(2);
 
   /// `interrupted` is asked while waiting; true ends the run with Interrupted. All must outlive this.
   KernelLockstepCycle(robot::Robot& robot, MasterBuses& buses, Time period, std::function<bool()> interrupted)

@@ -15,7 +15,6 @@ namespace {
 constexpr std::array<std::uint8_t, 4> kMagic = {'W', 'M', 'C', 'L'};
 constexpr std::uint16_t kVersion = 1;
 constexpr std::size_t kHelloBytes = 8 + 8 + 4 + 4 + 4;
-constexpr std::size_t kCloudFixedBytes = 8 + 8 + 8 + 4 + 4;
 constexpr std::size_t kPointBytes = 12;
 constexpr std::size_t kMaxCloudBytes = kCloudFixedBytes + kPointBytes * kMaxSide * kMaxSide;
 static_assert(sizeof(Eigen::Vector3f) == kPointBytes);

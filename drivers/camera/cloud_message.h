@@ -22,6 +22,8 @@
 namespace walkman::camera {
 
 inline constexpr std::size_t kHeaderBytes = 12;
+/// Payload of a cloud without its points.
+inline constexpr std::size_t kCloudFixedBytes = 8 + 8 + 8 + 4 + 4;
 /// Longest side of a cloud, pixels.
 inline constexpr std::uint32_t kMaxSide = 4096;
 

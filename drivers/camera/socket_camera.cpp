@@ -3,7 +3,9 @@
 #include <algorithm>
 #include <cerrno>
 #include <cstring>
+#include <limits>
 #include <stdexcept>
+#include <utility>
 
 #include <poll.h>
 #include <sys/socket.h>
@@ -15,6 +17,9 @@ namespace {
 
 constexpr Time kHelloLimit = std::chrono::seconds(2);
 constexpr Time kCloudLimit = std::chrono::seconds(30);
+// What one call takes in while polling: a fraction of a millisecond's work.
+constexpr std::size_t kMaxBytes = std::numeric_limits<std::size_t>::max();
+constexpr std::size_t kBytesPerPoll = 512 * 1024;
 
 }  // namespace
 
@@ -26,8 +31,11 @@ SocketCamera::SocketCamera(std::string path, std::function<Time()> now)
       if (!wait_readable(kHelloLimit)) fail("no hello from the camera within 2 s");
     }
     if (header_.type != MessageType::kHello) fail("the camera did not begin with a hello");
-    hello_ = decode_hello(std::span(buffer_).subspan(kHeaderBytes));
+    hello_ = decode_hello(payload());
     filled_ = 0;
+    // Memory for a cloud is taken and touched now, not in a control cycle.
+    cloud_.points.assign(static_cast<std::size_t>(hello_.width) * hello_.height, Eigen::Vector3f::Zero());
+    buffer_.assign(kHeaderBytes + kCloudFixedBytes + cloud_.points.size() * sizeof(Eigen::Vector3f), 0);
   } catch (...) {
     if (socket_ >= 0) close(socket_);
     throw;
@@ -63,9 +71,15 @@ std::size_t SocketCamera::message_bytes() const {
   return filled_ < kHeaderBytes ? kHeaderBytes : kHeaderBytes + header_.length;
 }
 
+std::span<const std::uint8_t> SocketCamera::payload() const {
+  return std::span(buffer_).subspan(kHeaderBytes, header_.length);
+}
+
 bool SocketCamera::read_some() {
+  std::size_t budget = waiting_ == Waiting::kPoll ? kBytesPerPoll : kMaxBytes;
   while (filled_ < message_bytes()) {
-    const std::size_t wanted = message_bytes() - filled_;
+    if (budget == 0) return false;
+    const std::size_t wanted = std::min(message_bytes() - filled_, budget);
     const ssize_t n = recv(socket_, buffer_.data() + filled_, wanted, MSG_DONTWAIT);
     if (n == 0) fail("the camera closed the connection");
     if (n < 0) {
@@ -74,13 +88,14 @@ bool SocketCamera::read_some() {
     }
     const bool in_header = filled_ < kHeaderBytes;
     filled_ += static_cast<std::size_t>(n);
+    budget -= static_cast<std::size_t>(n);
     if (in_header && filled_ == kHeaderBytes) {
       try {
         header_ = read_header(std::span<const std::uint8_t, kHeaderBytes>(buffer_.data(), kHeaderBytes));
       } catch (const std::runtime_error& e) {
         fail(e.what());
       }
-      buffer_.resize(kHeaderBytes + header_.length);
+      if (buffer_.size() < message_bytes()) buffer_.resize(message_bytes());
     }
   }
   return true;
@@ -102,20 +117,20 @@ bool SocketCamera::latest(Time not_before, OrganizedCloud& out) {
   }
   asked_ = false;
   filled_ = 0;
-  const auto payload = std::span<const std::uint8_t>(buffer_).subspan(kHeaderBytes);
   Time camera_now;
   try {
     if (header_.type == MessageType::kNone) {
-      (void)decode_none(payload);
+      (void)decode_none(payload());
       return false;
     }
     if (header_.type != MessageType::kCloud) throw std::runtime_error("a message out of turn");
-    camera_now = decode_cloud(payload, out);
+    camera_now = decode_cloud(payload(), cloud_);
   } catch (const std::runtime_error& e) {
     fail(e.what());
   }
   // The camera looked at its clock when the request arrived, a little after `asked_at_`: never too young.
-  out.stamp = asked_at_ - (camera_now - out.stamp);
+  cloud_.stamp = asked_at_ - (camera_now - cloud_.stamp);
+  std::swap(out, cloud_);
   return out.stamp >= not_before;
 }
 

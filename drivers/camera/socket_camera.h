@@ -36,6 +36,7 @@ class SocketCamera final : public RangeCamera {
   [[nodiscard]] bool read_some();
   [[nodiscard]] bool wait_readable(Time limit) const;
   [[nodiscard]] std::size_t message_bytes() const;
+  [[nodiscard]] std::span<const std::uint8_t> payload() const;
   [[noreturn]] void fail(const std::string& what) const;
 
   std::string path_;
@@ -48,6 +49,7 @@ class SocketCamera final : public RangeCamera {
   MessageHeader header_;
   std::vector<std::uint8_t> buffer_;  // header and payload of the message that is coming in
   std::size_t filled_ = 0;
+  OrganizedCloud cloud_;  // the next one's memory
 };
 
 }  // namespace walkman::camera
