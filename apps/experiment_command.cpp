@@ -13,6 +13,7 @@
 #include "apps/experiment/progress_line.h"
 #include "apps/experiment/repetition_pool.h"
 #include "apps/experiment/result_report.h"
+#include "apps/master_options.h"
 #include "urdf/scene.h"
 
 namespace walkman::apps {
@@ -24,7 +25,8 @@ struct Options {
   std::optional<std::int64_t> seed;  // the scene's own if not given
   int jobs = static_cast<int>(std::max(1U, std::thread::hardware_concurrency()));
   std::string out, scene, parameters;
-  bool as_json = false;
+  MasterOptions master;
+  bool state_log = false, as_json = false;
 };
 
 /// The first repetition's files lie in the folder itself, the others' in folders of their own.
@@ -46,6 +48,7 @@ int run_experiment(const Options& options) {
                             : std::filesystem::path(options.scene);
   const std::uint64_t seed =
       options.seed ? static_cast<std::uint64_t>(*options.seed) : load_scene(scene).seed;
+  const robot::RobotOptions robot_options = load_robot_options(options.master, data);
   std::vector<RepetitionOptions> repetitions;
   for (int i = 0; i < options.repeat; ++i) {
     RepetitionOptions repetition;
@@ -55,6 +58,8 @@ int run_experiment(const Options& options) {
     repetition.actuators = data / "emulator" / "plant" / "actuators.yaml";
     repetition.seed = seed + static_cast<std::uint64_t>(i);
     repetition.out = folder_of(out, i);
+    repetition.robot = robot_options;
+    repetition.state_log = options.state_log;
     repetitions.push_back(std::move(repetition));
   }
 
@@ -79,9 +84,10 @@ int run_experiment(const Options& options) {
     std::fputs(json.c_str(), stdout);
   } else {
     std::fputs(to_text(result).c_str(), stdout);
-    std::fputs(
-        fmt::format("written to {}: result.json, can.log, cloud.pcd, wrench.csv\n", out.string()).c_str(),
-        stdout);
+    std::fputs(fmt::format("written to {}: result.json, can.log, dbc, cloud.pcd, wrench.csv{}\n",
+                           out.string(), options.state_log ? ", state.csv" : "")
+                   .c_str(),
+               stdout);
   }
   return result.succeeded() ? kOk : kTaskFailed;
 }
@@ -104,6 +110,9 @@ void add_experiment_command(CLI::App& app, std::function<int()>& run) {
   command->add_option("--out", options->out, "Folder for the results (default: out/experiment-NUMBER)");
   command->add_option("--scene", options->scene, "Scene file instead of the experiment's own");
   command->add_option("--parameters", options->parameters, "YAML of both stages' parameters");
+  add_master_options(*command, options->master);
+  command->add_flag("--state-log", options->state_log,
+                    "Write state.csv too: the devices' objects at every PDO (large)");
   command->add_flag("--json", options->as_json, "Print JSON (SI units) instead of a table");
   command->callback([&run, options] { run = [options] { return run_experiment(*options); }; });
 }

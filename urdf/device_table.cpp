@@ -48,12 +48,12 @@ void check_frame(const YamlMap& map, const std::string& key, const Device& devic
 
 std::string kind_key(const YamlMap& map) {
   std::string found;
-  for (const char* key : {"joint", "hand", "force_torque"}) {
+  for (const char* key : {"joint", "hand", "force_torque", "imu"}) {
     if (!map.has(key)) continue;
     if (!found.empty()) map.fail(key, fmt::format("\"{}\" is there too, expected one of them", found));
     found = key;
   }
-  if (found.empty()) map.fail("", "expected one of the keys joint, hand, force_torque");
+  if (found.empty()) map.fail("", "expected one of the keys joint, hand, force_torque, imu");
   return found;
 }
 
@@ -62,8 +62,8 @@ Device read_device(const YamlMap& map, const RobotModel& model, Used& used) {
   const std::string key = kind_key(map);
   device.name = map.text(key);
   device.node_id = static_cast<std::uint8_t>(map.integer("node", 1, 127));
-  if (key == "force_torque") {
-    device.kind = DeviceKind::kForceTorque;
+  if (key == "force_torque" || key == "imu") {
+    device.kind = key == "imu" ? DeviceKind::kInertialUnit : DeviceKind::kForceTorque;
     check_frame(map, key, device, model);
     for (const char* drive_key : {"actuator", "rated_torque_mnm"})
       if (map.has(drive_key)) map.fail(drive_key, "a sensor has none, expected it with a drive only");
@@ -133,8 +133,8 @@ DeviceTable load_device_table(const std::filesystem::path& yaml_file, const Robo
     if (!interfaces.insert(bus.interface).second)
       map.fail("interface", fmt::format("\"{}\" is used before", bus.interface));
     read_bit_rates(map, bus);
-    for (const YamlMap& device :
-         map.list("devices", {"node", "joint", "hand", "force_torque", "actuator", "rated_torque_mnm"}))
+    for (const YamlMap& device : map.list(
+             "devices", {"node", "joint", "hand", "force_torque", "imu", "actuator", "rated_torque_mnm"}))
       bus.devices.push_back(read_device(device, model, used));
     if (bus.devices.empty()) map.fail("devices", "the list is empty, expected a device");
     table.buses.push_back(std::move(bus));

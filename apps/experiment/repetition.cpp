@@ -1,15 +1,19 @@
 #include "apps/experiment/repetition.h"
 
+#include <algorithm>
 #include <chrono>
 #include <cmath>
 
 #include "adaptation/regrasp/regrasp.h"
+#include "apps/emulated_world.h"
 #include "apps/experiment/judge.h"
-#include "apps/experiment/scene_reach.h"
 #include "apps/lockstep_cycle.h"
+#include "apps/master_options.h"
 #include "drivers/robot/robot.h"
 #include "emulator/bus/candump_log.h"
 #include "emulator/emulator.h"
+#include "emulator/export/device_files.h"
+#include "emulator/export/state_log.h"
 
 namespace walkman::apps {
 namespace {
@@ -18,42 +22,28 @@ using Wall = std::chrono::steady_clock;
 
 double seconds(Time t) { return std::chrono::duration<double>(t).count(); }
 
-/// Everything one repetition needs, built in order of dependence.
-struct Bench {
-  Scene scene;
-  RobotModel robot_model;
-  DeviceTable devices;
-  Emulator emulator;
-
-  explicit Bench(const RepetitionOptions& options)
-      : scene(load_scene(options.scene)),
-        robot_model(load_robot_model(scene.robot_urdf)),
-        devices(load_device_table(scene.device_table, robot_model)),
-        emulator(robot_model, devices, placed(options.seed), emulator_options(options)) {}
-
- private:
-  const Scene& placed(std::uint64_t seed) {
-    require_reach(scene, robot_model);
-    apply_jitter(scene, seed);
-    return scene;
-  }
-  static EmulatorOptions emulator_options(const RepetitionOptions& options) {
-    EmulatorOptions out;
-    out.actuators = options.actuators;
-    out.seed = options.seed;
-    return out;
-  }
-};
+WorldOptions world_options(const RepetitionOptions& options) {
+  WorldOptions out;
+  out.scene = options.scene;
+  out.actuators = options.actuators;
+  out.seed = options.seed;
+  out.within_reach = true;
+  return out;
+}
 
 /// Watches the buses: writes the CAN log, and loses what the options say.
 class WireTap {
  public:
   WireTap(Emulator& emulator, const RepetitionOptions& options) {
-    if (!options.out.empty()) log_ = std::make_unique<bus::CandumpLog>(options.out / "can.log");
+    if (!options.out.empty()) {
+      log_ = std::make_unique<bus::CandumpLog>(options.out / "can.log");
+      if (options.state_log) states_ = std::make_unique<device_files::StateLog>(options.out / "state.csv");
+    }
     for (bus::CanBus* bus : emulator.buses()) {
       if (log_) {
         bus->set_observer([this, bus](const can::StampedFrame& f) { log_->write(bus->interface_name(), f); });
       }
+      if (states_) states_->watch(*bus);
       if (options.wire) {
         bus->set_filter([bus, &options](const can::Frame& frame, Time now) {
           return options.wire(bus->name(), frame.id, seconds(now));
@@ -66,11 +56,24 @@ class WireTap {
   }
   void finish() {
     if (log_) log_->flush();
+    if (states_) states_->flush();
   }
 
  private:
   std::unique_ptr<bus::CandumpLog> log_;
+  std::unique_ptr<device_files::StateLog> states_;
 };
+
+/// What the buses have to say to a stop: at full load the lowest priorities never get through.
+std::string full_buses(Emulator& emulator) {
+  constexpr double kFull = 0.97;
+  std::string names;
+  for (bus::CanBus* bus : emulator.buses()) {
+    if (std::max(bus->load(), bus->recent_load()) >= kFull)
+      names += (names.empty() ? "" : ", ") + bus->name();
+  }
+  return names.empty() ? names : "; buses at full load, so that frames are late or lost: " + names;
+}
 
 Outcome outcome_of(regrasp::Ending ending) {
   switch (ending) {
@@ -120,13 +123,15 @@ std::string to_string(Outcome outcome) {
 }
 
 RepetitionResult run_repetition(const RepetitionOptions& options) {
-  Bench bench(options);
+  EmulatedWorld world(world_options(options));
   const regrasp::Parameters parameters = regrasp::load_parameters(options.parameters);
   if (!options.out.empty()) std::filesystem::create_directories(options.out);
-  robot::RobotOptions robot_options;
-  robot::Robot robot(bench.robot_model, bench.devices, bench.emulator.interfaces(), robot_options);
-  LockstepCycle cycle(bench.emulator, robot_options.cycle);
-  WireTap tap(bench.emulator, options);
+  require_fit(options.robot, world.devices);
+  robot::RobotOptions robot_options = options.robot;
+  robot_options.allow_overload = true;  // the emulated buses show what comes of it
+  robot::Robot robot(world.robot, world.devices, world.emulator.interfaces(), robot_options);
+  LockstepCycle cycle(world.emulator, options.robot.cycle);
+  WireTap tap(world.emulator, options);
 
   const Wall::time_point start = Wall::now();
   Progress progress;
@@ -137,10 +142,10 @@ RepetitionResult run_repetition(const RepetitionOptions& options) {
     if (options.progress) options.progress(progress);
   };
   Judge judge(
-      bench.emulator, bench.scene,
+      world.emulator, world.scene,
       [&](std::string_view phase) {
         progress.phase = phase;
-        report_progress(bench.emulator.now());
+        report_progress(world.emulator.now());
       },
       [&](Time now) {
         tap.cycle();
@@ -154,19 +159,24 @@ RepetitionResult run_repetition(const RepetitionOptions& options) {
   RepetitionResult result;
   result.seed = options.seed;
   try {
-    regrasp::Regrasp method(bench.robot_model, robot, cycle, bench.emulator.camera(), parameters, judge);
+    regrasp::Regrasp method(world.robot, robot, cycle, world.emulator.camera(), parameters, judge);
     result.outcome = outcome_of(method.run().ending);
     if (!judge.always_held() || !judge.held_now()) result.outcome = Outcome::kDropped;
   } catch (const std::exception& stop) {
     result.outcome = Outcome::kStopped;
-    result.reason = stop.what();
+    result.reason = stop.what() + full_buses(world.emulator);
+  }
+  if (!options.out.empty()) {
+    // As the master has left the PDOs at boot.
+    static_cast<void>(device_files::write_dbc_files(
+        device_files::wired_buses(world.devices, world.emulator.buses()), options.out / "dbc"));
   }
   robot.stop();
   cycle.next();  // the drives take their quick stop, and their brakes hold
   judge.finish();
   tap.finish();
-  report_progress(bench.emulator.now());
-  result.row = table_row(bench.scene, judge);
+  report_progress(world.emulator.now());
+  result.row = table_row(world.scene, judge);
   result.weighed = !judge.weighings().empty();
   result.regrasps = std::max(0, static_cast<int>(judge.weighings().size()) - 1);
   result.simulated_seconds = progress.simulated_seconds;

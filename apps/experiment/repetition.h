@@ -6,6 +6,8 @@
 #include <optional>
 #include <string>
 
+#include "drivers/robot/robot.h"
+
 namespace walkman::apps {
 
 /// One row of the paper's Table 1. Distances along the object from its left end.
@@ -46,8 +48,11 @@ struct RepetitionOptions {
   std::filesystem::path scene;
   std::filesystem::path parameters;  ///< both stages' YAML
   std::filesystem::path actuators;
-  std::uint64_t seed = 1;     ///< object pose and sensor noise
-  std::filesystem::path out;  ///< folder for the CAN log, the cloud and the wrench trace; none when empty
+  robot::RobotOptions robot;
+  std::uint64_t seed = 1;  ///< object pose and sensor noise
+  std::filesystem::path
+      out;  ///< folder for the CAN log and its DBC files, the cloud, the wrench trace; none when empty
+  bool state_log = false;  ///< and for what the devices' objects were at every PDO
   std::function<void(const Progress&)> progress;
   /// Loses every frame on the wire that it returns false for; for tests of what the run does then.
   std::function<bool(const std::string& bus, std::uint32_t can_id, double seconds)> wire;

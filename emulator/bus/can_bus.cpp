@@ -31,6 +31,12 @@ CanBus::CanBus(std::string name, std::string interface_name, const BusOptions& o
 
 void CanBus::attach(Participant& participant) { controllers_.emplace_back(participant, nullptr); }
 
+std::vector<Participant*> CanBus::participants() const {
+  std::vector<Participant*> all;
+  for (const Controller& controller : controllers_) all.push_back(controller.participant);
+  return all;
+}
+
 ComputerEnd& CanBus::add_end() {
   tools_.push_back(std::make_unique<ComputerEnd>(std::string(computer_.name()), options_.fd));
   controllers_.emplace_back(*tools_.back(), tools_.back().get());
@@ -39,18 +45,26 @@ ComputerEnd& CanBus::add_end() {
 
 Time CanBus::next_event() const noexcept {
   Time next = phase_ == Phase::kIdle ? Time::max() : phase_ends_;
-  for (const Controller& controller : controllers_) {
-    // One that is still due after run_timers must not hold the clock.
-    if (controller.due > now_) next = std::min(next, controller.due);
+  if (earliest_ > now_) {
+    next = std::min(next, earliest_);
+  } else {
+    for (const Controller& controller : controllers_) {
+      // One that is still due after run_timers must not hold the clock.
+      if (controller.due > now_) next = std::min(next, controller.due);
+    }
   }
   return exceptions_ ? std::min(next, next_exception()) : next;
 }
 
 void CanBus::run_timers() noexcept {
+  if (earliest_ > now_) return;
+  earliest_ = Time::max();
   for (Controller& controller : controllers_) {
-    if (controller.due > now_) continue;
-    controller.participant->advance(now_);
-    controller.refresh();
+    if (controller.due <= now_) {
+      controller.participant->advance(now_);
+      controller.refresh();
+    }
+    earliest_ = std::min(earliest_, controller.due);
   }
 }
 
@@ -59,6 +73,7 @@ std::size_t CanBus::arbitrate(bool& several) noexcept {
   std::size_t winner = kNobody;
   for (std::size_t i = 0; i < controllers_.size(); ++i) {
     Controller& controller = controllers_[i];
+    controller.role = controller.online() ? Role::kReceiving : Role::kNone;
     // An observer may have sent something since.
     if (controller.computer != nullptr) controller.offer();
     if (controller.key == Controller::kNothing || controller.key > best) continue;
@@ -77,9 +92,6 @@ bool CanBus::start_frame() noexcept {
   if (winner == kNobody) return false;
   if (exceptions_) dominant_again();
 
-  for (Controller& controller : controllers_) {
-    controller.role = controller.online() ? Role::kReceiving : Role::kNone;
-  }
   attempt_ = {};
   sender_ = winner;
   if (several) {
@@ -141,7 +153,7 @@ void CanBus::succeed() noexcept {
     controller.holding = false;
     if (controller.faults.sent()) state_changed(controller);
     suspend_if_passive(controller);
-    controller.refresh();
+    refresh(controller);
   };
   if (attempt_.mixed) {
     for (Controller& controller : controllers_) {
@@ -166,13 +178,13 @@ void CanBus::deliver() noexcept {
     if (controller.role != Role::kReceiving || !controller.online()) continue;
     if (controller.faults.received()) state_changed(controller);
     controller.participant->receive(frame, now_);
-    controller.refresh();
+    refresh(controller);
   }
 }
 
 void CanBus::advance(Time until) noexcept {
   if (until < now_) return;
-  for (Controller& controller : controllers_) controller.refresh();
+  for (Controller& controller : controllers_) refresh(controller);
   for (;;) {
     run_timers();
     if (exceptions_) run_exceptions();

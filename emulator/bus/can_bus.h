@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <functional>
 #include <memory>
 #include <string>
@@ -84,6 +85,9 @@ class CanBus {
   void cut(const Participant& participant) noexcept { set_cut(participant, true); }
   void reconnect(const Participant& participant) noexcept { set_cut(participant, false); }
 
+  /// Everything with a controller on the bus, the computer first. Allocates.
+  [[nodiscard]] std::vector<Participant*> participants() const;
+
   /// Lets everything happen up to and including `until`; earlier times than `now` do nothing.
   void advance(Time until) noexcept;
 
@@ -94,6 +98,8 @@ class CanBus {
   [[nodiscard]] const BusOptions& options() const noexcept { return options_; }
   /// Nothing is under way and nobody has anything to send.
   [[nodiscard]] bool quiet() const noexcept;
+  /// When something happens next of itself: a frame ends, a participant's timer runs. Time::max() if never.
+  [[nodiscard]] Time next_event() const noexcept;
 
   /// Called with every frame that is complete and not lost, and with the error reports of the computer's end
   /// if it makes any. Must not throw.
@@ -113,6 +119,8 @@ class CanBus {
 
   /// Share of the last second the bus was busy, 0..1.
   [[nodiscard]] double load() noexcept { return load_.load(now_); }
+  /// The same over the last 20 ms, in whole steps of 10.
+  [[nodiscard]] double recent_load() noexcept { return load_.recent_load(now_); }
 
  private:
   enum class Phase { kIdle, kFrame, kInterframe };
@@ -121,7 +129,10 @@ class CanBus {
     return duration(length, options_.bit_rate, options_.data_bit_rate);
   }
   [[nodiscard]] Time bit_time(int bits) const noexcept { return time_of({bits, 0}); }
-  [[nodiscard]] Time next_event() const noexcept;
+  void refresh(Controller& controller) noexcept {
+    controller.refresh();
+    earliest_ = std::min(earliest_, controller.due);
+  }
   void run_timers() noexcept;
 
   // One frame: arbitration and plan, its end.
@@ -167,6 +178,7 @@ class CanBus {
   FaultPort fault_port_;
 
   Time now_{};
+  Time earliest_{};  // no participant's event is due before
   Phase phase_ = Phase::kIdle;
   Time phase_ends_{};
   std::size_t sender_ = 0;  // of the frame under way; the first of them if several send it

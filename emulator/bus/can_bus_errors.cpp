@@ -148,7 +148,7 @@ void CanBus::settle_failed_sender(Controller& controller) noexcept {
   }
   if (changed) state_changed(controller);
   suspend_if_passive(controller);
-  controller.refresh();
+  refresh(controller);
 }
 
 void CanBus::settle_failed_receiver(Controller& controller) noexcept {
@@ -185,7 +185,7 @@ void CanBus::state_changed(Controller& controller) noexcept {
   if (controller.computer != nullptr && controller.computer->options().reports != ErrorReports::kNone) {
     report(controller, state_report(controller.faults));
   }
-  controller.refresh();
+  refresh(controller);
 }
 
 void CanBus::report_bus_error(Controller& controller, const BusError& error) noexcept {

@@ -56,7 +56,7 @@ void CanBus::run_bus_off(Controller& controller) noexcept {
   if (controller.computer != nullptr && controller.computer->options().reports != ErrorReports::kNone) {
     report(controller, restart_report());
   }
-  controller.refresh();
+  refresh(controller);
 }
 
 void CanBus::dominant_again() noexcept {
@@ -85,7 +85,7 @@ void CanBus::set_cut(const Participant& participant, bool cut) noexcept {
     controller.stub_busy = false;
     // A recovery under way sees another bus, on which the runs so far count.
     if (controller.recovering) controller.recessive_since = now_;
-    controller.refresh();
+    refresh(controller);
     exceptions_ = true;
   }
 }

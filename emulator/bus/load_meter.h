@@ -22,6 +22,13 @@ class LoadMeter {
     move_to(now);
     return static_cast<double>(sum_.count()) * 1e-9;
   }
+  /// 0..1 over the two whole steps, 20 ms, before `now`: what just happened, at a coarse grain.
+  [[nodiscard]] double recent_load(Time now) noexcept {
+    move_to(now);
+    if (current_ < 2) return 0;
+    const Time busy = slots_[(current_ - 1) % kSlots] + slots_[(current_ - 2) % kSlots];
+    return static_cast<double>(busy.count()) / 20e6;
+  }
 
  private:
   static constexpr std::uint64_t kSlots = 100;

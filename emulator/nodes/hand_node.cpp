@@ -3,12 +3,18 @@
 #include <limits>
 
 namespace walkman::nodes {
+namespace {
+
+constexpr std::uint32_t kHandProduct = 4;
+
+}  // namespace
 
 DriveParameters hand_parameters(std::uint8_t node_id, std::string name, std::uint32_t serial,
                                 double rated_torque) {
   DriveParameters p;
   p.node_id = node_id;
   p.name = std::move(name);
+  p.product_code = kHandProduct;
   p.serial = serial;
   p.rated_torque = rated_torque;
   p.peak_torque = rated_torque;
@@ -20,9 +26,10 @@ DriveParameters hand_parameters(std::uint8_t node_id, std::string name, std::uin
   p.lower = 0;
   p.upper = kHandTravel;
   p.max_velocity = 4;
-  p.sync_divider = 4;
-  p.interpolation_ms = 20;
+  p.sync_divider = 1;
+  p.interpolation_ms = 5;
   p.following_error_window = std::numeric_limits<double>::infinity();
+  p.impossible_deflection = std::numeric_limits<double>::infinity();  // a tendon may go slack
   return p;
 }
 

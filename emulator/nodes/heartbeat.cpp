@@ -16,8 +16,8 @@ bool in_use(std::uint32_t entry) noexcept {
 
 }  // namespace
 
-HeartbeatProducer::HeartbeatProducer(ObjectDictionary& dictionary, Outbox& outbox, std::uint8_t node_id,
-                                     const Time& now)
+HeartbeatProducer::HeartbeatProducer(ObjectDictionary& dictionary, Outbox& outbox,
+                                     const std::uint8_t& node_id, const Time& now)
     : outbox_(outbox), node_id_(node_id) {
   period_ = dictionary.add<std::uint16_t>(canopen::object::kProducerHeartbeat, 0, Access::kReadWrite, 0);
   period_.on_write([this, &now](std::uint16_t period_ms) -> Verdict {
@@ -71,28 +71,26 @@ Verdict HeartbeatConsumer::check(std::size_t entry, std::uint32_t value) const n
   return std::nullopt;
 }
 
-HeartbeatConsumer::Change HeartbeatConsumer::beat(std::uint8_t node, Time now) noexcept {
-  bool recovered = false;
+void HeartbeatConsumer::beat(std::uint8_t node, Time now) noexcept {
   for (std::size_t i = 0; i < kEntries; ++i) {
     const std::uint32_t entry = entries_[i].get();
-    if (!in_use(entry) || node_of(entry) != node) continue;
-    recovered = watches_[i].lost;
-    watches_[i] = {now + time_of(entry), false};
+    if (in_use(entry) && node_of(entry) == node) watches_[i] = {now + time_of(entry), false};
   }
-  if (!recovered) return Change::kNone;
-  const bool any_lost = std::any_of(watches_.begin(), watches_.end(), [](const Watch& w) { return w.lost; });
-  return any_lost ? Change::kNone : Change::kRecovered;
 }
 
-HeartbeatConsumer::Change HeartbeatConsumer::advance(Time now) noexcept {
-  Change change = Change::kNone;
+bool HeartbeatConsumer::any_lost() const noexcept {
+  return std::any_of(watches_.begin(), watches_.end(), [](const Watch& w) { return w.lost; });
+}
+
+bool HeartbeatConsumer::advance(Time now) noexcept {
+  bool lost = false;
   for (std::size_t i = 0; i < kEntries; ++i) {
     if (watches_[i].deadline > now) continue;
     watches_[i] = {Time::max(), true};
-    if (change == Change::kNone) lost_node_ = node_of(entries_[i].get());
-    change = Change::kLost;
+    if (!lost) lost_node_ = node_of(entries_[i].get());
+    lost = true;
   }
-  return change;
+  return lost;
 }
 
 Time HeartbeatConsumer::next_event() const noexcept {

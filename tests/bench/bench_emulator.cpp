@@ -7,12 +7,8 @@
 
 #include "apps/experiment/repetition.h"
 #include "drivers/robot/robot.h"
-#include "emulator/bus/can_bus.h"
-#include "emulator/emulator.h"
-#include "emulator/nodes/drive_node.h"
-#include "emulator/nodes/force_torque_node.h"
-#include "emulator/nodes/hand_node.h"
 #include "emulator/plant/plant.h"
+#include "tests/rigs/robot_without_plant.h"
 
 namespace {
 
@@ -21,20 +17,14 @@ using namespace walkman;
 const std::filesystem::path kUrdf = WALKMAN_URDF_DIR;
 const std::filesystem::path kActuators = kUrdf / "../emulator/plant/actuators.yaml";
 
-struct Files {
-  Scene scene = load_scene(kUrdf / "scenes/experiment_1.yaml");
-  RobotModel robot = load_robot_model(scene.robot_urdf);
-  DeviceTable devices = load_device_table(scene.device_table, robot);
-};
-
-const Files& files() {
-  static const Files instance;
+const rigs::RobotFiles& files() {
+  static const rigs::RobotFiles instance(kUrdf);
   return instance;
 }
 
 /// One millisecond of the plant: the robot at home with its brakes closed, the bar on the table.
 void BM_PhysicsStep(benchmark::State& state) {
-  const Files& f = files();
+  const rigs::RobotFiles& f = files();
   plant::Plant plant(f.robot, f.scene, f.devices, plant::load_actuators(kActuators));
   const auto step = [&] {
     for (int s = 0; s < plant::Plant::kSubSteps; ++s) {
@@ -50,78 +40,11 @@ void BM_PhysicsStep(benchmark::State& state) {
 }
 BENCHMARK(BM_PhysicsStep)->Unit(benchmark::kMicrosecond);
 
-/// Every drive and sensor on its bus, fed with constant readings instead of a plant.
-class NodesAlone {
- public:
-  NodesAlone() {
-    const Files& f = files();
-    for (const Bus& wiring : f.devices.buses) {
-      buses_.push_back(std::make_unique<bus::CanBus>(wiring.name, wiring.interface));
-      for (const Device& device : wiring.devices) {
-        if (device.kind == DeviceKind::kForceTorque) {
-          nodes::ForceTorqueParameters p;
-          p.node_id = device.node_id;
-          p.name = device.name;
-          p.serial = device.node_id;
-          sensors_.push_back(std::make_unique<nodes::ForceTorqueNode>(p));
-          buses_.back()->attach(*sensors_.back());
-          continue;
-        }
-        const double rated = device.rated_torque_mnm * 1e-3;
-        nodes::DriveParameters p = nodes::hand_parameters(device.node_id, device.name, device.node_id, rated);
-        if (device.kind == DeviceKind::kJointDrive) {
-          const Joint& joint = f.robot.joints[static_cast<std::size_t>(f.robot.joint_index(device.name))];
-          p.sync_divider = 1;
-          p.interpolation_ms = 5;
-          p.lower = joint.limits.lower;
-          p.upper = joint.limits.upper;
-        }
-        drives_.push_back(std::make_unique<nodes::DriveNode>(p));
-        readings_.emplace_back();
-        readings_.back().motor_position = readings_.back().link_position = (p.lower + p.upper) / 2;
-        buses_.back()->attach(*drives_.back());
-      }
-    }
-  }
-
-  void advance(Time until) {
-    constexpr int kControlSteps = 4;
-    while (now_ < until) {
-      now_ += std::chrono::milliseconds(1);
-      for (const auto& bus : buses_) bus->advance(now_);
-      for (int s = 0; s < kControlSteps; ++s) {
-        for (std::size_t i = 0; i < drives_.size(); ++i) {
-          benchmark::DoNotOptimize(drives_[i]->control(readings_[i], 2.5e-4));
-        }
-      }
-      for (const auto& sensor : sensors_) sensor->sample(Wrench{});
-    }
-  }
-  std::vector<can::Interface*> interfaces() {
-    std::vector<can::Interface*> ends;
-    for (const auto& bus : buses_) ends.push_back(&bus->computer_end());
-    return ends;
-  }
-  [[nodiscard]] Time now() const { return now_; }
-  [[nodiscard]] std::uint64_t frames() const {
-    std::uint64_t sum = 0;
-    for (const auto& bus : buses_) sum += bus->counters().frames;
-    return sum;
-  }
-
- private:
-  std::vector<std::unique_ptr<bus::CanBus>> buses_;
-  std::vector<std::unique_ptr<nodes::DriveNode>> drives_;
-  std::vector<std::unique_ptr<nodes::ForceTorqueNode>> sensors_;
-  std::vector<nodes::ServoFeedback> readings_;
-  Time now_{};
-};
-
-/// One SYNC cycle (5 ms) of all 37 nodes on five buses with the driver layer at the other end, without
+/// One SYNC cycle (5 ms) of all 38 nodes on five buses with the driver layer at the other end, without
 /// physics.
 void BM_SyncCycle(benchmark::State& state) {
-  const Files& f = files();
-  NodesAlone nodes;
+  const rigs::RobotFiles& f = files();
+  rigs::RobotWithoutPlant nodes(f);
   robot::Robot robot(f.robot, f.devices, nodes.interfaces());
   constexpr Time kCycle = std::chrono::milliseconds(5);
   nodes.advance(kCycle);

@@ -112,5 +112,16 @@ TEST(Experiment1, WithoutTheWristsTpdosTheRunStopsAndSaysWhy) {
   }
 }
 
+TEST(Experiment1, ARateThatTheBusesCannotCarryIsReported) {
+  RepetitionOptions o = options(1);
+  o.robot.cycle = std::chrono::milliseconds(1);
+  const RepetitionResult result = run_repetition(o);
+  EXPECT_EQ(result.outcome, Outcome::kStopped);
+  EXPECT_THAT(
+      result.reason,
+      HasSubstr("buses at full load, so that frames are late or lost: torso, rarm, larm, rleg, lleg"));
+  EXPECT_FALSE(result.weighed);
+}
+
 }  // namespace
 }  // namespace walkman::apps

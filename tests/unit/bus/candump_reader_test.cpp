@@ -152,7 +152,7 @@ TEST(CandumpReader, AnyBytesAreReadOrRefused) {
   std::ostringstream text;
   text << std::ifstream(kData / "mixed.log").rdbuf();
   const std::string good = text.str();
-  for (int round = 0; round < 500; ++round) {
+  for (int round = 0; round < 200; ++round) {
     std::string bytes = good;
     for (int k = 0; k < 1 + round % 8; ++k) {
       bytes[random() % bytes.size()] = static_cast<char>(random());

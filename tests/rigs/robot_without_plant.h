@@ -1,0 +1,52 @@
+#pragma once
+
+#include <filesystem>
+#include <memory>
+#include <vector>
+
+#include "drivers/can/interface.h"
+#include "emulator/bus/can_bus.h"
+#include "emulator/nodes/drive_node.h"
+#include "emulator/nodes/force_torque_node.h"
+#include "emulator/nodes/inertial_node.h"
+#include "urdf/device_table.h"
+#include "urdf/robot_model.h"
+#include "urdf/scene.h"
+
+namespace walkman::rigs {
+
+/// The robot's files as the experiments use them.
+struct RobotFiles {
+  explicit RobotFiles(const std::filesystem::path& urdf_folder);
+
+  Scene scene;
+  RobotModel robot;
+  DeviceTable devices;
+};
+
+/// Every drive and sensor of the robot on its bus, the drives' encoders standing still instead of a plant:
+/// what nodes and buses do, and cost, by themselves.
+class RobotWithoutPlant {
+ public:
+  explicit RobotWithoutPlant(const RobotFiles& files);
+
+  /// Buses, the drives' loops at 4 kHz and the sensors at 1 kHz; whole milliseconds.
+  void advance(Time until);
+  /// Lets only the buses' clocks run on to `start`; no node is powered before. To be called first, if at all.
+  void start_at(Time start);
+
+  [[nodiscard]] std::vector<can::Interface*> interfaces();
+  [[nodiscard]] const std::vector<std::unique_ptr<bus::CanBus>>& buses() const { return buses_; }
+  [[nodiscard]] Time now() const { return now_; }
+  [[nodiscard]] std::uint64_t frames() const;
+
+ private:
+  std::vector<std::unique_ptr<bus::CanBus>> buses_;
+  std::vector<std::unique_ptr<nodes::DriveNode>> drives_;
+  std::vector<std::unique_ptr<nodes::ForceTorqueNode>> sensors_;
+  std::vector<std::unique_ptr<nodes::InertialNode>> inertials_;
+  std::vector<nodes::ServoFeedback> readings_;
+  Time now_{};
+};
+
+}  // namespace walkman::rigs
