@@ -29,7 +29,7 @@ SocketcandSession::Step SocketcandSession::step(std::string_view& input, Time wa
     case SocketcandReader::Result::kNeedMore:
       return Step::kNeedMore;
     case SocketcandReader::Result::kMessage:
-      held_until_ = Time::min();
+      steps_held_ = 0;
       handle(parse_socketcand(reader_.message()), wall);
       return Step::kDone;
     case SocketcandReader::Result::kGarbage:
@@ -67,7 +67,10 @@ void SocketcandSession::handle(const SocketcandCommand& command, Time wall) noex
     waiting_ = command.frame;
     static_cast<void>(offer());
   } else {
-    if (!raw_) held_until_ = wall + kHandshakePause;
+    if (!raw_) {
+      steps_held_ = kHandshakeSteps;
+      held_until_ = wall + kHandshakeStep;
+    }
     raw_ = true;
     reply("< ok >");
   }
@@ -95,9 +98,17 @@ bool SocketcandSession::offer() noexcept {
   return true;
 }
 
+bool SocketcandSession::held(Time wall) noexcept {
+  if (steps_held_ > 0 && wall >= held_until_) {
+    --steps_held_;
+    held_until_ = wall + kHandshakeStep;
+  }
+  if (steps_held_ == 0) held_until_ = Time::min();
+  return steps_held_ > 0;
+}
+
 void SocketcandSession::forward(Time wall) noexcept {
-  if (end_ == nullptr || wall < held_until_) return;
-  held_until_ = Time::min();
+  if (end_ == nullptr || held(wall)) return;
   can::StampedFrame frame;
   while (end_->receive(frame)) {
     if (raw_) write(frame);

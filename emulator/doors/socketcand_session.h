@@ -24,13 +24,16 @@ struct SocketcandCounters {
 ///
 /// It knows what python-can 4.1.0 expects of a server. A reply in the handshake must be the only message its
 /// read returns, so frames are held back after the reply to rawmode until the client speaks again or
-/// `kHandshakePause` is over. It reads 1024 characters at a time, and of a message cut by that it loses the
-/// first one; so once that much has been written, every message is preceded by a line feed, which is lost
-/// instead. The reference client skips to the next bracket, so this is nothing to it.
+/// `kHandshakePause` is over, in steps, so that a time in which the whole machine stood still counts little.
+/// It reads 1024 characters at a time, and of a message cut by that it loses the first one; so once that much
+/// has been written, every message is preceded by a line feed, which is lost instead. The reference client
+/// skips to the next bracket, so this is nothing to it.
 class SocketcandSession {
  public:
   static constexpr std::size_t kQueueLength = 65536;
-  static constexpr Time kHandshakePause = std::chrono::milliseconds(250);
+  static constexpr Time kHandshakeStep = std::chrono::milliseconds(50);
+  static constexpr int kHandshakeSteps = 5;
+  static constexpr Time kHandshakePause = kHandshakeSteps * kHandshakeStep;
 
   enum class Step {
     kNeedMore,  ///< all input is used up
@@ -52,13 +55,14 @@ class SocketcandSession {
   /// Writes frames received from the bus to the outgoing queue; those without room are dropped and counted.
   void forward(Time wall) noexcept;
 
-  /// Until when received frames are held back; Time::min() when they are not.
+  /// When `forward` has to be called again for frames that are held back; Time::min() when none are.
   [[nodiscard]] Time held_until() const noexcept { return held_until_; }
 
   [[nodiscard]] TextQueue& outgoing() noexcept { return outgoing_; }
 
  private:
   [[nodiscard]] bool offer() noexcept;
+  [[nodiscard]] bool held(Time wall) noexcept;
   void handle(const SocketcandCommand& command, Time wall) noexcept;
   void open(std::string_view bus) noexcept;
   void reply(std::string_view message) noexcept { static_cast<void>(outgoing_.push(message)); }
@@ -75,6 +79,7 @@ class SocketcandSession {
   TextQueue outgoing_{kQueueLength};
   std::optional<can::Frame> waiting_;  // for room in the bus's transmit queue
   bool raw_ = false;
+  int steps_held_ = 0;  // left of the pause after the handshake
   Time held_until_ = Time::min();
   std::uint64_t written_ = 0;  // characters of frames
   std::uint64_t overflows_ = 0;

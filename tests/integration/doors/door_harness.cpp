@@ -68,6 +68,8 @@ int run(const char* link) {
       for (; cycles > 0; --cycles) {
         rarm.advance();
         larm.advance();
+        server.service();
+        slcan.service();
       }
     }
     server.service();

@@ -59,11 +59,13 @@ class DoorTest(unittest.TestCase):
         assert " dropped 0 " in cls.last_words, cls.last_words
 
     def setUp(self):
+        self.began = time.monotonic()
         self.complaints = Recorder()
         logging.getLogger("can").addHandler(self.complaints)
         logging.getLogger("can").propagate = False
 
     def tearDown(self):
+        print(f"{time.monotonic() - self.began:.1f} s", end=" ", file=sys.stderr)
         logging.getLogger("can").removeHandler(self.complaints)
         self.assertEqual(self.complaints.lines, [])
 
@@ -220,7 +222,7 @@ class Socketcand(Tool, DoorTest):
 
         set_heartbeats(5)
         try:
-            for _ in range(20):
+            for _ in range(10):
                 bus = self.open()
                 self.wait_for(bus, 0x70B)
                 bus.shutdown()
