@@ -8,7 +8,7 @@
 namespace walkman::apps {
 namespace {
 
-constexpr double kDefaultRate = 200;  // Hz
+constexpr double kDefaultRate = 200;      // Hz
 constexpr int kLongestPeriodMs = 20;      // 50 Hz; set-points farther apart are steps
 constexpr const char* kShipped = "abcd";  // layouts of drivers/robot/pdo_layouts
 

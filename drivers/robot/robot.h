@@ -88,7 +88,7 @@ struct RobotOptions {
   double limit_tolerance = 0.01;  ///< rad beyond a position limit that are clamped without a fault
   PdoLayout layout = factory_layout();
   Identities identities;
-  bool allow_overload = false;  ///< take a cycle that the frames of a bus do not fit into, for tests
+  bool allow_overload = false;    ///< take a cycle that the frames of a bus do not fit into, for tests
   int sync_counter_overflow = 0;  ///< 1019h: 2 to 240, SYNC carries a counter; 0: it does not
 };
 
