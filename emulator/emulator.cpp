@@ -67,6 +67,9 @@ nodes::ServoFeedback feedback(const plant::ActuatorReadings& readings) {
   out.link_position = readings.link_position;
   out.link_velocity = readings.link_velocity;
   out.spring_torque = readings.spring_torque;
+  out.motor_temperature_c = readings.winding_temperature_c;
+  out.board_temperature_c = readings.case_temperature_c;
+  out.supply_voltage = readings.supply_voltage;
   return out;
 }
 
