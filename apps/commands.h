@@ -8,8 +8,13 @@ namespace walkman::apps {
 
 /// Each adds its verb to the command line; when the verb was given, `run` is set to what it does, returning
 /// the exit code.
+void add_emulate_command(CLI::App& app, std::function<int()>& run);
 void add_experiment_command(CLI::App& app, std::function<int()>& run);
+void add_export_command(CLI::App& app, std::function<int()>& run);
+void add_grasp_command(CLI::App& app, std::function<int()>& run);
+void add_load_command(CLI::App& app, std::function<int()>& run);
 void add_locate_command(CLI::App& app, std::function<int()>& run);
 void add_model_command(CLI::App& app, std::function<int()>& run);
+void add_replay_command(CLI::App& app, std::function<int()>& run);
 
 }  // namespace walkman::apps

@@ -5,8 +5,8 @@
 namespace walkman::apps {
 
 /// Where the product's data lies (robot, scenes, parameters): the folder in the environment variable
-/// WALKMAN_DATA if set, else the tree the program was built from. Throws std::runtime_error naming the folder
-/// if it has no `urdf/walkman.urdf`.
+/// WALKMAN_DATA if set; else share/walkman-hil beside the folder the program is in, if it was installed; else
+/// the tree it was built from. Throws std::runtime_error naming the folder if it has no `urdf/walkman.urdf`.
 [[nodiscard]] std::filesystem::path data_directory();
 
 }  // namespace walkman::apps

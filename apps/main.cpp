@@ -10,7 +10,8 @@ namespace {
 constexpr const char* kFooter =
     "Verbs of the script at the root of the source tree only: test (builds and runs every test), bench "
     "(builds and runs\n"
-    "the benchmarks). The product's data is looked up in the folder WALKMAN_DATA, else in the source tree.\n"
+    "the benchmarks). The product's data is looked up in the folder WALKMAN_DATA, else beside an installed program,\n"
+    "else in the source tree.\n"
     "Exit codes: 0 done; 1 ran, but the task failed; 2 bad usage or file; 3 the environment lacks something "
     "(script);\n"
     "5 internal error.";
@@ -31,9 +32,14 @@ int main(int argc, char** argv) {
   app.require_subcommand(1);
   app.footer(kFooter);
   std::function<int()> run;
+  walkman::apps::add_emulate_command(app, run);
   walkman::apps::add_experiment_command(app, run);
+  walkman::apps::add_export_command(app, run);
+  walkman::apps::add_grasp_command(app, run);
+  walkman::apps::add_load_command(app, run);
   walkman::apps::add_locate_command(app, run);
   walkman::apps::add_model_command(app, run);
+  walkman::apps::add_replay_command(app, run);
   if (is_unknown_verb(app, argc, argv)) {
     std::fprintf(stderr, "walkman-hil: unknown verb '%s', expected one of those that --help lists\n",
                  argv[1]);
@@ -47,6 +53,9 @@ int main(int argc, char** argv) {
   }
   try {
     return run();
+  } catch (const walkman::apps::EnvironmentError& e) {
+    std::fprintf(stderr, "walkman-hil: %s\n", e.what());
+    return walkman::apps::kEnvironment;
   } catch (const std::runtime_error& e) {
     std::fprintf(stderr, "walkman-hil: %s\n", e.what());
     return walkman::apps::kBadInput;

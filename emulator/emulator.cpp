@@ -1,23 +1,37 @@
 #include "emulator/emulator.h"
 
+#include <algorithm>
+#include <fstream>
+#include <iterator>
 #include <random>
 #include <stdexcept>
 
-#include "emulator/multisense.h"
+#include "emulator/export/device_files.h"
 #include "emulator/nodes/drive_node.h"
 #include "emulator/nodes/force_torque_node.h"
 #include "emulator/nodes/hand_node.h"
+#include "emulator/nodes/inertial_node.h"
 
 namespace walkman {
 namespace {
 
-constexpr Time kPhysicsStep = std::chrono::milliseconds(1);
 constexpr double kSubStep = plant::Plant::kStep / plant::Plant::kSubSteps;
 constexpr const char* kOpticalFrame = "multisense/left_camera_optical_frame";
 
+/// FNV-1a of a file's bytes; of none when it cannot be read.
+std::uint32_t hash_of(const std::filesystem::path& file) {
+  std::ifstream stream(file, std::ios::binary);
+  std::uint32_t hash = 0x811C9DC5;
+  for (std::istreambuf_iterator<char> it(stream), end; it != end; ++it) {
+    hash = (hash ^ static_cast<std::uint8_t>(*it)) * 0x01000193;
+  }
+  return hash;
+}
+
 nodes::DriveParameters drive_parameters(const Device& device, const RobotModel& robot,
                                         const plant::ActuatorParameters& actuator) {
-  const Joint& joint = robot.joints[static_cast<std::size_t>(robot.joint_index(device.name))];
+  const int joint_index = robot.joint_index(device.name);
+  const Joint& joint = robot.joints[static_cast<std::size_t>(joint_index)];
   const double rated_torque = device.rated_torque_mnm * 1e-3;
   nodes::DriveParameters parameters;
   if (device.kind == DeviceKind::kHandDrive) {
@@ -31,9 +45,14 @@ nodes::DriveParameters drive_parameters(const Device& device, const RobotModel& 
   parameters.spring_constant = actuator.spring_constant;
   parameters.motor_inertia = actuator.motor_inertia;
   parameters.position_bandwidth_hz = actuator.position_bandwidth_hz;
+  parameters.rated_current = rated_torque / actuator.torque_constant;
+  parameters.lowest_supply = 0.75 * actuator.supply_voltage;
+  parameters.highest_supply = 1.25 * actuator.supply_voltage;
   parameters.lower = joint.limits.lower;
   parameters.upper = joint.limits.upper;
   parameters.max_velocity = joint.limits.velocity;
+  if (actuator.motor_encoder_step > 0) parameters.motor_encoder_step = actuator.motor_encoder_step;
+  parameters.joint_number = static_cast<std::uint16_t>(joint_index + 1);
   return parameters;
 }
 
@@ -43,19 +62,50 @@ constexpr double kForceResidual = 2.0;    // N, uniform within plus or minus
 constexpr double kTorqueResidual = 0.05;  // N·m
 constexpr double kNoise = 1.0;            // resolutions
 
+/// Every sensor has its own stream of the scene's seed.
+std::mt19937_64 sensor_stream(const Device& device, std::uint64_t seed) {
+  std::seed_seq sequence{static_cast<std::uint32_t>(seed), static_cast<std::uint32_t>(seed >> 32U),
+                         static_cast<std::uint32_t>(device.node_id)};
+  return std::mt19937_64(sequence);
+}
+
 nodes::ForceTorqueParameters force_torque_parameters(const Device& device, std::uint64_t seed) {
   nodes::ForceTorqueParameters parameters;
   parameters.node_id = device.node_id;
   parameters.name = device.name;
   parameters.serial = device.node_id;
   parameters.noise = kNoise;
-  std::seed_seq sequence{static_cast<std::uint32_t>(seed), static_cast<std::uint32_t>(seed >> 32U),
-                         static_cast<std::uint32_t>(device.node_id)};
-  std::mt19937_64 generator(sequence);
+  std::mt19937_64 generator = sensor_stream(device, seed);
   std::uniform_real_distribution<double> spread(-1, 1);
   for (std::size_t i = 0; i < parameters.residual.size(); ++i) {
     parameters.residual[i] = spread(generator) * (i < 3 ? kForceResidual : kTorqueResidual);
   }
+  parameters.noise_seed = generator();
+  return parameters;
+}
+
+// Errors of an inertial unit, uniform within plus or minus, and noise of a sample: estimates in the range of
+// MEMS attitude sensors.
+constexpr double kForceBias = 0.02;   // m/s²
+constexpr double kForceNoise = 0.02;  // m/s²
+constexpr double kRateBias = 5e-4;    // rad/s
+constexpr double kRateNoise = 1e-3;   // rad/s
+constexpr double kTiltError = 3e-3;   // rad
+constexpr double kYawDrift = 5e-5;    // rad/s
+
+nodes::InertialParameters inertial_parameters(const Device& device, std::uint64_t seed) {
+  nodes::InertialParameters parameters;
+  parameters.node_id = device.node_id;
+  parameters.name = device.name;
+  parameters.serial = device.node_id;
+  parameters.force_noise = kForceNoise;
+  parameters.rate_noise = kRateNoise;
+  std::mt19937_64 generator = sensor_stream(device, seed);
+  std::uniform_real_distribution<double> spread(-1, 1);
+  for (double& bias : parameters.force_bias) bias = kForceBias * spread(generator);
+  for (double& bias : parameters.rate_bias) bias = kRateBias * spread(generator);
+  for (double& error : parameters.tilt_error) error = kTiltError * spread(generator);
+  parameters.yaw_drift = kYawDrift * spread(generator);
   parameters.noise_seed = generator();
   return parameters;
 }
@@ -70,6 +120,7 @@ nodes::ServoFeedback feedback(const plant::ActuatorReadings& readings) {
   out.motor_temperature_c = readings.winding_temperature_c;
   out.board_temperature_c = readings.case_temperature_c;
   out.supply_voltage = readings.supply_voltage;
+  out.motor_current = readings.current;
   return out;
 }
 
@@ -86,6 +137,7 @@ struct Emulator::Impl {
   std::vector<std::unique_ptr<bus::CanBus>> buses;
   std::vector<std::unique_ptr<nodes::DriveNode>> drives;         // device-table order, as the plant's
   std::vector<std::unique_ptr<nodes::ForceTorqueNode>> sensors;  // device-table order, as the plant's
+  std::vector<std::unique_ptr<nodes::InertialNode>> inertials;   // device-table order, as the plant's
   Time now{};
 };
 
@@ -95,16 +147,24 @@ Emulator::Impl::Impl(const RobotModel& robot, const DeviceTable& devices, const 
     : plant(robot, scene, devices, actuators),
       multisense(robot, scene, robot.link_index(kOpticalFrame), options.camera, options.camera_rate_hz,
                  options.seed) {
+  const std::uint32_t model_hash = hash_of(scene.robot_urdf);
   for (const Bus& wiring : devices.buses) {
-    buses.push_back(std::make_unique<bus::CanBus>(wiring.name, wiring.interface));
+    buses.push_back(std::make_unique<bus::CanBus>(
+        wiring.name, wiring.interface,
+        bus::BusOptions{wiring.bit_rate, wiring.fd, wiring.data_bit_rate, options.bus_timing}));
     for (const Device& device : wiring.devices) {
       if (device.kind == DeviceKind::kForceTorque) {
         sensors.push_back(
             std::make_unique<nodes::ForceTorqueNode>(force_torque_parameters(device, options.seed)));
         buses.back()->attach(*sensors.back());
+      } else if (device.kind == DeviceKind::kInertialUnit) {
+        inertials.push_back(std::make_unique<nodes::InertialNode>(inertial_parameters(device, options.seed)));
+        buses.back()->attach(*inertials.back());
       } else {
-        drives.push_back(std::make_unique<nodes::DriveNode>(
-            drive_parameters(device, robot, actuators.at(device.actuator))));
+        nodes::DriveParameters parameters = drive_parameters(device, robot, actuators.at(device.actuator));
+        parameters.model_hash = model_hash;
+        parameters.bus_number = static_cast<std::uint16_t>(buses.size());
+        drives.push_back(std::make_unique<nodes::DriveNode>(parameters));
         buses.back()->attach(*drives.back());
       }
     }
@@ -123,6 +183,10 @@ void Emulator::Impl::step() {
   }
   plant.step();
   for (std::size_t i = 0; i < sensors.size(); ++i) sensors[i]->sample(plant.F_So_S(static_cast<int>(i)));
+  for (std::size_t i = 0; i < inertials.size(); ++i) {
+    const plant::InertialMotion& motion = plant.inertial_motion(static_cast<int>(i));
+    inertials[i]->sample({motion.specific_force_S, motion.angular_velocity_S, motion.q_WS});
+  }
   now = next;
   multisense.advance(now, plant);
 }
@@ -130,12 +194,23 @@ void Emulator::Impl::step() {
 Emulator::Emulator(const RobotModel& robot, const DeviceTable& devices, const Scene& scene,
                    const EmulatorOptions& options)
     : impl_(
-          std::make_unique<Impl>(robot, devices, scene, options, plant::load_actuators(options.actuators))) {}
+          std::make_unique<Impl>(robot, devices, scene, options, plant::load_actuators(options.actuators))) {
+  device_files::store_data_sheets(device_files::wired_buses(devices, buses()));
+}
 
 Emulator::~Emulator() = default;
 
 void Emulator::advance(Time until) {
   while (impl_->now + kPhysicsStep <= until) impl_->step();
+}
+
+void Emulator::carry(Time until) noexcept {
+  const Time end = std::min(until, impl_->now + kPhysicsStep);
+  for (const auto& bus : impl_->buses) bus->advance(end);
+}
+
+Time Emulator::buses_now() const noexcept {
+  return impl_->buses.empty() ? impl_->now : impl_->buses.front()->now();
 }
 
 Time Emulator::now() const { return impl_->now; }
@@ -146,7 +221,7 @@ std::vector<can::Interface*> Emulator::interfaces() {
   return ends;
 }
 
-camera::RangeCamera& Emulator::camera() { return impl_->multisense; }
+MultiSense& Emulator::camera() { return impl_->multisense; }
 
 std::vector<bus::CanBus*> Emulator::buses() {
   std::vector<bus::CanBus*> all;

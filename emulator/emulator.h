@@ -9,6 +9,7 @@
 #include "drivers/camera/range_camera.h"
 #include "drivers/can/interface.h"
 #include "emulator/bus/can_bus.h"
+#include "emulator/multisense.h"
 #include "emulator/plant/plant.h"
 #include "sensors/stereo_camera.h"
 #include "urdf/device_table.h"
@@ -21,6 +22,7 @@ struct EmulatorOptions {
   sensors::StereoOptions camera;
   double camera_rate_hz = 15;
   std::uint64_t seed = 1;  ///< of the sensors' noise
+  bool bus_timing = true;  ///< false: frames take no time on the buses
 };
 
 /// The robot that is not there: plant, drives, sensors and buses, behind CAN interfaces and a camera.
@@ -29,6 +31,8 @@ struct EmulatorOptions {
 /// drive closes its loops, the plant moves, and the sensors' nodes take their samples.
 class Emulator {
  public:
+  static constexpr Time kPhysicsStep = std::chrono::milliseconds(1);
+
   /// `robot` must outlive the emulator. Throws std::runtime_error when scene, table and model do not fit
   /// together.
   Emulator(const RobotModel& robot, const DeviceTable& devices, const Scene& scene,
@@ -41,9 +45,15 @@ class Emulator {
   void advance(Time until);
   [[nodiscard]] Time now() const;
 
+  /// Lets the buses alone go on to `until`, within the physics step under way: what a node answers does not
+  /// have to wait for the plant's next millisecond. Later times stop at the end of that step.
+  void carry(Time until) noexcept;
+  /// How far the buses are; `now` to one physics step after it.
+  [[nodiscard]] Time buses_now() const noexcept;
+
   /// The computer's end of each bus, in the order of the device table.
   [[nodiscard]] std::vector<can::Interface*> interfaces();
-  [[nodiscard]] camera::RangeCamera& camera();
+  [[nodiscard]] MultiSense& camera();
 
   /// The buses themselves, for logs and for losing frames on purpose.
   [[nodiscard]] std::vector<bus::CanBus*> buses();

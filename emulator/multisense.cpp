@@ -44,29 +44,33 @@ MultiSense::MultiSense(const RobotModel& robot, const Scene& scene, int optical_
   for (const SceneObject& object : scene.objects) {
     (void)rays_.add_movable(rigid_geometry(plant::with_weights(object)));
   }
-  poses_.resize(robot_links_.size() + object_count_, Eigen::Isometry3d::Identity());
+  exposure_.poses.resize(robot_links_.size() + object_count_, Eigen::Isometry3d::Identity());
 }
 
 void MultiSense::advance(Time now, const plant::Plant& plant) {
   if (now < next_) return;
   while (next_ <= now) next_ += period_;
-  ++frame_;
-  stamp_ = now;
-  X_WC_ = plant.X_WL(optical_link_);
-  for (std::size_t i = 0; i < robot_links_.size(); ++i) poses_[i] = plant.X_WL(robot_links_[i]);
+  ++exposure_.frame;
+  exposure_.stamp = now;
+  exposure_.X_WC = plant.X_WL(optical_link_);
+  for (std::size_t i = 0; i < robot_links_.size(); ++i) exposure_.poses[i] = plant.X_WL(robot_links_[i]);
   for (std::size_t i = 0; i < object_count_; ++i) {
-    poses_[robot_links_.size() + i] = plant.X_WO(static_cast<int>(i));
+    exposure_.poses[robot_links_.size() + i] = plant.X_WO(static_cast<int>(i));
   }
 }
 
-bool MultiSense::latest(Time not_before, camera::OrganizedCloud& out) {
-  if (stamp_ < not_before || stamp_ == Time::min()) return false;
-  rays_.update(poses_);
-  camera_.capture(rays_, X_WC_, seed_, frame_, out.points);
-  out.stamp = stamp_;
-  out.frame = frame_;
+void MultiSense::render(const Exposure& exposure, camera::OrganizedCloud& out) {
+  rays_.update(exposure.poses);
+  camera_.capture(rays_, exposure.X_WC, seed_, exposure.frame, out.points);
+  out.stamp = exposure.stamp;
+  out.frame = exposure.frame;
   out.width = camera_.options().width;
   out.height = camera_.options().height;
+}
+
+bool MultiSense::latest(Time not_before, camera::OrganizedCloud& out) {
+  if (exposure_.stamp < not_before || exposure_.stamp == Time::min()) return false;
+  render(exposure_, out);
   return true;
 }
 

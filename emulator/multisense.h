@@ -12,6 +12,14 @@
 
 namespace walkman {
 
+/// Where everything was when the camera exposed: enough to render the frame at any later time.
+struct Exposure {
+  Time stamp = Time::min();  ///< `Time::min()`: there has been none
+  std::uint64_t frame = 0;
+  Eigen::Isometry3d X_WC = Eigen::Isometry3d::Identity();
+  std::vector<Eigen::Isometry3d> poses;  ///< of the ray scene's movable bodies
+};
+
 /// The head's stereo camera: exposes the plant at its frame rate and hands out the matcher's clouds.
 ///
 /// An exposure only notes where everything is; the rays are cast when somebody asks for that frame, with the
@@ -25,6 +33,15 @@ class MultiSense : public camera::RangeCamera {
   /// Exposes when a frame is due at `now`.
   void advance(Time now, const plant::Plant& plant);
 
+  /// The newest exposure.
+  [[nodiscard]] const Exposure& exposure() const { return exposure_; }
+
+  [[nodiscard]] int width() const { return camera_.options().width; }
+  [[nodiscard]] int height() const { return camera_.options().height; }
+
+  /// Casts the rays of an exposure. May run in another thread than `advance`, but in one at a time.
+  void render(const Exposure& exposure, camera::OrganizedCloud& out);
+
   [[nodiscard]] bool latest(Time not_before, camera::OrganizedCloud& out) override;
 
  private:
@@ -37,10 +54,7 @@ class MultiSense : public camera::RangeCamera {
   std::uint64_t seed_;
   Time period_, next_{};
 
-  std::uint64_t frame_ = 0;
-  Time stamp_ = Time::min();
-  Eigen::Isometry3d X_WC_ = Eigen::Isometry3d::Identity();
-  std::vector<Eigen::Isometry3d> poses_;
+  Exposure exposure_;
 };
 
 }  // namespace walkman

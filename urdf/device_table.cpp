@@ -1,5 +1,6 @@
 #include "urdf/device_table.h"
 
+#include <algorithm>
 #include <cstddef>
 #include <limits>
 #include <map>
@@ -47,12 +48,12 @@ void check_frame(const YamlMap& map, const std::string& key, const Device& devic
 
 std::string kind_key(const YamlMap& map) {
   std::string found;
-  for (const char* key : {"joint", "hand", "force_torque"}) {
+  for (const char* key : {"joint", "hand", "force_torque", "imu"}) {
     if (!map.has(key)) continue;
     if (!found.empty()) map.fail(key, fmt::format("\"{}\" is there too, expected one of them", found));
     found = key;
   }
-  if (found.empty()) map.fail("", "expected one of the keys joint, hand, force_torque");
+  if (found.empty()) map.fail("", "expected one of the keys joint, hand, force_torque, imu");
   return found;
 }
 
@@ -61,8 +62,8 @@ Device read_device(const YamlMap& map, const RobotModel& model, Used& used) {
   const std::string key = kind_key(map);
   device.name = map.text(key);
   device.node_id = static_cast<std::uint8_t>(map.integer("node", 1, 127));
-  if (key == "force_torque") {
-    device.kind = DeviceKind::kForceTorque;
+  if (key == "force_torque" || key == "imu") {
+    device.kind = key == "imu" ? DeviceKind::kInertialUnit : DeviceKind::kForceTorque;
     check_frame(map, key, device, model);
     for (const char* drive_key : {"actuator", "rated_torque_mnm"})
       if (map.has(drive_key)) map.fail(drive_key, "a sensor has none, expected it with a drive only");
@@ -81,6 +82,30 @@ Device read_device(const YamlMap& map, const RobotModel& model, Used& used) {
   return device;
 }
 
+std::uint32_t read_rate(const YamlMap& map, const std::string& key, const std::vector<std::uint32_t>& rates) {
+  const auto rate =
+      static_cast<std::uint32_t>(map.integer(key, 1, std::numeric_limits<std::uint32_t>::max()));
+  if (std::find(rates.begin(), rates.end(), rate) == rates.end()) {
+    map.fail(key, fmt::format("{} bit/s, expected one of {}", rate, fmt::join(rates, ", ")));
+  }
+  return rate;
+}
+
+void read_bit_rates(const YamlMap& map, Bus& bus) {
+  if (map.has("bit_rate")) {
+    bus.bit_rate = read_rate(map, "bit_rate", {1'000'000, 800'000, 500'000, 250'000, 125'000});
+  }
+  if (map.has("fd")) {
+    const std::string fd = map.text("fd");
+    if (fd != "true" && fd != "false") map.fail("fd", fmt::format("\"{}\", expected true or false", fd));
+    bus.fd = fd == "true";
+  }
+  if (!map.has("data_bit_rate")) return;
+  if (!bus.fd) map.fail("data_bit_rate", "a classical bus has none, expected fd: true with it");
+  bus.data_bit_rate =
+      read_rate(map, "data_bit_rate", {1'000'000, 2'000'000, 4'000'000, 5'000'000, 8'000'000});
+}
+
 }  // namespace
 
 const Device& DeviceTable::device(const std::string& name) const {
@@ -96,7 +121,8 @@ DeviceTable load_device_table(const std::filesystem::path& yaml_file, const Robo
   Used used;
   std::set<std::string> bus_names;
   std::set<std::string> interfaces;
-  for (const YamlMap& map : top.list("buses", {"name", "interface", "devices"})) {
+  for (const YamlMap& map :
+       top.list("buses", {"name", "interface", "bit_rate", "fd", "data_bit_rate", "devices"})) {
     Bus bus;
     bus.name = map.text("name");
     if (!bus_names.insert(bus.name).second) map.fail("name", fmt::format("\"{}\" is used before", bus.name));
@@ -106,8 +132,9 @@ DeviceTable load_device_table(const std::filesystem::path& yaml_file, const Robo
                                         bus.interface.size(), kLongestInterfaceName));
     if (!interfaces.insert(bus.interface).second)
       map.fail("interface", fmt::format("\"{}\" is used before", bus.interface));
-    for (const YamlMap& device :
-         map.list("devices", {"node", "joint", "hand", "force_torque", "actuator", "rated_torque_mnm"}))
+    read_bit_rates(map, bus);
+    for (const YamlMap& device : map.list(
+             "devices", {"node", "joint", "hand", "force_torque", "imu", "actuator", "rated_torque_mnm"}))
       bus.devices.push_back(read_device(device, model, used));
     if (bus.devices.empty()) map.fail("devices", "the list is empty, expected a device");
     table.buses.push_back(std::move(bus));

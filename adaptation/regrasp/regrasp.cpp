@@ -1,6 +1,8 @@
 #include "adaptation/regrasp/regrasp.h"
 
+#include <chrono>
 #include <cmath>
+#include <future>
 #include <limits>
 
 #include <fmt/format.h>
@@ -11,7 +13,7 @@
 namespace walkman::regrasp {
 namespace {
 
-constexpr double kCloudTimeout = 1.0;  // s without a new cloud: several frame periods of the camera
+constexpr double kCloudTimeout = 5.0;  // s without a new cloud: many frame periods of the camera
 
 /// The CoM line as the hand carries it: relative to Ho, in H.
 struct CarriedLine {
@@ -39,19 +41,22 @@ double nearest_along(const Eigen::Vector3d& centre, const Eigen::Vector3d& axis,
 
 struct Regrasp::Impl {
   Impl(const RobotModel& model, robot::Robot& robot, robot::Cycle& cycle, camera::RangeCamera& range_camera,
-       const Parameters& all, Observer& watcher)
+       const Parameters& all, Observer& watcher, Thinking when)
       : parameters(all),
+        thinking(when),
         camera(range_camera),
         observer(watcher),
         session(model, robot, cycle, watcher),
         manipulator(model, session, all.stage_two) {}
 
   void look();
+  [[nodiscard]] perception::StageOneResult evaluate();
   [[nodiscard]] Eigen::Isometry3d frame_on(const perception::GraspFrame& grasp) const;
   [[nodiscard]] Weighing lift_and_weigh();
   [[nodiscard]] Candidate least_torque(const CarriedLine& carried, const Eigen::Isometry3d& X_BH) const;
 
   const Parameters& parameters;
+  Thinking thinking;
   camera::RangeCamera& camera;
   Observer& observer;
   Session session;
@@ -60,6 +65,16 @@ struct Regrasp::Impl {
   perception::StageOneResult seen;
   Eigen::Isometry3d X_BC = Eigen::Isometry3d::Identity();  // camera while the robot stood still for `cloud`
 };
+
+perception::StageOneResult Regrasp::Impl::evaluate() {
+  if (thinking == Thinking::kBetweenCycles) return perception::locate(cloud, parameters.stage_one);
+  auto result =
+      std::async(std::launch::async, [this] { return perception::locate(cloud, parameters.stage_one); });
+  while (result.wait_for(std::chrono::seconds(0)) != std::future_status::ready) {
+    manipulator.hold(session.period());
+  }
+  return result.get();
+}
 
 void Regrasp::Impl::look() {
   session.enter("look");
@@ -73,7 +88,9 @@ void Regrasp::Impl::look() {
     X_BC = session.X_BC();
   }
   try {
-    seen = perception::locate(cloud, parameters.stage_one);
+    seen = evaluate();
+  } catch (const RunStopped&) {
+    throw;
   } catch (const std::runtime_error& e) {
     throw RunStopped(e.what());
   }
@@ -122,10 +139,23 @@ Candidate Regrasp::Impl::least_torque(const CarriedLine& carried, const Eigen::I
 }
 
 Regrasp::Regrasp(const RobotModel& model, robot::Robot& robot, robot::Cycle& cycle,
-                 camera::RangeCamera& camera, const Parameters& parameters, Observer& observer)
-    : impl_(std::make_unique<Impl>(model, robot, cycle, camera, parameters, observer)) {}
+                 camera::RangeCamera& camera, const Parameters& parameters, Observer& observer,
+                 Thinking thinking)
+    : impl_(std::make_unique<Impl>(model, robot, cycle, camera, parameters, observer, thinking)) {}
 
 Regrasp::~Regrasp() = default;
+
+std::string_view to_string(Ending ending) {
+  switch (ending) {
+    case Ending::kMinimumTorque:
+      return "minimum torque";
+    case Ending::kMinimumDisplacement:
+      return "minimum displacement";
+    case Ending::kRegraspLimit:
+      return "regrasp limit";
+  }
+  return "unknown";
+}
 
 Report Regrasp::run() {
   Impl& r = *impl_;

@@ -12,12 +12,21 @@
 
 namespace walkman::regrasp {
 
+/// What the robot does while a cloud is evaluated, which takes longer than a cycle.
+enum class Thinking {
+  kBetweenCycles,  ///< nothing: the clock stands still meanwhile, as under emulation in lock-step
+  kWhileHolding,   ///< it holds its posture, cycle by cycle; the evaluation has a thread of its own
+};
+
 /// Why the loop ended (paper, sec. 3.2, step II.9).
 enum class Ending {
   kMinimumTorque,        ///< |τ| ≤ τ_thres
   kMinimumDisplacement,  ///< no handle place nearer to the CoM line by more than d_thres
   kRegraspLimit,         ///< still off after the last allowed regrasp
 };
+
+/// "minimum torque" and so on.
+[[nodiscard]] std::string_view to_string(Ending ending);
 
 struct Report {
   std::vector<Weighing> weighings;  ///< one a lift
@@ -32,7 +41,7 @@ struct Report {
 class Regrasp {
  public:
   Regrasp(const RobotModel& model, robot::Robot& robot, robot::Cycle& cycle, camera::RangeCamera& camera,
-          const Parameters& parameters, Observer& observer);
+          const Parameters& parameters, Observer& observer, Thinking thinking = Thinking::kBetweenCycles);
   ~Regrasp();
 
   /// Runs from power-on to the last weighing. Throws RunStopped with one sentence when it has to stop.

@@ -14,6 +14,8 @@ class ProgressLine {
   ProgressLine& operator=(const ProgressLine&) = delete;
 
   void show(const std::string& text);
+  /// Takes it away, for other output in its place.
+  void clear();
 
  private:
   bool terminal_;

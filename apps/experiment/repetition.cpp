@@ -4,8 +4,8 @@
 #include <cmath>
 
 #include "adaptation/regrasp/regrasp.h"
+#include "apps/emulated_world.h"
 #include "apps/experiment/judge.h"
-#include "apps/experiment/scene_reach.h"
 #include "apps/lockstep_cycle.h"
 #include "drivers/robot/robot.h"
 #include "emulator/bus/candump_log.h"
@@ -18,32 +18,14 @@ using Wall = std::chrono::steady_clock;
 
 double seconds(Time t) { return std::chrono::duration<double>(t).count(); }
 
-/// Everything one repetition needs, built in order of dependence.
-struct Bench {
-  Scene scene;
-  RobotModel robot_model;
-  DeviceTable devices;
-  Emulator emulator;
-
-  explicit Bench(const RepetitionOptions& options)
-      : scene(load_scene(options.scene)),
-        robot_model(load_robot_model(scene.robot_urdf)),
-        devices(load_device_table(scene.device_table, robot_model)),
-        emulator(robot_model, devices, placed(options.seed), emulator_options(options)) {}
-
- private:
-  const Scene& placed(std::uint64_t seed) {
-    require_reach(scene, robot_model);
-    apply_jitter(scene, seed);
-    return scene;
-  }
-  static EmulatorOptions emulator_options(const RepetitionOptions& options) {
-    EmulatorOptions out;
-    out.actuators = options.actuators;
-    out.seed = options.seed;
-    return out;
-  }
-};
+WorldOptions world_options(const RepetitionOptions& options) {
+  WorldOptions out;
+  out.scene = options.scene;
+  out.actuators = options.actuators;
+  out.seed = options.seed;
+  out.within_reach = true;
+  return out;
+}
 
 /// Watches the buses: writes the CAN log, and loses what the options say.
 class WireTap {
@@ -120,13 +102,13 @@ std::string to_string(Outcome outcome) {
 }
 
 RepetitionResult run_repetition(const RepetitionOptions& options) {
-  Bench bench(options);
+  EmulatedWorld world(world_options(options));
   const regrasp::Parameters parameters = regrasp::load_parameters(options.parameters);
   if (!options.out.empty()) std::filesystem::create_directories(options.out);
   robot::RobotOptions robot_options;
-  robot::Robot robot(bench.robot_model, bench.devices, bench.emulator.interfaces(), robot_options);
-  LockstepCycle cycle(bench.emulator, robot_options.cycle);
-  WireTap tap(bench.emulator, options);
+  robot::Robot robot(world.robot, world.devices, world.emulator.interfaces(), robot_options);
+  LockstepCycle cycle(world.emulator, robot_options.cycle);
+  WireTap tap(world.emulator, options);
 
   const Wall::time_point start = Wall::now();
   Progress progress;
@@ -137,10 +119,10 @@ RepetitionResult run_repetition(const RepetitionOptions& options) {
     if (options.progress) options.progress(progress);
   };
   Judge judge(
-      bench.emulator, bench.scene,
+      world.emulator, world.scene,
       [&](std::string_view phase) {
         progress.phase = phase;
-        report_progress(bench.emulator.now());
+        report_progress(world.emulator.now());
       },
       [&](Time now) {
         tap.cycle();
@@ -154,7 +136,7 @@ RepetitionResult run_repetition(const RepetitionOptions& options) {
   RepetitionResult result;
   result.seed = options.seed;
   try {
-    regrasp::Regrasp method(bench.robot_model, robot, cycle, bench.emulator.camera(), parameters, judge);
+    regrasp::Regrasp method(world.robot, robot, cycle, world.emulator.camera(), parameters, judge);
     result.outcome = outcome_of(method.run().ending);
     if (!judge.always_held() || !judge.held_now()) result.outcome = Outcome::kDropped;
   } catch (const std::exception& stop) {
@@ -165,8 +147,8 @@ RepetitionResult run_repetition(const RepetitionOptions& options) {
   cycle.next();  // the drives take their quick stop, and their brakes hold
   judge.finish();
   tap.finish();
-  report_progress(bench.emulator.now());
-  result.row = table_row(bench.scene, judge);
+  report_progress(world.emulator.now());
+  result.row = table_row(world.scene, judge);
   result.weighed = !judge.weighings().empty();
   result.regrasps = std::max(0, static_cast<int>(judge.weighings().size()) - 1);
   result.simulated_seconds = progress.simulated_seconds;

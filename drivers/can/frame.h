@@ -34,7 +34,7 @@ struct Frame {
   Frame() = default;
   Frame(std::uint32_t identifier, std::span<const std::uint8_t> payload)
       : id(identifier), length(static_cast<std::uint8_t>(std::min(payload.size(), kMaxPayload))) {
-    if (length > 0) std::memcpy(data.data(), payload.data(), length);
+    if (!payload.empty()) std::copy_n(payload.begin(), length, data.begin());
   }
   Frame(std::uint32_t identifier, std::initializer_list<std::uint8_t> payload)
       : Frame(identifier, std::span(payload.begin(), payload.size())) {}

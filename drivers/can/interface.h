@@ -10,7 +10,8 @@ namespace walkman::can {
 enum class SendResult {
   kQueued,         ///< accepted for transmission
   kQueueFull,      ///< transmit queue full (ENOBUFS on SocketCAN); may be tried again later
-  kInterfaceDown,  ///< the interface is down or gone; nothing was queued
+  kInterfaceDown,  ///< the interface is down, gone or in bus-off; nothing was queued
+  kInvalid,        ///< no frame this interface can carry (EINVAL on SocketCAN); trying again is of no use
 };
 
 /// What the CAN controller behind an interface is able to do (ISO 11898-1, fault confinement).

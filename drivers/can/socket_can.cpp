@@ -1,43 +1,33 @@
 #include "drivers/can/socket_can.h"
 
+#include <algorithm>
 #include <cerrno>
 #include <stdexcept>
 #include <system_error>
+#include <utility>
 
-#include <linux/can.h>
-#include <linux/can/error.h>
-#include <linux/can/raw.h>
-#include <net/if.h>
-#include <sys/socket.h>
 #include <time.h>
-#include <unistd.h>
 
-#include "drivers/can/stamp_clock.h"
+#include "drivers/can/error_report.h"
+#include "drivers/can/raw_socket.h"
+#include "drivers/can/receive_batch.h"
+#include "drivers/can/transmit_batch.h"
 
 namespace walkman::can {
 namespace {
 
-// Frames taken from the kernel with one system call.
-constexpr unsigned kBatch = 32;
-constexpr std::size_t kControlBytes = CMSG_SPACE(sizeof(timespec)) + CMSG_SPACE(sizeof(std::uint32_t));
+// How often `receive` looks whether an interface that is down or gone is back.
+constexpr Time kLookPeriod = std::chrono::milliseconds(100);
+constexpr std::size_t kMaxTransmitQueue = 1024;
 
-Time time_of(const timespec& t) {
+Time monotonic_now() {
+  timespec t{};
+  clock_gettime(CLOCK_MONOTONIC, &t);
   return std::chrono::seconds(t.tv_sec) + std::chrono::nanoseconds(t.tv_nsec);
 }
 
-Time read_clock(clockid_t clock) {
-  timespec t{};
-  clock_gettime(clock, &t);
-  return time_of(t);
-}
-
-[[noreturn]] void fail(const std::string& name, const std::string& what, int error) {
-  throw std::runtime_error(name + ": " + what + " (" + std::generic_category().message(error) + ")");
-}
-
-bool is_link_lost(int error) {
-  return error == ENETDOWN || error == ENODEV || error == ENXIO || error == ENETUNREACH || error == EBADF;
-}
+bool is_gone(int error) { return error == ENODEV || error == ENXIO || error == EBADF; }
+bool is_down(int error) { return error == ENETDOWN || error == ENETUNREACH; }
 
 }  // namespace
 
@@ -50,163 +40,165 @@ std::vector<IdFilter> canopen_master_filters() {
   return filters;
 }
 
-struct SocketCan::Impl {
-  explicit Impl(const std::string& interface_name) : name(interface_name) {}
-  ~Impl() {
-    if (descriptor >= 0) close(descriptor);
-  }
-  Impl(const Impl&) = delete;
-  Impl& operator=(const Impl&) = delete;
+SocketCanOptions device_side_options() {
+  SocketCanOptions options;
+  options.all_frames = true;
+  options.error_frames = true;
+  options.transmit_queue = kMaxTransmitQueue;
+  return options;
+}
 
-  void open(const SocketCanOptions& options);
+struct SocketCan::Impl {
+  Impl(const std::string& interface_name, const SocketCanOptions& options)
+      : name(interface_name),
+        socket(interface_name, options),
+        transmit(std::clamp<std::size_t>(options.transmit_queue, 1, kMaxTransmitQueue)),
+        hand_out_reports(options.error_frames) {}
+
+  void lose_link(int error) noexcept;
+  void look() noexcept;
+  [[nodiscard]] bool time_to_look() const noexcept { return monotonic_now() - looked_at >= kLookPeriod; }
+  void flush() noexcept;
   bool refill() noexcept;
-  bool convert(unsigned slot, StampedFrame& out) noexcept;
-  void on_error_frame(const canfd_frame& raw) noexcept;
+  bool take_report(const Frame& report) noexcept;
 
   std::string name;
-  int descriptor = -1;
-  bool bus_off = false;
+  RawSocket socket;
+  TransmitBatch transmit;
+  ReceiveBatch received;
+  bool hand_out_reports;
+  LinkState link = LinkState::kActive;
+  bool gone = false;
+  bool looked = false;  // since the last flush
+  Time looked_at{};
+  std::uint64_t generation = 0;
   std::uint64_t overflows = 0;
-  std::uint32_t kernel_drops = 0;
-  StampClock clock;
-  unsigned next = 0, count = 0;
-  std::array<canfd_frame, kBatch> frames{};
-  std::array<iovec, kBatch> vectors{};
-  std::array<mmsghdr, kBatch> messages{};
-  struct alignas(cmsghdr) Control {
-    std::array<char, kControlBytes> bytes;
-  };
-  std::array<Control, kBatch> controls{};
+  Statistics statistics;
 };
 
-void SocketCan::Impl::open(const SocketCanOptions& options) {
-  if (name.empty() || name.size() >= IFNAMSIZ) {
-    throw std::runtime_error("CAN interface \"" + name + "\": the name has " + std::to_string(name.size()) +
-                             " characters, expected 1 to " + std::to_string(IFNAMSIZ - 1));
-  }
-  descriptor = socket(PF_CAN, SOCK_RAW | SOCK_NONBLOCK | SOCK_CLOEXEC, CAN_RAW);
-  if (descriptor < 0) {
-    const int error = errno;
-    if (error == EAFNOSUPPORT || error == EPROTONOSUPPORT) {
-      fail(name, "no such CAN interface, this kernel has no CAN sockets", error);
+void SocketCan::Impl::lose_link(int error) noexcept {
+  if (link != LinkState::kDown) ++statistics.downs;
+  link = LinkState::kDown;
+  gone = gone || is_gone(error);
+  statistics.dropped += transmit.clear();
+  looked_at = monotonic_now();
+}
+
+void SocketCan::Impl::look() noexcept {
+  looked = true;
+  looked_at = monotonic_now();
+  if (!gone) {
+    switch (socket.look()) {
+      case RawSocket::Link::kUp:
+        link = LinkState::kActive;
+        return;
+      case RawSocket::Link::kDown:
+        return;
+      case RawSocket::Link::kGone:
+        gone = true;
+        break;
     }
-    fail(name, "cannot open a CAN socket", error);
   }
-  const unsigned index = if_nametoindex(name.c_str());
-  if (index == 0) fail(name, "no such CAN interface", errno);
+  if (socket.open() != nullptr) return;
+  gone = false;
+  ++generation;
+  received.restart();
+  link = socket.look() == RawSocket::Link::kUp ? LinkState::kActive : LinkState::kDown;
+}
 
-  std::vector<can_filter> filters;
-  for (const IdFilter& filter : options.filters) {
-    filters.push_back({filter.id, (filter.mask & CAN_SFF_MASK) | CAN_EFF_FLAG | CAN_RTR_FLAG});
-  }
-  const can_err_mask_t errors = CAN_ERR_BUSOFF | CAN_ERR_RESTARTED;
-  const int on = 1;
-  if (setsockopt(descriptor, SOL_CAN_RAW, CAN_RAW_FILTER, filters.data(),
-                 static_cast<socklen_t>(filters.size() * sizeof(can_filter))) != 0 ||
-      setsockopt(descriptor, SOL_CAN_RAW, CAN_RAW_ERR_FILTER, &errors, sizeof errors) != 0 ||
-      setsockopt(descriptor, SOL_SOCKET, SO_TIMESTAMPNS, &on, sizeof on) != 0 ||
-      setsockopt(descriptor, SOL_SOCKET, SO_RXQ_OVFL, &on, sizeof on) != 0) {
-    fail(name, "cannot set up the CAN socket", errno);
-  }
-  // Best effort: FD frames need an FD interface, and only root may exceed rmem_max.
-  setsockopt(descriptor, SOL_CAN_RAW, CAN_RAW_FD_FRAMES, &on, sizeof on);
-  if (setsockopt(descriptor, SOL_SOCKET, SO_RCVBUFFORCE, &options.receive_buffer, sizeof(int)) != 0) {
-    setsockopt(descriptor, SOL_SOCKET, SO_RCVBUF, &options.receive_buffer, sizeof(int));
-  }
-
-  sockaddr_can address{};
-  address.can_family = AF_CAN;
-  address.can_ifindex = static_cast<int>(index);
-  if (bind(descriptor, reinterpret_cast<const sockaddr*>(&address), sizeof address) != 0) {
-    const int error = errno;
-    fail(name, error == ENODEV ? "is no CAN interface" : "cannot bind the CAN socket", error);
-  }
-  for (unsigned i = 0; i < kBatch; ++i) {
-    vectors[i] = {&frames[i], sizeof(canfd_frame)};
-    messages[i].msg_hdr.msg_iov = &vectors[i];
-    messages[i].msg_hdr.msg_iovlen = 1;
+void SocketCan::Impl::flush() noexcept {
+  if (link == LinkState::kDown && !looked) look();
+  looked = false;
+  bool told = false;
+  while (!transmit.empty()) {
+    const int error = transmit.hand_over(socket.descriptor());
+    if (error == 0 || error == EINTR) continue;
+    // The socket tells of a break once, even when it is over by then.
+    if (is_down(error) && !std::exchange(told, true) && socket.look() == RawSocket::Link::kUp) {
+      ++statistics.downs;
+      continue;
+    }
+    if (is_gone(error) || is_down(error)) return lose_link(error);
+    if (error == ENOBUFS || error == EAGAIN) {
+      ++statistics.queue_full;
+      return;
+    }
+    // A frame this interface cannot carry must not keep those behind it: its MTU was changed, say.
+    transmit.drop_first();
+    ++statistics.dropped;
+    static_cast<void>(socket.look());
   }
 }
 
+bool SocketCan::Impl::refill() noexcept {
+  for (int attempt = 0; attempt < 2; ++attempt) {
+    const int error = received.take(socket.descriptor());
+    if (error == 0) return true;
+    if (!is_gone(error) && !is_down(error)) return false;
+    // The socket tells once that the link broke; frames of before may still be there.
+    lose_link(error);
+  }
+  return false;
+}
+
+bool SocketCan::Impl::take_report(const Frame& report) noexcept {
+  ++statistics.reports;
+  if (link != LinkState::kDown) link = link_after(report, link);
+  if (tells_receive_overflow(report)) ++overflows;
+  if (link == LinkState::kBusOff) statistics.dropped += transmit.clear();
+  return hand_out_reports;
+}
+
 SocketCan::SocketCan(const std::string& interface_name, const SocketCanOptions& options)
-    : impl_(std::make_unique<Impl>(interface_name)) {
-  impl_->open(options);
+    : impl_(std::make_unique<Impl>(interface_name, options)) {
+  if (const char* failed = impl_->socket.open()) {
+    throw std::runtime_error(interface_name + ": " + failed + " (" + std::generic_category().message(errno) +
+                             ")");
+  }
+  if (impl_->socket.look() != RawSocket::Link::kUp) impl_->link = LinkState::kDown;
 }
 
 SocketCan::~SocketCan() = default;
 
 SendResult SocketCan::send(const Frame& frame) noexcept {
-  if (impl_->bus_off) return SendResult::kInterfaceDown;
-  canfd_frame raw{};
-  raw.can_id = frame.id | (frame.extended ? CAN_EFF_FLAG : 0U) | (frame.remote ? CAN_RTR_FLAG : 0U);
-  raw.len = frame.fd ? frame.length : std::min<std::uint8_t>(frame.length, CAN_MAX_DLEN);
-  if (frame.fd) raw.flags = CANFD_BRS;
-  std::memcpy(raw.data, frame.data.data(), raw.len);
-  const std::size_t size = frame.fd ? CANFD_MTU : CAN_MTU;
-  if (::send(impl_->descriptor, &raw, size, 0) == static_cast<ssize_t>(size)) return SendResult::kQueued;
-  return is_link_lost(errno) ? SendResult::kInterfaceDown : SendResult::kQueueFull;
+  Impl& self = *impl_;
+  if (self.link == LinkState::kDown && (!self.looked || self.time_to_look())) self.look();
+  if (self.link == LinkState::kDown || self.link == LinkState::kBusOff) return SendResult::kInterfaceDown;
+  if (frame.fd && !self.socket.carries_fd()) return SendResult::kInvalid;
+  if (!frame.fd && frame.length > CAN_MAX_DLEN) return SendResult::kInvalid;
+  if (self.transmit.full()) self.flush();
+  if (self.link == LinkState::kDown) return SendResult::kInterfaceDown;
+  if (self.transmit.full()) return SendResult::kQueueFull;
+  self.transmit.add(frame);
+  return SendResult::kQueued;
 }
 
-bool SocketCan::Impl::refill() noexcept {
-  next = count = 0;
-  for (unsigned i = 0; i < kBatch; ++i) {
-    messages[i].msg_hdr.msg_control = controls[i].bytes.data();
-    messages[i].msg_hdr.msg_controllen = kControlBytes;
-  }
-  const int taken = recvmmsg(descriptor, messages.data(), kBatch, MSG_DONTWAIT, nullptr);
-  if (taken <= 0) return false;
-  count = static_cast<unsigned>(taken);
-  clock.update(read_clock(CLOCK_MONOTONIC), read_clock(CLOCK_REALTIME));
-  return true;
-}
-
-void SocketCan::Impl::on_error_frame(const canfd_frame& raw) noexcept {
-  if ((raw.can_id & CAN_ERR_BUSOFF) != 0) bus_off = true;
-  if ((raw.can_id & CAN_ERR_RESTARTED) != 0) bus_off = false;
-}
-
-bool SocketCan::Impl::convert(unsigned slot, StampedFrame& out) noexcept {
-  const canfd_frame& raw = frames[slot];
-  const msghdr& header = messages[slot].msg_hdr;
-  Time stamp = read_clock(CLOCK_MONOTONIC);
-  for (const cmsghdr* control = CMSG_FIRSTHDR(&header); control != nullptr;
-       control = CMSG_NXTHDR(const_cast<msghdr*>(&header), const_cast<cmsghdr*>(control))) {
-    if (control->cmsg_level != SOL_SOCKET) continue;
-    if (control->cmsg_type == SCM_TIMESTAMPNS) {
-      timespec t{};
-      std::memcpy(&t, CMSG_DATA(control), sizeof t);
-      stamp = clock.monotonic(time_of(t));
-    } else if (control->cmsg_type == SO_RXQ_OVFL) {
-      std::uint32_t drops = 0;
-      std::memcpy(&drops, CMSG_DATA(control), sizeof drops);
-      overflows += drops - kernel_drops;  // the kernel's counter wraps at 32 bits
-      kernel_drops = drops;
-    }
-  }
-  if ((raw.can_id & CAN_ERR_FLAG) != 0) {
-    on_error_frame(raw);
-    return false;
-  }
-  bus_off = false;
-  out.time = stamp;
-  out.frame.extended = (raw.can_id & CAN_EFF_FLAG) != 0;
-  out.frame.remote = (raw.can_id & CAN_RTR_FLAG) != 0;
-  out.frame.fd = messages[slot].msg_len == CANFD_MTU;
-  out.frame.id = raw.can_id & (out.frame.extended ? CAN_EFF_MASK : CAN_SFF_MASK);
-  out.frame.length = std::min<std::uint8_t>(raw.len, out.frame.fd ? CANFD_MAX_DLEN : CAN_MAX_DLEN);
-  std::memcpy(out.frame.data.data(), raw.data, out.frame.length);
-  return true;
-}
+void SocketCan::flush() noexcept { impl_->flush(); }
 
 bool SocketCan::receive(StampedFrame& out) noexcept {
+  Impl& self = *impl_;
   while (true) {
-    if (impl_->next == impl_->count && !impl_->refill()) return false;
-    if (impl_->convert(impl_->next++, out)) return true;
+    if (self.received.empty() && !self.refill()) {
+      if (self.link == LinkState::kDown && self.time_to_look()) self.look();
+      return false;
+    }
+    self.overflows += self.received.next(out);
+    if (out.frame.error) {
+      if (self.take_report(out.frame)) return true;
+      continue;
+    }
+    // Frames come from a working link only, whatever was missed.
+    if (self.link == LinkState::kBusOff) self.link = LinkState::kActive;
+    return true;
   }
 }
 
+LinkState SocketCan::link() const noexcept { return impl_->link; }
 std::uint64_t SocketCan::receive_overflows() const noexcept { return impl_->overflows; }
-
 std::string_view SocketCan::name() const noexcept { return impl_->name; }
+int SocketCan::descriptor() const noexcept { return impl_->socket.descriptor(); }
+std::uint64_t SocketCan::generation() const noexcept { return impl_->generation; }
+std::size_t SocketCan::waiting() const noexcept { return impl_->transmit.size(); }
+const SocketCan::Statistics& SocketCan::statistics() const noexcept { return impl_->statistics; }
 
 }  // namespace walkman::can

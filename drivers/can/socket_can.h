@@ -8,7 +8,7 @@
 
 namespace walkman::can {
 
-/// Lets frames with (id & mask) == (filter.id & mask) in; base format only.
+/// Lets frames with (id & mask) == (filter.id & mask) in; base format data frames only.
 struct IdFilter {
   std::uint32_t id = 0;
   std::uint32_t mask = 0;
@@ -18,18 +18,38 @@ struct IdFilter {
 [[nodiscard]] std::vector<IdFilter> canopen_master_filters();
 
 struct SocketCanOptions {
-  std::vector<IdFilter> filters = canopen_master_filters();
+  std::vector<IdFilter> filters = canopen_master_filters();  ///< in the kernel; others are never copied
+  bool all_frames = false;    ///< no filter: every frame of other sockets, of any format
+  bool error_frames = false;  ///< `receive` hands out the controller's reports too (`Frame::error`)
   int receive_buffer = 4 * 1024 * 1024;  ///< bytes asked of the kernel, which may grant less
+  std::size_t transmit_queue = 128;      ///< frames gathered at most, 1 to 1024
 };
 
-/// A network interface of the Linux kernel (vcan, can) as a bus end: a non-blocking CAN_RAW socket.
+/// For the end of a bus that stands for its devices: hears everything, the reports included. Own frames are
+/// not received; other sockets of the same host get them.
+[[nodiscard]] SocketCanOptions device_side_options();
+
+/// A network interface of the Linux kernel (vcan, can) as a bus end: one non-blocking CAN_RAW socket.
 ///
-/// Frames carry the kernel's receive time, converted to CLOCK_MONOTONIC. A link that is down, deleted or
-/// bus-off is `SendResult::kInterfaceDown`. The same object works again after `ip link set up` or a bus-off
-/// restart; after the link was deleted a new one has to be made. Bit rate and restart time are set with `ip
-/// link`, not here.
+/// `send` gathers frames and `flush` hands them to the kernel with one call. What the kernel's queue does not
+/// take (ENOBUFS, EAGAIN) stays gathered, in order, and is offered again by the next `flush`; when the
+/// gathering place is full too, `send` is `kQueueFull`. Frames carry the kernel's receive time, converted to
+/// CLOCK_MONOTONIC.
+///
+/// A link that is down, gone or bus-off makes `send` kInterfaceDown and drops what was gathered: set-points
+/// of before the break are worth nothing after it. After `ip link set up` or a bus-off restart the same
+/// socket goes on. After the interface was deleted a new socket is opened as soon as an interface of that
+/// name is there; it is looked for once between two calls of `flush`, and in `receive` every 100 ms. Bit rate
+/// and restart time are set with `ip link` (or `request_bit_rate`), not here.
 class SocketCan final : public Interface {
  public:
+  struct Statistics {
+    std::uint64_t queue_full = 0;  ///< flushes that the kernel's queue ended
+    std::uint64_t dropped = 0;     ///< frames taken by `send` that never reached the kernel
+    std::uint64_t reports = 0;     ///< error frames of the controller
+    std::uint64_t downs = 0;       ///< times the link was found down or gone
+  };
+
   /// Throws std::runtime_error: interface name and reason, when the kernel has no CAN, the interface does not
   /// exist, is no CAN interface, or the socket cannot be set up.
   explicit SocketCan(const std::string& interface_name, const SocketCanOptions& options = {});
@@ -38,9 +58,19 @@ class SocketCan final : public Interface {
   SocketCan& operator=(const SocketCan&) = delete;
 
   [[nodiscard]] SendResult send(const Frame& frame) noexcept override;
+  void flush() noexcept override;
   [[nodiscard]] bool receive(StampedFrame& out) noexcept override;
+  [[nodiscard]] LinkState link() const noexcept override;
   [[nodiscard]] std::uint64_t receive_overflows() const noexcept override;
   [[nodiscard]] std::string_view name() const noexcept override;
+
+  /// The socket, for an event loop to wait on. It is another one each time `generation` has gone up: the loop
+  /// then has to take it up anew (closing took the old one out of any epoll set).
+  [[nodiscard]] int descriptor() const noexcept;
+  [[nodiscard]] std::uint64_t generation() const noexcept;
+  /// Frames gathered and not yet taken by the kernel.
+  [[nodiscard]] std::size_t waiting() const noexcept;
+  [[nodiscard]] const Statistics& statistics() const noexcept;
 
  private:
   struct Impl;

@@ -25,6 +25,10 @@ void Master::receive(Time now) noexcept {
   can::StampedFrame stamped;
   for (int i = 0; i < kMaxFramesPerCall && interface_->receive(stamped); ++i) {
     ++counters_.received;
+    if (stamped.frame.error) {
+      ++counters_.reports;
+      continue;
+    }
     RemoteNode* node = stamped.frame.id <= 0x7FF ? nodes_[stamped.frame.id & 0x7FU] : nullptr;
     if (node != nullptr && node->receive(stamped, now)) continue;
     ++counters_.ignored;
@@ -42,6 +46,7 @@ bool Master::send(const can::Frame& frame) noexcept {
   if (result == can::SendResult::kQueued) return true;
   ++counters_.not_sent;
   refused_full_ = refused_full_ || result == can::SendResult::kQueueFull;
+  refused_invalid_ = refused_invalid_ || result == can::SendResult::kInvalid;
   refused_down_ = refused_down_ || result == can::SendResult::kInterfaceDown;
   return false;
 }
@@ -50,7 +55,19 @@ bool Master::nmt(NmtCommand command, std::uint8_t node) noexcept {
   return send(can::Frame(cob_id::kNmt, {static_cast<std::uint8_t>(command), node}));
 }
 
-bool Master::sync() noexcept { return send(can::Frame(cob_id::kSync, {})); }
+bool Master::sync() noexcept {
+  can::Frame frame(cob_id::kSync, {});
+  if (sync_overflow_ != 0) {
+    frame.length = 1;
+    frame.data[0] = static_cast<std::uint8_t>(sync_counter_ >= sync_overflow_ ? 1 : sync_counter_ + 1);
+  }
+  if (!send(frame)) return false;
+  sync_counter_ = frame.data[0];
+  for (RemoteNode* node : nodes_) {
+    if (node != nullptr) node->sync_sent();
+  }
+  return true;
+}
 
 void Master::heartbeat(Time now) noexcept {
   if (heartbeat_sent_ != Time::min() && now - heartbeat_sent_ < heartbeat_period_) return;
@@ -62,14 +79,18 @@ void Master::send_requests() noexcept {
   for (RemoteNode* node : nodes_) {
     if (node == nullptr || node->sdo().pending() == nullptr) continue;
     if (!send(*node->sdo().pending())) return;
-    node->sdo().sent();
+    node->request_sent();
   }
 }
 
 void Master::end_cycle() noexcept {
+  interface_->flush();
   full_cycles_ = refused_full_ ? full_cycles_ + 1 : 0;
-  down_ = refused_down_;
-  refused_full_ = refused_down_ = false;
+  link_ = interface_->link();
+  // Bus-off refuses frames too, and is the better word for it.
+  if (refused_down_ && link_ != can::LinkState::kBusOff) link_ = can::LinkState::kDown;
+  invalid_ = refused_invalid_;
+  refused_full_ = refused_down_ = refused_invalid_ = false;
 }
 
 }  // namespace walkman::canopen

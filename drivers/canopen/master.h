@@ -19,11 +19,13 @@ class Master {
     std::uint64_t ignored = 0;   ///< of those: from nobody known, or of wrong kind or length
     std::uint64_t foreign = 0;   ///< of those: frames that only a master sends
     std::uint64_t not_sent = 0;  ///< frames the interface did not take
+    std::uint64_t reports = 0;   ///< of those received: reports of the own controller, no frames of the bus
   };
 
-  /// `interface` must outlive the master.
-  Master(can::Interface& interface, Time heartbeat_period) noexcept
-      : interface_(&interface), heartbeat_period_(heartbeat_period) {}
+  /// `interface` must outlive the master. `sync_overflow`: 0, or 2 to 240: SYNC carries a counter that goes
+  /// up to it (1019h).
+  Master(can::Interface& interface, Time heartbeat_period, std::uint8_t sync_overflow = 0) noexcept
+      : interface_(&interface), heartbeat_period_(heartbeat_period), sync_overflow_(sync_overflow) {}
 
   /// `node` must outlive the master.
   void add(RemoteNode& node) noexcept;
@@ -37,8 +39,10 @@ class Master {
   /// `node` 0 means all. False when the interface did not take it.
   [[nodiscard]] bool nmt(NmtCommand command, std::uint8_t node = 0) noexcept;
 
-  /// SYNC without counter (CiA 301, 7.2.5).
+  /// SYNC (CiA 301, 7.2.5).
   bool sync() noexcept;
+  /// The next SYNC has the counter 1.
+  void restart_sync_counter() noexcept { sync_counter_ = 0; }
 
   /// The master's own heartbeat, when its period has passed.
   void heartbeat(Time now) noexcept;
@@ -48,11 +52,22 @@ class Master {
 
   bool send(const can::Frame& frame) noexcept;
 
-  /// Judges what became of the cycle's frames; to be called after the last one.
+  /// Hands the cycle's frames over and judges what became of them; to be called after the last one.
   void end_cycle() noexcept;
 
-  /// The interface refused a frame of the last cycle because it is down.
-  [[nodiscard]] bool interface_down() const noexcept { return down_; }
+  /// The controller's state at the end of the last cycle; kDown too when a frame was refused for that.
+  [[nodiscard]] can::LinkState link() const noexcept { return link_; }
+  /// The link can carry nothing: down, gone or bus-off.
+  [[nodiscard]] bool link_lost() const noexcept {
+    return link_ == can::LinkState::kDown || link_ == can::LinkState::kBusOff;
+  }
+  /// The interface refused a frame of the last cycle because it can never carry it.
+  [[nodiscard]] bool frame_refused() const noexcept { return invalid_; }
+  /// Frames lost in receive queues since `forget_overflows`.
+  [[nodiscard]] std::uint64_t new_overflows() const noexcept {
+    return interface_->receive_overflows() - overflows_seen_;
+  }
+  void forget_overflows() noexcept { overflows_seen_ = interface_->receive_overflows(); }
   /// Consecutive cycles in which the interface refused a frame because its queue was full.
   [[nodiscard]] int full_cycles() const noexcept { return full_cycles_; }
   [[nodiscard]] const Counters& counters() const noexcept { return counters_; }
@@ -63,9 +78,14 @@ class Master {
   Time heartbeat_period_;
   std::array<RemoteNode*, 128> nodes_{};
   Time heartbeat_sent_ = Time::min();
+  std::uint8_t sync_overflow_;
+  std::uint8_t sync_counter_ = 0;
   bool refused_down_ = false;
   bool refused_full_ = false;
-  bool down_ = false;
+  bool refused_invalid_ = false;
+  bool invalid_ = false;
+  can::LinkState link_ = can::LinkState::kActive;
+  std::uint64_t overflows_seen_ = 0;
   int full_cycles_ = 0;
   Counters counters_;
 };

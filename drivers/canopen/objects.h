@@ -13,6 +13,7 @@ inline constexpr std::uint16_t kSyncCobId = 0x1005;
 inline constexpr std::uint16_t kConsumerHeartbeat = 0x1016;
 inline constexpr std::uint16_t kProducerHeartbeat = 0x1017;
 inline constexpr std::uint16_t kIdentity = 0x1018;
+inline constexpr std::uint16_t kSyncCounterOverflow = 0x1019;
 inline constexpr std::uint16_t kErrorBehaviour = 0x1029;
 
 inline constexpr std::uint16_t kImpedance = 0x2010;
@@ -34,6 +35,7 @@ inline constexpr std::uint16_t kMaxTorque = 0x6072;
 inline constexpr std::uint16_t kRatedTorque = 0x6076;
 inline constexpr std::uint16_t kTorqueActual = 0x6077;
 inline constexpr std::uint16_t kTargetPosition = 0x607A;
+inline constexpr std::uint16_t kTorqueOffset = 0x60B2;
 inline constexpr std::uint16_t kInterpolationPeriod = 0x60C2;
 inline constexpr std::uint16_t kAdditionalPosition = 0x60E4;
 inline constexpr std::uint16_t kTargetVelocity = 0x60FF;

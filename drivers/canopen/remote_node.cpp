@@ -4,14 +4,29 @@
 
 #include <fmt/format.h>
 
+#include "drivers/can/fd_length.h"
 #include "drivers/canopen/objects.h"
 
 namespace walkman::canopen {
+namespace {
 
-RemoteNode::RemoteNode(NodeSettings settings, std::vector<SdoStep> configuration)
-    : settings_(std::move(settings)),
-      sdo_(settings_.node_id, kSdoTimeout),
-      configuration_(std::move(configuration)) {}
+// How many SYNCs long something that is due is waited for.
+constexpr std::uint64_t kPatience = 10;
+// How many times over a TPDO may be missing before it is not waited for any more.
+constexpr std::uint64_t kMissedTpdos = 3;
+
+}  // namespace
+
+RemoteNode::RemoteNode(NodeSettings settings)
+    : settings_(std::move(settings)), sdo_(settings_.node_id, kSdoTimeout) {
+  for (std::size_t i = 0; i < tpdos_.size(); ++i) {
+    const PdoSettings& pdo = settings_.pdos.transmit[i];
+    if (!pdo.enabled) continue;
+    tpdos_[i].bytes = pdo.bytes();
+    tpdos_[i].divider = pdo.cyclic() ? pdo.type : 0;
+    tpdo_of_function_[pdo.cob_id_base >> 7U & 0xFU] = static_cast<std::uint8_t>(i + 1);
+  }
+}
 
 std::string RemoteNode::label() const {
   return fmt::format("{} {} (node {} on {})", settings_.noun, settings_.name, settings_.node_id,
@@ -23,6 +38,9 @@ void RemoteNode::begin_boot(Time now) noexcept {
   boot_up_ = false;
   nmt_state_ = NmtState::kBootUp;
   heartbeat_at_ = now;
+  reset_sent_ = operational_seen_ = false;
+  present_error_ = 0;
+  for (Tpdo& tpdo : tpdos_) tpdo.at = Time::min();
   sdo_.reset();
   clear_events();
   on_begin_boot();
@@ -43,32 +61,83 @@ bool RemoteNode::configure(Time now) {
   return stage_ == Stage::kConfigured;
 }
 
+void RemoteNode::reset_sent() noexcept {
+  reset_sent_ = true;
+  reset_at_ = syncs_;
+}
+
 void RemoteNode::start(Time now) noexcept {
   stage_ = Stage::kStarted;
   heartbeat_at_ = now;
+  operational_seen_ = false;
+  for (Tpdo& tpdo : tpdos_) tpdo.due = syncs_ + static_cast<std::uint64_t>(tpdo.divider);
+}
+
+void RemoteNode::request_sent() noexcept {
+  sdo_.sent();
+  request_at_ = syncs_;
+}
+
+int RemoteNode::sync_divider(int number) const noexcept { return tpdos_[index_of(number)].divider; }
+
+bool RemoteNode::has_cyclic_data() const noexcept { return cyclic_data_at() != Time::min(); }
+
+Time RemoteNode::cyclic_data_at() const noexcept {
+  Time oldest = Time::max();
+  for (const Tpdo& tpdo : tpdos_) {
+    if (tpdo.divider != 0) oldest = std::min(oldest, tpdo.at);
+  }
+  return oldest == Time::max() ? Time::min() : oldest;
+}
+
+bool RemoteNode::settled() const noexcept {
+  if (stage_ == Stage::kAwaitingBootUp && reset_sent_ && !boot_up_ && overdue(reset_at_ + 1, kPatience)) {
+    return false;
+  }
+  if (sdo_.awaiting() && overdue(request_at_ + 1, kPatience)) return false;
+  if (stage_ != Stage::kStarted) return true;
+  for (const Tpdo& tpdo : tpdos_) {
+    if (tpdo.divider != 0 && overdue(tpdo.due, kMissedTpdos * static_cast<std::uint64_t>(tpdo.divider))) {
+      return false;
+    }
+  }
+  return true;
+}
+
+bool RemoteNode::receive_tpdo(const can::StampedFrame& stamped) noexcept {
+  const can::Frame& frame = stamped.frame;
+  const int number = tpdo_of_function_[frame.id >> 7U & 0xFU];
+  if (number == 0) return false;
+  Tpdo& tpdo = tpdos_[index_of(number)];
+  if (frame.length != (frame.fd ? can::fd_length(tpdo.bytes) : tpdo.bytes)) return false;
+  tpdo.at = stamped.time;
+  tpdo.due = syncs_ + static_cast<std::uint64_t>(tpdo.divider);
+  if (stage_ == Stage::kStarted && !operational_seen_) {
+    operational_seen_ = true;
+    nmt_state_ = NmtState::kOperational;
+  }
+  on_tpdo(number, stamped);
+  return true;
 }
 
 bool RemoteNode::receive(const can::StampedFrame& stamped, Time now) noexcept {
   const can::Frame& frame = stamped.frame;
-  if (frame.extended || frame.remote || frame.fd) return false;
-  switch (frame.id & 0x780U) {
+  if (frame.extended || frame.remote || frame.error) return false;
+  const std::uint32_t function = frame.id & 0x780U;
+  const bool pdo = function >= 0x180 && function < 0x580;
+  if (frame.fd && !(pdo && settings_.fd)) return false;
+  if (pdo) return receive_tpdo(stamped);
+  switch (function) {
     case 0x080: {
       const std::optional<Emergency> emergency = decode_emergency(frame);
       if (!emergency) return false;
+      present_error_ = emergency->code;
       if (emergency->code != 0) {
         ++emergencies_;
         if (!emergency_) emergency_ = emergency;
       }
       return true;
     }
-    case 0x180:
-      return on_tpdo(1, stamped);
-    case 0x280:
-      return on_tpdo(2, stamped);
-    case 0x380:
-      return on_tpdo(3, stamped);
-    case 0x480:
-      return on_tpdo(4, stamped);
     case 0x580:
       if (frame.length != 8) return false;
       sdo_.receive(frame, now);
@@ -96,6 +165,7 @@ bool RemoteNode::on_error_control(const can::StampedFrame& stamped) noexcept {
       return false;
   }
   nmt_state_ = state;
+  operational_seen_ = operational_seen_ || state == NmtState::kOperational;
   heartbeat_at_ = std::max(heartbeat_at_, stamped.time);
   return true;
 }
@@ -117,18 +187,31 @@ void RemoteNode::latch_request_failure() noexcept {
   request_failed_ = true;
 }
 
-std::vector<SdoStep> identity_steps(std::uint32_t device_type) {
-  using Kind = SdoStep::Kind;
-  return {{Kind::kExpect, {object::kDeviceType, 0}, 4, device_type, "device type"},
-          {Kind::kNonZero, {object::kIdentity, 1}, 4, 0, "vendor-ID"}};
+std::vector<SdoStep> identity_steps_of(const NodeSettings& settings, std::uint32_t device_type) {
+  ExpectedIdentity identity = settings.identity;
+  if (identity.device_type == 0) identity.device_type = device_type;
+  return identity_steps(identity);
 }
 
-SdoStep heartbeat_producer_step(const NodeSettings& settings) {
-  return {SdoStep::Kind::kWrite,
-          {object::kProducerHeartbeat, 0},
-          2,
-          milliseconds_of(settings.heartbeat_producer),
-          "heartbeat producer time, ms"};
+std::vector<SdoStep> supervision_steps(const NodeSettings& settings) {
+  using Kind = SdoStep::Kind;
+  const std::uint32_t consumer =
+      std::uint32_t{kMasterNodeId} << 16U | milliseconds_of(settings.heartbeat_timeout);
+  std::vector<SdoStep> steps{
+      {Kind::kWrite,
+       {object::kProducerHeartbeat, 0},
+       2,
+       milliseconds_of(settings.heartbeat_producer),
+       "heartbeat producer time, ms"},
+      {Kind::kWrite, {object::kConsumerHeartbeat, 1}, 4, consumer, "consumer heartbeat time"}};
+  if (settings.sync_overflow != 0) {
+    steps.push_back({Kind::kWrite,
+                     {object::kSyncCounterOverflow, 0},
+                     1,
+                     settings.sync_overflow,
+                     "synchronous counter overflow"});
+  }
+  return steps;
 }
 
 std::uint32_t milliseconds_of(Time time) {

@@ -45,6 +45,8 @@ class SdoClient {
   void sent() noexcept { has_pending_ = false; }
 
   [[nodiscard]] State state() const noexcept { return state_; }
+  /// A request has been sent and the server owes an answer.
+  [[nodiscard]] bool awaiting() const noexcept { return state_ == State::kBusy && !has_pending_; }
   [[nodiscard]] ObjectAddress address() const noexcept { return address_; }
   [[nodiscard]] Time timeout() const noexcept { return timeout_; }
 

@@ -5,7 +5,7 @@
 #include <limits>
 #include <stdexcept>
 
-#include "drivers/canopen/cob_id.h"
+#include "drivers/can/fd_length.h"
 #include "drivers/canopen/little_endian.h"
 #include "drivers/canopen/objects.h"
 #include "drivers/cia402/power_up.h"
@@ -26,6 +26,8 @@ constexpr double kMilli = 1e-3;
 // before the encoder is doubted: contacts and the spring make real motions faster than commanded ones.
 constexpr double kImplausibleFactor = 4;
 constexpr double kImplausibleSlack = 0.02;  // rad
+
+constexpr auto kPositionMode = static_cast<std::uint32_t>(Mode::kCyclicSynchronousPosition);
 
 // 6007h: reaction of the drive to the loss of its master.
 constexpr std::uint32_t kQuickStopOnLoss = 3;
@@ -55,43 +57,60 @@ InterpolationPeriod interpolation_period(Time period) {
 
 }  // namespace
 
-std::vector<SdoStep> JointDrive::configuration_of(const DriveSettings& settings, JointDrive& drive) {
+std::vector<SdoStep> JointDrive::configuration_of(const DriveSettings& settings) {
   using Kind = SdoStep::Kind;
-  const auto [period, exponent] = interpolation_period(settings.node.cycle * settings.sync_divider);
-  const std::uint32_t consumer = static_cast<std::uint32_t>(canopen::kMasterNodeId) << 16 |
-                                 canopen::milliseconds_of(settings.node.heartbeat_timeout);
-  std::vector<SdoStep> steps = canopen::identity_steps(kServoDriveType);
-  steps.push_back(
-      {Kind::kExpect, {object::kRatedTorque, 0}, 4, settings.rated_torque_mnm, "rated torque, mN·m"});
-  steps.push_back({Kind::kNonZero,
-                   {object::kSeriesElastic, 3},
-                   4,
-                   0,
-                   "spring constant, mN·m/rad",
-                   &drive.spring_constant_mnm_});
-  steps.push_back({Kind::kWrite, {object::kInterpolationPeriod, 1}, 1, period, "interpolation period"});
-  steps.push_back({Kind::kWrite,
-                   {object::kInterpolationPeriod, 2},
-                   1,
-                   static_cast<std::uint8_t>(exponent),
-                   "interpolation period, exponent"});
-  steps.push_back(canopen::heartbeat_producer_step(settings.node));
-  steps.push_back({Kind::kWrite, {object::kConsumerHeartbeat, 1}, 4, consumer, "consumer heartbeat time"});
-  steps.push_back(
-      {Kind::kWrite, {object::kAbortConnection, 0}, 2, kQuickStopOnLoss, "abort connection option"});
-  steps.push_back(
-      {Kind::kWrite, {object::kMaxTorque, 0}, 2, settings.max_torque_permille, "max torque, per mille"});
+  const auto [period, exponent] = interpolation_period(settings.node.cycle * pdos_.sync_divider());
+  std::vector<SdoStep> steps = canopen::identity_steps_of(settings.node, kServoDriveType);
+  const auto append = [&steps](const std::vector<SdoStep>& more) {
+    steps.insert(steps.end(), more.begin(), more.end());
+  };
+  append({{Kind::kExpect, {object::kRatedTorque, 0}, 4, settings.rated_torque_mnm, "rated torque, mN·m"},
+          {Kind::kNonZero,
+           {object::kSeriesElastic, 3},
+           4,
+           0,
+           "spring constant, mN·m/rad",
+           &spring_constant_mnm_},
+          {Kind::kWrite, {object::kInterpolationPeriod, 1}, 1, period, "interpolation period"},
+          {Kind::kWrite,
+           {object::kInterpolationPeriod, 2},
+           1,
+           static_cast<std::uint8_t>(exponent),
+           "interpolation period, exponent"}});
+  append(canopen::supervision_steps(settings.node));
+  append({{Kind::kWrite, {object::kAbortConnection, 0}, 2, kQuickStopOnLoss, "abort connection option"},
+          {Kind::kWrite, {object::kMaxTorque, 0}, 2, settings.max_torque_permille, "max torque, per mille"}});
+  // A mode that no PDO carries is set and checked here.
+  if (!pdos_.has(DriveValue::kMode)) {
+    append({{Kind::kWrite, {object::kMode, 0}, 1, kPositionMode, "mode of operation"}});
+  }
+  if (!pdos_.has(DriveValue::kModeDisplay)) {
+    append({{Kind::kExpect, {object::kModeDisplay, 0}, 1, kPositionMode, "mode of operation display"}});
+  }
+  for (std::size_t i = 0; i < kept_.size(); ++i) {
+    const canopen::MappedObject& kept = pdos_.kept()[i];
+    append({{Kind::kRead,
+             {kept.index, kept.sub},
+             static_cast<std::uint8_t>(kept.bits / 8),
+             0,
+             "value to be kept",
+             &kept_[i]}});
+  }
+  append(canopen::pdo_steps(settings.node.pdos, settings.node.node_id));
   return steps;
 }
 
 JointDrive::JointDrive(const DriveSettings& settings)
-    : RemoteNode(settings.node, configuration_of(settings, *this)),
-      sync_divider_(settings.sync_divider),
+    : RemoteNode(settings.node),
+      pdos_(settings.node.pdos),
+      kept_(pdos_.kept().size()),
       max_velocity_(settings.max_velocity),
       configured_max_torque_(settings.max_torque_permille),
       wanted_max_torque_(settings.max_torque_permille),
       written_max_torque_(settings.max_torque_permille),
-      rated_torque_mnm_(settings.rated_torque_mnm) {}
+      rated_torque_mnm_(settings.rated_torque_mnm) {
+  set_configuration(configuration_of(settings));
+}
 
 void JointDrive::on_begin_boot() noexcept {
   controlword_ = controlword::kDisableVoltage;
@@ -99,11 +118,14 @@ void JointDrive::on_begin_boot() noexcept {
   writing_max_torque_ = false;
   wanted_max_torque_ = written_max_torque_ = configured_max_torque_;
   sample_ = DriveSample{};
+  if (!pdos_.has(DriveValue::kModeDisplay)) sample_.mode = static_cast<std::int8_t>(kPositionMode);
   counter_seen_ = false;
 }
 
-bool JointDrive::has_samples() const noexcept {
-  return sample_.tpdo1_at != Time::min() && sample_.tpdo2_at != Time::min();
+void JointDrive::begin_power_up() noexcept {
+  if (powered_up()) return;
+  controlword_ = controlword::kDisableVoltage;
+  holding_ = false;
 }
 
 void JointDrive::power_up() noexcept {
@@ -116,8 +138,9 @@ void JointDrive::power_up() noexcept {
 }
 
 bool JointDrive::powered_up() const noexcept {
-  return has_samples() && state() == State::kOperationEnabled &&
-         sample_.mode == static_cast<std::int8_t>(Mode::kCyclicSynchronousPosition);
+  // Without 6061h in a TPDO the mode was checked by the configuration.
+  return holding_ && has_samples() && state() == State::kOperationEnabled &&
+         (!pdos_.has(DriveValue::kModeDisplay) || sample_.mode == static_cast<std::int8_t>(kPositionMode));
 }
 
 void JointDrive::set_target(double motor_position, double velocity) noexcept {
@@ -128,18 +151,46 @@ void JointDrive::set_target(double motor_position, double velocity) noexcept {
 
 double JointDrive::target() const noexcept { return target_urad_ / kUnitsPerRad; }
 
-can::Frame JointDrive::rpdo1() const noexcept {
-  can::Frame frame(canopen::cob_id::rpdo(1, node_id()), {0, 0, 0, 0, 0});
-  put(frame.data.data(), controlword_);
-  put(frame.data.data() + 2, static_cast<std::int8_t>(Mode::kCyclicSynchronousPosition));
-  return frame;
+std::uint32_t JointDrive::command(const DriveField& field) const noexcept {
+  switch (field.value) {
+    case DriveValue::kControlword:
+      return controlword_;
+    case DriveValue::kMode:
+      return kPositionMode;
+    case DriveValue::kTargetPosition:
+      return static_cast<std::uint32_t>(target_urad_);
+    case DriveValue::kTargetVelocity:
+      return static_cast<std::uint32_t>(target_velocity_urad_);
+    case DriveValue::kMaxTorque:
+      return wanted_max_torque_;
+    case DriveValue::kKept:
+      return kept_[field.kept];
+    default:
+      // Target torque and torque offset: in position mode the drive's own loop finds the torque.
+      return 0;
+  }
 }
 
-can::Frame JointDrive::rpdo2() const noexcept {
-  can::Frame frame(canopen::cob_id::rpdo(2, node_id()), {0, 0, 0, 0, 0, 0, 0, 0});
-  put(frame.data.data(), target_urad_);
-  put(frame.data.data() + 4, target_velocity_urad_);
-  return frame;
+bool JointDrive::rpdo(int number, can::Frame& out) const noexcept {
+  const canopen::PdoSettings& pdo = settings().pdos.receive[static_cast<std::size_t>(number - 1)];
+  if (!pdo.enabled) return false;
+  const std::size_t bytes = pdo.bytes();
+  out = can::Frame{};
+  out.id = pdo.cob_id_base + node_id();
+  out.fd = bytes > 8;
+  out.length = can::fd_length(bytes);
+  for (const DriveField& field : pdos_.receive(number)) {
+    const std::uint32_t value = command(field);
+    std::memcpy(out.data.data() + field.offset, &value, std::min<std::size_t>(field.bytes, sizeof value));
+  }
+  return true;
+}
+
+bool JointDrive::carries_controlword(int number) const noexcept {
+  for (const DriveField& field : pdos_.receive(number)) {
+    if (field.value == DriveValue::kControlword) return true;
+  }
+  return false;
 }
 
 void JointDrive::poll(Time now) noexcept {
@@ -149,6 +200,7 @@ void JointDrive::poll(Time now) noexcept {
     writing_max_torque_ = false;
     if (sdo().state() == canopen::SdoClient::State::kFailed) latch_request_failure();
   }
+  if (pdos_.has(DriveValue::kMaxTorque)) return;
   // A refused value is latched as a failed request and not asked for again.
   if (!writing_max_torque_ && sdo().pending() == nullptr && wanted_max_torque_ != written_max_torque_) {
     std::array<std::uint8_t, 2> bytes{};
@@ -165,45 +217,63 @@ void JointDrive::clear_events() noexcept {
   counter_stuck_for_ = Time{0};
 }
 
-bool JointDrive::on_tpdo(int number, const can::StampedFrame& stamped) noexcept {
-  const can::Frame& frame = stamped.frame;
-  const std::uint8_t* bytes = frame.data.data();
-  if (number == 1 && frame.length == 5) {
-    const auto permille = get<std::int16_t>(bytes + 3);
-    sample_.statusword = get<std::uint16_t>(bytes);
-    sample_.mode = get<std::int8_t>(bytes + 2);
-    sample_.torque = permille * kPermille * rated_torque();
-    sample_.torque_out_of_range = permille == std::numeric_limits<std::int16_t>::min() ||
-                                  permille == std::numeric_limits<std::int16_t>::max();
-    sample_.tpdo1_at = stamped.time;
-    return true;
+void JointDrive::on_tpdo(int number, const can::StampedFrame& stamped) noexcept {
+  for (const DriveField& field : pdos_.transmit(number)) {
+    const std::uint8_t* bytes = stamped.frame.data.data() + field.offset;
+    switch (field.value) {
+      case DriveValue::kStatusword:
+        sample_.statusword = get<std::uint16_t>(bytes);
+        break;
+      case DriveValue::kModeDisplay:
+        sample_.mode = get<std::int8_t>(bytes);
+        break;
+      case DriveValue::kTorque: {
+        const auto permille = get<std::int16_t>(bytes);
+        sample_.torque = permille * kPermille * rated_torque();
+        sample_.torque_out_of_range = permille == std::numeric_limits<std::int16_t>::min() ||
+                                      permille == std::numeric_limits<std::int16_t>::max();
+        break;
+      }
+      case DriveValue::kPosition:
+        on_position(get<std::int32_t>(bytes) / kUnitsPerRad, stamped.time);
+        break;
+      case DriveValue::kVelocity:
+        sample_.motor_velocity = get<std::int32_t>(bytes) / kUnitsPerRad;
+        break;
+      case DriveValue::kErrorCode:
+        sample_.error_code = get<std::uint16_t>(bytes);
+        break;
+      case DriveValue::kTemperature:
+        sample_.motor_temperature_c = get<std::int8_t>(bytes);
+        break;
+      case DriveValue::kCycleCounter:
+        on_counter(get<std::uint16_t>(bytes), stamped.time);
+        break;
+      default:
+        break;
+    }
   }
-  if (number == 2 && frame.length == 8) {
-    on_position(stamped);
-    return true;
-  }
-  if (number == 4 && frame.length == 5) {
-    sample_.error_code = get<std::uint16_t>(bytes);
-    sample_.motor_temperature_c = get<std::int8_t>(bytes + 2);
-    on_counter(get<std::uint16_t>(bytes + 3), stamped.time);
-    return true;
-  }
-  return false;
 }
 
-void JointDrive::on_position(const can::StampedFrame& stamped) noexcept {
-  const double position = get<std::int32_t>(stamped.frame.data.data()) / kUnitsPerRad;
-  if (sample_.tpdo2_at != Time::min()) {
-    const Time elapsed = std::max(settings().cycle, stamped.time - sample_.tpdo2_at);
+void JointDrive::on_position(double position, Time at) noexcept {
+  if (sample_.position_at != Time::min()) {
+    const Time period = settings().cycle * pdos_.sync_divider();
+    const Time elapsed = std::max(settings().cycle, at - sample_.position_at);
     const double allowed =
         kImplausibleFactor * max_velocity_ * std::chrono::duration<double>(elapsed).count() +
         kImplausibleSlack;
     const double step = position - sample_.motor_position;
     if (implausible_step_ == 0 && std::abs(step) > allowed) implausible_step_ = step;
+    // Positions are sampled at SYNC, so they are whole periods apart whenever their frames came. Two PDOs of
+    // one SYNC may both carry the position.
+    const auto periods = (at - sample_.position_at + period / 2) / period;
+    if (!pdos_.has(DriveValue::kVelocity) && periods >= 1) {
+      const double seconds = std::chrono::duration<double>(period).count() * static_cast<double>(periods);
+      sample_.motor_velocity = step / seconds;
+    }
   }
   sample_.motor_position = position;
-  sample_.motor_velocity = get<std::int32_t>(stamped.frame.data.data() + 4) / kUnitsPerRad;
-  sample_.tpdo2_at = stamped.time;
+  sample_.position_at = at;
 }
 
 void JointDrive::on_counter(std::uint16_t counter, Time at) noexcept {

@@ -58,7 +58,13 @@ inline constexpr std::uint16_t kHalt = 0x0100;
 enum class Mode : std::int8_t {
   kImpedance = -1,  ///< manufacturer: torque = K (target − position) − D velocity + offset, on the link side
   kNone = 0,
+  kProfilePosition = 1,
+  kProfileVelocity = 3,
+  kProfileTorque = 4,
+  kHoming = 6,
+  kInterpolatedPosition = 7,
   kCyclicSynchronousPosition = 8,
+  kCyclicSynchronousVelocity = 9,
   kCyclicSynchronousTorque = 10,
 };
 

@@ -1,8 +1,5 @@
 #include "drivers/ft/force_torque_sensor.h"
 
-#include <algorithm>
-#include <limits>
-
 #include "drivers/canopen/little_endian.h"
 #include "drivers/canopen/objects.h"
 
@@ -10,7 +7,6 @@ namespace walkman::ft {
 namespace {
 
 namespace object = canopen::object;
-using canopen::get;
 using canopen::SdoStep;
 
 constexpr std::uint32_t kTaraSignature = 0x61726174;  // "tara"
@@ -21,76 +17,50 @@ double scaled(std::int16_t raw, std::uint32_t digits) {
   return value;
 }
 
-bool at_an_end(std::int16_t raw) {
-  return raw == std::numeric_limits<std::int16_t>::min() || raw == std::numeric_limits<std::int16_t>::max();
-}
-
 }  // namespace
 
-std::vector<SdoStep> ForceTorqueSensor::configuration_of(const canopen::NodeSettings& settings,
-                                                         ForceTorqueSensor& sensor) {
-  std::vector<SdoStep> steps = canopen::identity_steps(kForceTorqueType);
-  steps.push_back(canopen::heartbeat_producer_step(settings));
+std::vector<SdoStep> ForceTorqueSensor::configuration_of(const canopen::NodeSettings& settings) {
+  std::vector<SdoStep> steps = canopen::identity_steps_of(settings, kForceTorqueType);
+  const auto append = [&steps](const std::vector<SdoStep>& more) {
+    steps.insert(steps.end(), more.begin(), more.end());
+  };
+  append(canopen::supervision_steps(settings));
   for (std::size_t i = 0; i < kChannels; ++i) {
-    steps.push_back({SdoStep::Kind::kRead,
-                     {object::kDecimalDigits, static_cast<std::uint8_t>(i + 1)},
-                     1,
-                     0,
-                     "decimal digits of the process value",
-                     &sensor.digits_[i]});
+    append({{SdoStep::Kind::kRead,
+             {object::kDecimalDigits, static_cast<std::uint8_t>(i + 1)},
+             1,
+             0,
+             "decimal digits of the process value",
+             &digits_[i]}});
   }
+  append(canopen::pdo_steps(settings.pdos, settings.node_id));
   return steps;
 }
 
 ForceTorqueSensor::ForceTorqueSensor(const canopen::NodeSettings& settings)
-    : RemoteNode(settings, configuration_of(settings, *this)) {}
+    : RemoteNode(settings), channels_(settings.pdos, kChannels, settings.cycle) {
+  set_configuration(configuration_of(settings));
+}
 
 void ForceTorqueSensor::on_begin_boot() noexcept {
+  channels_.reset();
   sample_ = ForceTorqueSample{};
-  waiting_ = false;
-  tpdo1_at_ = tpdo2_at_ = Time::min();
   tare_state_ = TareState::kIdle;
 }
 
-bool ForceTorqueSensor::on_tpdo(int number, const can::StampedFrame& stamped) noexcept {
-  const std::uint8_t* bytes = stamped.frame.data.data();
-  if (number == 1 && stamped.frame.length == 8) {
-    if (waiting_) ++unpaired_;
-    for (std::size_t i = 0; i < 3; ++i) force_raw_[i] = get<std::int16_t>(bytes + 2 * i);
-    waiting_counter_ = get<std::uint16_t>(bytes + 6);
-    waiting_ = true;
-    tpdo1_at_ = stamped.time;
-    return true;
-  }
-  if (number == 2 && stamped.frame.length == 7) {
-    // Frames of one SYNC follow each other within the cycle; those of different ones are a cycle apart.
-    const bool same_sync =
-        waiting_ && stamped.time >= tpdo1_at_ && stamped.time - tpdo1_at_ < settings().cycle * 3 / 4;
-    tpdo2_at_ = stamped.time;
-    if (same_sync && (!has_sample() || waiting_counter_ != sample_.counter)) {
-      complete(stamped);
-    } else {
-      ++unpaired_;
-    }
-    waiting_ = false;
-    return true;
-  }
-  return false;
-}
-
-void ForceTorqueSensor::complete(const can::StampedFrame& tpdo2) noexcept {
-  const std::uint8_t* bytes = tpdo2.frame.data.data();
+void ForceTorqueSensor::on_tpdo(int number, const can::StampedFrame& stamped) noexcept {
+  if (!channels_.take(number, stamped)) return;
   sample_.out_of_range = false;
   for (int i = 0; i < 3; ++i) {
     const auto channel = static_cast<std::size_t>(i);
-    const auto torque = get<std::int16_t>(bytes + 2 * channel);
-    sample_.F_So_S.force[i] = scaled(force_raw_[channel], digits_[channel]);
-    sample_.F_So_S.torque[i] = scaled(torque, digits_[channel + 3]);
-    sample_.out_of_range = sample_.out_of_range || at_an_end(force_raw_[channel]) || at_an_end(torque);
+    sample_.F_So_S.force[i] = scaled(channels_.raw(channel), digits_[channel]);
+    sample_.F_So_S.torque[i] = scaled(channels_.raw(channel + 3), digits_[channel + 3]);
+    sample_.out_of_range =
+        sample_.out_of_range || channels_.at_an_end(channel) || channels_.at_an_end(channel + 3);
   }
-  sample_.counter = waiting_counter_;
-  sample_.status = bytes[6];
-  sample_.at = tpdo1_at_;
+  sample_.counter = channels_.counter();
+  sample_.status = channels_.status();
+  sample_.at = channels_.at();
 }
 
 void ForceTorqueSensor::tare() noexcept {

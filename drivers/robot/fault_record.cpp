@@ -87,6 +87,13 @@ std::string sentence(const FaultRecord& r) {
       return "interface is down, nothing can be sent";
     case FaultDetail::kQueueFull:
       return fmt::format("transmit queue full for {} cycles", r.number);
+    case FaultDetail::kFrameRefused:
+      return "the interface cannot carry these frames, the PDO layout needs CAN FD (mtu 72)";
+    case FaultDetail::kBusOff:
+      return "controller is bus-off, nothing is sent or received until it is restarted";
+    case FaultDetail::kReceiveOverflow:
+      return fmt::format("{} received frame{} lost because the receive queue was full", r.number,
+                         r.number == 1 ? " was" : "s were");
   }
   return "unknown fault";
 }

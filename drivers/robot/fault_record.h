@@ -31,6 +31,9 @@ enum class FaultDetail {
   kRequest,       ///< failed SDO: `number` index << 8 | sub, `code` the abort code
   kInterfaceDown,
   kQueueFull,  ///< `number` of cycles
+  kFrameRefused,
+  kBusOff,
+  kReceiveOverflow,  ///< `number` of frames
 };
 
 /// A fault as the cycle writes it down: numbers only, so that nothing is allocated; `describe` makes it

@@ -31,7 +31,7 @@ void Robot::Impl::take_states(Time at) noexcept {
       state.link_position = slot->drive->link_position();
       state.statusword = sample.statusword;
       state.mode = sample.mode;
-      state.age = std::max(age_of(sample.tpdo1_at, at), age_of(sample.tpdo2_at, at));
+      state.age = age_of(slot->drive->cyclic_data_at(), at);
     }
   }
   for (std::size_t i = 0; i < sensors.size(); ++i) {
@@ -40,6 +40,15 @@ void Robot::Impl::take_states(Time at) noexcept {
     sensors[i].sample_counter = sample.counter;
     sensors[i].status = sample.status;
     sensors[i].age = age_of(sample.at, at);
+  }
+  for (std::size_t i = 0; i < imus.size(); ++i) {
+    const imu::InertialSample& sample = inertial_units[i]->sample();
+    imus[i].specific_force = sample.specific_force;
+    imus[i].angular_velocity = sample.angular_velocity;
+    imus[i].R_WS = sample.R_WS;
+    imus[i].sample_counter = sample.counter;
+    imus[i].status = sample.status;
+    imus[i].age = age_of(sample.at, at);
   }
 }
 
@@ -51,18 +60,27 @@ void Robot::Impl::latch(const FaultRecord& candidate) noexcept {
   }
 }
 
+std::optional<FaultRecord> Robot::Impl::judge(const BusSlot& bus, Time at) const noexcept {
+  for (const DriveSlot* slot : bus.drives) {
+    if (const auto record = watchdog.judge(*slot->drive, slot->limits, at)) return record;
+  }
+  for (const ft::ForceTorqueSensor* sensor : bus.sensors) {
+    if (const auto record = watchdog.judge(*sensor, at)) return record;
+  }
+  for (const imu::InertialUnit* unit : bus.imus) {
+    if (const auto record = watchdog.judge(*unit, at)) return record;
+  }
+  return std::nullopt;
+}
+
 void Robot::Impl::judge(Time at) noexcept {
+  for (auto& bus : buses) bus->link_was_lost = bus->link_was_lost || bus->master.link_lost();
   if (fault) return;
   for (auto& bus : buses) {
     if (const auto record = watchdog.judge(bus->master, at)) return latch(*record);
   }
-  for (auto* drives : {&joint_drives, &hand_drives}) {
-    for (auto& slot : *drives) {
-      if (const auto record = watchdog.judge(*slot->drive, slot->limits, at)) return latch(*record);
-    }
-  }
-  for (auto& sensor : force_torque) {
-    if (const auto record = watchdog.judge(*sensor, at)) return latch(*record);
+  for (auto& bus : buses) {
+    if (const auto record = judge(*bus, at)) return latch(*record);
   }
 }
 
@@ -77,18 +95,27 @@ void Robot::Impl::advance_set_points() noexcept {
   }
 }
 
+bool Robot::Impl::driving(const BusSlot& bus) const noexcept {
+  if (phase == Phase::kRunning || phase == Phase::kPoweringUp) return true;
+  return recovering && !bus.reset;
+}
+
+void Robot::Impl::send_rpdos(BusSlot& bus) noexcept {
+  can::Frame frame;
+  for (const DriveSlot* slot : bus.drives) {
+    const cia402::JointDrive& drive = *slot->drive;
+    if (drive.stage() != canopen::RemoteNode::Stage::kStarted || !drive.has_samples() || !turn_of(drive))
+      continue;
+    for (int number = 1; number <= 4; ++number) {
+      if (drive.rpdo(number, frame)) bus.master.send(frame);
+    }
+  }
+}
+
 void Robot::Impl::send_cycle(Time at) noexcept {
-  const bool driving = phase == Phase::kPoweringUp || phase == Phase::kRunning;
   for (auto& bus : buses) bus->master.sync();
   for (auto& bus : buses) {
-    for (DriveSlot* slot : bus->drives) {
-      const cia402::JointDrive& drive = *slot->drive;
-      if (!driving || drive.stage() != canopen::RemoteNode::Stage::kStarted || !drive.has_samples() ||
-          !turn_of(drive))
-        continue;
-      bus->master.send(drive.rpdo1());
-      bus->master.send(drive.rpdo2());
-    }
+    if (driving(*bus)) send_rpdos(*bus);
     if (phase == Phase::kStopped && !bus->commanded)
       bus->commanded = bus->master.nmt(canopen::NmtCommand::kStop);
     bus->master.heartbeat(at);
@@ -112,6 +139,29 @@ bool Robot::boot(Time now) {
     impl_->phase = Impl::Phase::kIdle;
     throw;
   }
+}
+
+bool Robot::recover(Time now) {
+  try {
+    return impl_->recover(now);
+  } catch (const std::runtime_error&) {
+    impl_->recovering = false;
+    impl_->phase = Impl::Phase::kRunning;
+    throw;
+  }
+}
+
+void Robot::collect(Time now) noexcept {
+  for (auto& bus : impl_->buses) bus->master.receive(now);
+}
+
+bool Robot::settled() const noexcept {
+  for (const auto& bus : impl_->buses) {
+    for (const canopen::RemoteNode* node : bus->nodes) {
+      if (!node->settled()) return false;
+    }
+  }
+  return true;
 }
 
 bool Robot::read(Time now) noexcept {
@@ -213,12 +263,19 @@ void Robot::sync(Time now) noexcept {
 void Robot::stop() noexcept {
   Impl& robot = *impl_;
   robot.phase = Impl::Phase::kStopped;
+  robot.recovering = false;
+  can::Frame frame;
   for (auto& bus : robot.buses) {
     for (DriveSlot* slot : bus->drives) {
       slot->drive->quick_stop();
-      bus->master.send(slot->drive->rpdo1());
+      for (int number = 1; number <= 4; ++number) {
+        if (slot->drive->carries_controlword(number) && slot->drive->rpdo(number, frame))
+          bus->master.send(frame);
+      }
     }
     bus->commanded = bus->master.nmt(canopen::NmtCommand::kStop);
+    bus->master.interface().flush();
+    for (canopen::RemoteNode* node : bus->nodes) node->stop();
   }
 }
 
@@ -229,32 +286,7 @@ const std::vector<JointState>& Robot::hands() const { return impl_->hands; }
 const std::vector<std::string>& Robot::sensor_names() const { return impl_->sensor_names; }
 const std::vector<ForceTorqueState>& Robot::sensors() const { return impl_->sensors; }
 
-const std::optional<Fault>& Robot::fault() const {
-  if (impl_->fault && !impl_->described) impl_->described = describe(*impl_->fault);
-  return impl_->described;
-}
-
-void Robot::clear_fault() {
-  impl_->fault.reset();
-  impl_->described.reset();
-  for (auto& bus : impl_->buses) {
-    for (canopen::RemoteNode* node : bus->nodes) node->clear_events();
-  }
-}
-
-Counters Robot::counters() const noexcept {
-  Counters sum;
-  sum.syncs = impl_->syncs;
-  for (const auto& bus : impl_->buses) {
-    const canopen::Master::Counters& counters = bus->master.counters();
-    sum.frames_received += counters.received;
-    sum.frames_ignored += counters.ignored;
-    sum.foreign_frames += counters.foreign;
-    sum.frames_not_sent += counters.not_sent;
-    sum.receive_overflows += bus->master.interface().receive_overflows();
-    for (const canopen::RemoteNode* node : bus->nodes) sum.emergencies += node->emergencies();
-  }
-  return sum;
-}
+const std::vector<std::string>& Robot::imu_names() const { return impl_->imu_names; }
+const std::vector<InertialState>& Robot::imus() const { return impl_->imus; }
 
 }  // namespace walkman::robot

@@ -6,44 +6,36 @@
 #include "drivers/robot/robot_impl.h"
 
 namespace walkman::robot {
-namespace {
 
 using Stage = canopen::RemoteNode::Stage;
 
-std::string describe_stage(const canopen::RemoteNode& node) {
-  switch (node.stage()) {
-    case Stage::kAwaitingBootUp:
-      return "awaiting boot-up";
-    case Stage::kConfiguring:
-      return fmt::format("configuring {}/{}", node.configuration().done(), node.configuration().size());
-    case Stage::kConfigured:
-      return "configured";
-    case Stage::kStarted:
-      return "started";
-    case Stage::kLost:
-      return "lost by an unexpected boot-up";
-  }
-  return "unknown";
+void Robot::Impl::begin_reset(BusSlot& bus, Time at) {
+  bus.commanded = false;
+  bus.reset = bus.power_up = true;
+  bus.master.discard();
+  bus.master.restart_sync_counter();
+  for (canopen::RemoteNode* node : bus.nodes) node->begin_boot(at);
 }
-
-}  // namespace
 
 void Robot::Impl::begin_boot(Time at) {
   phase = Phase::kResetting;
   phase_began = at;
+  recovering = false;
   fault.reset();
   described.reset();
-  for (auto& bus : buses) {
-    bus->commanded = false;
-    bus->master.discard();
-    for (canopen::RemoteNode* node : bus->nodes) node->begin_boot(at);
-  }
+  for (auto& bus : buses) begin_reset(*bus, at);
 }
 
 bool Robot::Impl::command_all(canopen::NmtCommand command) noexcept {
   bool all = true;
   for (auto& bus : buses) {
-    if (!bus->commanded) bus->commanded = bus->master.nmt(command);
+    if (!bus->reset) continue;
+    if (!bus->commanded) {
+      bus->commanded = bus->master.nmt(command);
+      if (bus->commanded && command == canopen::NmtCommand::kResetCommunication) {
+        for (canopen::RemoteNode* node : bus->nodes) node->reset_sent();
+      }
+    }
     all = all && bus->commanded;
   }
   return all;
@@ -52,14 +44,24 @@ bool Robot::Impl::command_all(canopen::NmtCommand command) noexcept {
 bool Robot::Impl::configure_all(Time at) {
   bool all = true;
   for (auto& bus : buses) {
+    if (!bus->reset) continue;
     for (canopen::RemoteNode* node : bus->nodes) all = node->configure(at) && all;
   }
   return all;
 }
 
+void Robot::Impl::begin_power_up() noexcept {
+  phase = Phase::kPoweringUp;
+  for (auto& bus : buses) {
+    if (!bus->power_up) continue;
+    for (DriveSlot* slot : bus->drives) slot->drive->begin_power_up();
+  }
+}
+
 bool Robot::Impl::power_up_all() {
   bool all = true;
   for (auto& bus : buses) {
+    if (!bus->power_up) continue;
     for (const canopen::RemoteNode* node : bus->nodes) {
       if (node->stage() == Stage::kLost) {
         throw std::runtime_error(node->label() + ": booted up again after NMT start");
@@ -71,8 +73,9 @@ bool Robot::Impl::power_up_all() {
       if (turn_of(*slot->drive)) slot->drive->power_up();
       all = all && slot->drive->powered_up();
     }
+    for (const ft::ForceTorqueSensor* sensor : bus->sensors) all = all && sensor->has_sample();
+    for (const imu::InertialUnit* unit : bus->imus) all = all && unit->has_sample();
   }
-  for (const auto& sensor : force_torque) all = all && sensor->has_sample();
   return all;
 }
 
@@ -83,14 +86,21 @@ std::string Robot::Impl::what_is_missing(const canopen::RemoteNode& node) const 
                        node.configuration().size());
   }
   if (node.stage() != Stage::kStarted) return {};
+  for (int number = 1; number <= 4; ++number) {
+    if (node.sync_divider(number) != 0 && node.tpdo_at(number) == Time::min()) {
+      return fmt::format("no TPDO{}", number);
+    }
+  }
   for (const auto& sensor : force_torque) {
-    if (sensor.get() == &node && !sensor->has_sample()) return "no complete sample (TPDO1 and TPDO2)";
+    if (sensor.get() == &node && !sensor->has_sample()) return "no complete sample";
+  }
+  for (const auto& unit : inertial_units) {
+    if (unit.get() == &node && !unit->has_sample()) return "no complete sample";
   }
   for (const auto* drives : {&joint_drives, &hand_drives}) {
     for (const auto& slot : *drives) {
       const cia402::JointDrive& drive = *slot->drive;
       if (&drive != &node) continue;
-      if (!drive.has_samples()) return "no TPDO1 and TPDO2";
       if (drive.state() != cia402::State::kOperationEnabled) {
         return fmt::format(
             "stays in state {} (statusword {:04X}h, error code {:04X}h), not operation enabled",
@@ -106,15 +116,21 @@ std::string Robot::Impl::what_is_missing(const canopen::RemoteNode& node) const 
 
 void Robot::Impl::check_boot_progress(Time at) const {
   for (const auto& bus : buses) {
-    if (bus->master.interface_down()) {
-      throw std::runtime_error(std::string(bus->master.interface().name()) +
-                               ": interface is down, nothing can be sent");
+    if (!bus->reset) continue;
+    if (const auto record = watchdog.judge(bus->master, at)) {
+      // A recovery waits for a link that is still broken; full queues empty themselves.
+      const bool patient = recovering && bus->master.link_lost();
+      if (record->detail == FaultDetail::kFrameRefused ||
+          (bus->master.link_lost() && (!patient || at - phase_began >= options.boot_timeout))) {
+        throw std::runtime_error(describe(*record).text);
+      }
     }
   }
   if (at - phase_began < options.boot_timeout) return;
   const auto limit = std::chrono::duration_cast<std::chrono::milliseconds>(options.boot_timeout).count();
   for (const auto& bus : buses) {
-    if (!bus->commanded) {
+    if (!bus->power_up) continue;
+    if (bus->reset && !bus->commanded) {
       throw std::runtime_error(fmt::format("{}: transmit queue did not take an NMT command within {} ms",
                                            bus->master.interface().name(), limit));
     }
@@ -127,51 +143,54 @@ void Robot::Impl::check_boot_progress(Time at) const {
   throw std::runtime_error(fmt::format("robot: not booted within {} ms", limit));
 }
 
-bool Robot::Impl::boot(Time at) {
-  now = at;
-  if (phase == Phase::kRunning && !fault) return true;
-  if (phase == Phase::kRunning || phase == Phase::kIdle || phase == Phase::kStopped) begin_boot(at);
+void Robot::Impl::finish_boot(Time at) {
+  phase = Phase::kRunning;
+  recovering = false;
+  fault.reset();
+  described.reset();
+  for (auto& bus : buses) {
+    bus->master.forget_overflows();
+    if (!bus->power_up) continue;
+    for (DriveSlot* slot : bus->drives) slot->set_point.hold(slot->drive->target());
+    for (canopen::RemoteNode* node : bus->nodes) node->clear_events();
+    bus->reset = bus->power_up = bus->link_was_lost = false;
+  }
+  take_states(at);
+}
+
+bool Robot::Impl::step(Time at) {
   receive(at);
-  check_boot_progress(at);
+  if (recovering) check_links(at);
+  // What the links did before the first cycle of this boot is past.
+  if (at != phase_began) check_boot_progress(at);
+  if (recovering) check_the_others(at);
   if (phase == Phase::kResetting && command_all(canopen::NmtCommand::kResetCommunication)) {
     phase = Phase::kConfiguring;
   } else if (phase == Phase::kConfiguring && configure_all(at)) {
     phase = Phase::kStarting;
-    for (auto& bus : buses) bus->commanded = false;
-  } else if (phase == Phase::kPoweringUp && power_up_all()) {
-    phase = Phase::kRunning;
-    for (auto* drives : {&joint_drives, &hand_drives}) {
-      for (auto& slot : *drives) slot->set_point.hold(slot->drive->target());
-    }
     for (auto& bus : buses) {
-      for (canopen::RemoteNode* node : bus->nodes) node->clear_events();
+      if (bus->reset) bus->commanded = false;
     }
-    take_states(at);
+  } else if (phase == Phase::kPoweringUp && power_up_all()) {
+    finish_boot(at);
     return true;
   }
   if (phase == Phase::kStarting && command_all(canopen::NmtCommand::kStart)) {
-    phase = Phase::kPoweringUp;
     for (auto& bus : buses) {
+      if (!bus->reset) continue;
       for (canopen::RemoteNode* node : bus->nodes) node->start(at);
     }
+    begin_power_up();
   }
   send_cycle(at);
   return false;
 }
 
-std::vector<NodeStatus> Robot::nodes() const {
-  std::vector<NodeStatus> list;
-  for (const auto& bus : impl_->buses) {
-    for (const canopen::RemoteNode* node : bus->nodes) {
-      std::string state = describe_stage(*node);
-      if (node->stage() == Stage::kStarted) {
-        const auto missing = impl_->what_is_missing(*node);
-        if (missing.empty()) state = "in operation";
-      }
-      list.push_back({node->settings().name, node->settings().interface, node->node_id(), std::move(state)});
-    }
-  }
-  return list;
+bool Robot::Impl::boot(Time at) {
+  now = at;
+  if (phase == Phase::kRunning && !fault) return true;
+  if (!booting() || recovering) begin_boot(at);
+  return step(at);
 }
 
 }  // namespace walkman::robot

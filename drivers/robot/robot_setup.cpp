@@ -4,6 +4,7 @@
 
 #include <fmt/format.h>
 
+#include "drivers/robot/bus_load.h"
 #include "drivers/robot/robot_impl.h"
 
 namespace walkman::robot {
@@ -38,8 +39,13 @@ Robot::Impl::Impl(const RobotModel& model, const DeviceTable& table,
     throw std::runtime_error(fmt::format("device table has {} buses, {} CAN interfaces given",
                                          table.buses.size(), interfaces.size()));
   }
+  if (!options.allow_overload) require_capacity(table, options.layout, options.cycle);
+  const int overflow = options.sync_counter_overflow;
+  if (overflow != 0 && (overflow < 2 || overflow > 240)) {
+    throw std::runtime_error(fmt::format("SYNC counter overflow is {}, expected 0 or 2 to 240", overflow));
+  }
   for (std::size_t i = 0; i < table.buses.size(); ++i) {
-    buses.push_back(std::make_unique<BusSlot>(*interfaces[i], options.heartbeat_producer));
+    buses.push_back(std::make_unique<BusSlot>(*interfaces[i], options));
     for (const Device& device : table.buses[i].devices) {
       if (device.node_id < 1 || device.node_id >= canopen::kMasterNodeId) {
         throw std::runtime_error(fmt::format("bus {}: {} has node-ID {}, expected 1..126",
@@ -50,31 +56,59 @@ Robot::Impl::Impl(const RobotModel& model, const DeviceTable& table,
         throw std::runtime_error(fmt::format("bus {}: node-ID {} is used by {} and {}", table.buses[i].name,
                                              device.node_id, other->settings().name, device.name));
       }
-      if (device.kind == DeviceKind::kForceTorque) {
-        add_sensor(device, *buses.back());
-      } else {
-        add_drive(model, device, *buses.back());
+      switch (device.kind) {
+        case DeviceKind::kForceTorque:
+          add_sensor(device, *buses.back());
+          break;
+        case DeviceKind::kInertialUnit:
+          add_inertial_unit(device, *buses.back());
+          break;
+        case DeviceKind::kJointDrive:
+        case DeviceKind::kHandDrive:
+          add_drive(model, device, *buses.back());
+          break;
       }
     }
   }
   joints.resize(joint_drives.size());
   hands.resize(hand_drives.size());
   sensors.resize(force_torque.size());
+  imus.resize(inertial_units.size());
   for (std::size_t i = 0; i < joints.size(); ++i) joint_drives[i]->state = &joints[i];
   for (std::size_t i = 0; i < hands.size(); ++i) hand_drives[i]->state = &hands[i];
 }
+
+namespace {
+
+const char* noun_of(DeviceKind kind) {
+  switch (kind) {
+    case DeviceKind::kHandDrive:
+      return "hand";
+    case DeviceKind::kForceTorque:
+      return "F/T sensor";
+    case DeviceKind::kInertialUnit:
+      return "IMU";
+    case DeviceKind::kJointDrive:
+      break;
+  }
+  return "drive";
+}
+
+}  // namespace
 
 canopen::NodeSettings Robot::Impl::node_settings(const Device& device, const BusSlot& bus) const {
   canopen::NodeSettings settings;
   settings.node_id = device.node_id;
   settings.name = device.name;
   settings.interface = std::string(bus.master.interface().name());
-  settings.noun = device.kind == DeviceKind::kJointDrive  ? "drive"
-                  : device.kind == DeviceKind::kHandDrive ? "hand"
-                                                          : "F/T sensor";
+  settings.noun = noun_of(device.kind);
   settings.cycle = options.cycle;
   settings.heartbeat_producer = options.heartbeat_producer;
   settings.heartbeat_timeout = options.heartbeat_timeout;
+  settings.identity = options.identities.of(device.kind, device.node_id);
+  settings.pdos = options.layout.of(device.kind);
+  settings.fd = options.layout.fd;
+  settings.sync_overflow = static_cast<std::uint8_t>(options.sync_counter_overflow);
   return settings;
 }
 
@@ -94,11 +128,9 @@ void Robot::Impl::add_drive(const RobotModel& model, const Device& device, BusSl
     settings.max_torque_permille = static_cast<std::uint16_t>(
         std::clamp(std::round(slot->limits.effort * 1e6 / device.rated_torque_mnm), 0.0, 65535.0));
   }
-  settings.sync_divider = hand ? kHandSyncDivider : 1;
   settings.max_velocity = slot->limits.velocity;
   slot->drive = std::make_unique<cia402::JointDrive>(settings);
-  bus.master.add(*slot->drive);
-  bus.nodes.push_back(slot->drive.get());
+  add_node(*slot->drive, bus);
   bus.drives.push_back(slot.get());
   (hand ? hand_names : joint_names).push_back(device.name);
   (hand ? hand_drives : joint_drives).push_back(std::move(slot));
@@ -106,9 +138,21 @@ void Robot::Impl::add_drive(const RobotModel& model, const Device& device, BusSl
 
 void Robot::Impl::add_sensor(const Device& device, BusSlot& bus) {
   force_torque.push_back(std::make_unique<ft::ForceTorqueSensor>(node_settings(device, bus)));
-  bus.master.add(*force_torque.back());
-  bus.nodes.push_back(force_torque.back().get());
+  add_node(*force_torque.back(), bus);
+  bus.sensors.push_back(force_torque.back().get());
   sensor_names.push_back(device.name);
+}
+
+void Robot::Impl::add_inertial_unit(const Device& device, BusSlot& bus) {
+  inertial_units.push_back(std::make_unique<imu::InertialUnit>(node_settings(device, bus)));
+  add_node(*inertial_units.back(), bus);
+  bus.imus.push_back(inertial_units.back().get());
+  imu_names.push_back(device.name);
+}
+
+void Robot::Impl::add_node(canopen::RemoteNode& node, BusSlot& bus) {
+  bus.master.add(node);
+  bus.nodes.push_back(&node);
 }
 
 }  // namespace walkman::robot

@@ -1,8 +1,11 @@
 #include "drivers/robot/watchdog.h"
 
+#include <algorithm>
+
 #include "drivers/canopen/master.h"
 #include "drivers/cia402/joint_drive.h"
 #include "drivers/ft/force_torque_sensor.h"
+#include "drivers/imu/inertial_unit.h"
 #include "drivers/robot/set_point.h"
 
 namespace walkman::robot {
@@ -22,17 +25,6 @@ FaultRecord record_of(const canopen::RemoteNode& node, FaultKind kind, FaultDeta
   return record;
 }
 
-std::optional<FaultRecord> stale_tpdo(const canopen::RemoteNode& node, std::uint32_t number, Time at,
-                                      Time limit, Time now) {
-  const Time age = age_of(at, now);
-  if (age <= limit) return std::nullopt;
-  FaultRecord record = record_of(node, FaultKind::kDataStale, FaultDetail::kNoTpdo, now);
-  record.number = number;
-  record.a = age == Time::max() ? -1.0 : seconds(age);
-  record.b = seconds(limit);
-  return record;
-}
-
 }  // namespace
 
 std::optional<FaultRecord> Watchdog::events(const canopen::RemoteNode& node, Time now) const noexcept {
@@ -48,13 +40,31 @@ std::optional<FaultRecord> Watchdog::events(const canopen::RemoteNode& node, Tim
   return std::nullopt;
 }
 
+bool Watchdog::heartbeat_lost(const canopen::RemoteNode& node, Time now) const noexcept {
+  return node.heartbeat_age(now) > options_.heartbeat_timeout;
+}
+
+std::optional<FaultRecord> Watchdog::stale(const canopen::RemoteNode& node, Time now) const noexcept {
+  for (int number = 1; number <= 4; ++number) {
+    const Time limit = options_.cycle * options_.stale_after_cycles * node.sync_divider(number);
+    const Time age = age_of(node.tpdo_at(number), now);
+    if (limit == Time{0} || age <= limit) continue;
+    FaultRecord record = record_of(node, FaultKind::kDataStale, FaultDetail::kNoTpdo, now);
+    record.number = static_cast<std::uint32_t>(number);
+    record.a = age == Time::max() ? -1.0 : seconds(age);
+    record.b = seconds(limit);
+    return record;
+  }
+  return std::nullopt;
+}
+
 std::optional<FaultRecord> Watchdog::supervision(const canopen::RemoteNode& node, Time now) const noexcept {
   if (node.nmt_state() != canopen::NmtState::kOperational) {
     FaultRecord record = record_of(node, FaultKind::kNmtState, FaultDetail::kNmtState, now);
     record.number = static_cast<std::uint32_t>(node.nmt_state());
     return record;
   }
-  if (node.heartbeat_age(now) > options_.heartbeat_timeout) {
+  if (heartbeat_lost(node, now)) {
     FaultRecord record = record_of(node, FaultKind::kHeartbeatLost, FaultDetail::kHeartbeat, now);
     record.a = seconds(node.heartbeat_age(now));
     record.b = seconds(options_.heartbeat_timeout);
@@ -79,9 +89,7 @@ std::optional<FaultRecord> Watchdog::judge(const cia402::JointDrive& drive, cons
     return record;
   }
   if (auto record = supervision(drive, now)) return record;
-  const Time limit = options_.cycle * options_.stale_after_cycles * drive.sync_divider();
-  if (auto record = stale_tpdo(drive, 1, sample.tpdo1_at, limit, now)) return record;
-  if (auto record = stale_tpdo(drive, 2, sample.tpdo2_at, limit, now)) return record;
+  if (auto record = stale(drive, now)) return record;
   if (drive.counter_stuck_for() > options_.heartbeat_timeout) {
     FaultRecord record = record_of(drive, FaultKind::kDataStale, FaultDetail::kCounterStuck, now);
     record.number = drive.cycle_counter();
@@ -105,26 +113,35 @@ std::optional<FaultRecord> Watchdog::judge(const cia402::JointDrive& drive, cons
   return std::nullopt;
 }
 
-std::optional<FaultRecord> Watchdog::judge(const ft::ForceTorqueSensor& sensor, Time now) const noexcept {
-  if (auto record = events(sensor, now)) return record;
-  if (auto record = supervision(sensor, now)) return record;
-  const Time limit = options_.cycle * options_.stale_after_cycles;
-  if (auto record = stale_tpdo(sensor, 1, sensor.tpdo1_at(), limit, now)) return record;
-  if (auto record = stale_tpdo(sensor, 2, sensor.tpdo2_at(), limit, now)) return record;
-  const ft::ForceTorqueSample& sample = sensor.sample();
-  if (age_of(sample.at, now) > limit) {
-    FaultRecord record = record_of(sensor, FaultKind::kDataStale, FaultDetail::kCounterStuck, now);
+template <typename Sample>
+std::optional<FaultRecord> Watchdog::sample_of(const canopen::RemoteNode& node, const Sample& sample,
+                                               Time now) const noexcept {
+  if (auto record = events(node, now)) return record;
+  if (auto record = supervision(node, now)) return record;
+  if (auto record = stale(node, now)) return record;
+  int divider = 1;
+  for (int number = 1; number <= 4; ++number) divider = std::max(divider, node.sync_divider(number));
+  if (age_of(sample.at, now) > options_.cycle * options_.stale_after_cycles * divider) {
+    FaultRecord record = record_of(node, FaultKind::kDataStale, FaultDetail::kCounterStuck, now);
     record.number = sample.counter;
     record.a = seconds(age_of(sample.at, now));
     return record;
   }
   if (sample.status != 0) {
-    FaultRecord record = record_of(sensor, FaultKind::kSensorInvalid, FaultDetail::kSensorStatus, now);
+    FaultRecord record = record_of(node, FaultKind::kSensorInvalid, FaultDetail::kSensorStatus, now);
     record.number = sample.status;
     return record;
   }
-  if (sample.out_of_range) return record_of(sensor, FaultKind::kNotFinite, FaultDetail::kOutOfRange, now);
+  if (sample.out_of_range) return record_of(node, FaultKind::kNotFinite, FaultDetail::kOutOfRange, now);
   return std::nullopt;
+}
+
+std::optional<FaultRecord> Watchdog::judge(const ft::ForceTorqueSensor& sensor, Time now) const noexcept {
+  return sample_of(sensor, sensor.sample(), now);
+}
+
+std::optional<FaultRecord> Watchdog::judge(const imu::InertialUnit& unit, Time now) const noexcept {
+  return sample_of(unit, unit.sample(), now);
 }
 
 std::optional<FaultRecord> Watchdog::judge(const canopen::Master& master, Time now) const noexcept {
@@ -132,13 +149,28 @@ std::optional<FaultRecord> Watchdog::judge(const canopen::Master& master, Time n
   record.kind = FaultKind::kInterfaceDown;
   record.interface = &master.interface();
   record.time = now;
-  if (master.interface_down()) {
+  if (master.link() == can::LinkState::kBusOff) {
+    record.kind = FaultKind::kBusOff;
+    record.detail = FaultDetail::kBusOff;
+    return record;
+  }
+  if (master.link() == can::LinkState::kDown) {
     record.detail = FaultDetail::kInterfaceDown;
+    return record;
+  }
+  if (master.frame_refused()) {
+    record.detail = FaultDetail::kFrameRefused;
     return record;
   }
   if (master.full_cycles() >= options_.stale_after_cycles) {
     record.detail = FaultDetail::kQueueFull;
     record.number = static_cast<std::uint32_t>(master.full_cycles());
+    return record;
+  }
+  if (master.new_overflows() > 0) {
+    record.kind = FaultKind::kReceiveOverflow;
+    record.detail = FaultDetail::kReceiveOverflow;
+    record.number = static_cast<std::uint32_t>(std::min<std::uint64_t>(master.new_overflows(), UINT32_MAX));
     return record;
   }
   return std::nullopt;

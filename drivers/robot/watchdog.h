@@ -13,6 +13,9 @@ class JointDrive;
 namespace walkman::ft {
 class ForceTorqueSensor;
 }
+namespace walkman::imu {
+class InertialUnit;
+}
 
 namespace walkman::robot {
 
@@ -29,9 +32,17 @@ class Watchdog {
                                                  const SetPointLimits& limits, Time now) const noexcept;
   [[nodiscard]] std::optional<FaultRecord> judge(const ft::ForceTorqueSensor& sensor,
                                                  Time now) const noexcept;
+  [[nodiscard]] std::optional<FaultRecord> judge(const imu::InertialUnit& unit, Time now) const noexcept;
   [[nodiscard]] std::optional<FaultRecord> judge(const canopen::Master& master, Time now) const noexcept;
 
+  /// A TPDO that comes with SYNC is older than the limit.
+  [[nodiscard]] std::optional<FaultRecord> stale(const canopen::RemoteNode& node, Time now) const noexcept;
+  [[nodiscard]] bool heartbeat_lost(const canopen::RemoteNode& node, Time now) const noexcept;
+
  private:
+  template <typename Sample>
+  [[nodiscard]] std::optional<FaultRecord> sample_of(const canopen::RemoteNode& node, const Sample& sample,
+                                                     Time now) const noexcept;
   [[nodiscard]] std::optional<FaultRecord> events(const canopen::RemoteNode& node, Time now) const noexcept;
   [[nodiscard]] std::optional<FaultRecord> supervision(const canopen::RemoteNode& node,
                                                        Time now) const noexcept;

@@ -1,91 +1,86 @@
 #include "emulator/bus/candump_log.h"
 
-#include <algorithm>
 #include <array>
-#include <cerrno>
-#include <cinttypes>
-#include <cstdio>
-#include <cstring>
-#include <stdexcept>
 
 namespace walkman::bus {
 namespace {
 
 constexpr std::string_view kHex = "0123456789ABCDEF";
-constexpr std::size_t kBatchReserve = 4096;
+constexpr std::uint32_t kErrorFlag = 0x20000000;
 
-/// Longest line: time, interface, 8-digit identifier, FD mark and 64 bytes.
-constexpr std::size_t kLongestTail = 16 + 2 * can::kMaxPayload;
+/// Longest line but for the interface: time with 10 digits and more, 8-digit identifier, FD mark, 64 bytes.
+constexpr std::size_t kLongestTime = 32;
+constexpr std::size_t kLongestFrame = 16 + 2 * can::kMaxPayload;
 
-std::size_t format_frame(std::array<char, kLongestTail>& out, const can::Frame& frame) {
-  std::size_t n = 0;
-  const int digits = frame.extended ? 8 : 3;
-  for (int i = digits - 1; i >= 0; --i) out[n++] = kHex[frame.id >> (4 * i) & 0xFU];
-  out[n++] = '#';
-  if (frame.remote) {
-    out[n++] = 'R';
-    if (frame.length > 0) out[n++] = kHex[frame.length & 0xFU];
-  } else {
-    if (frame.fd) {
-      out[n++] = '#';
-      out[n++] = '0';
-    }
-    for (const std::uint8_t byte : frame.payload()) {
-      out[n++] = kHex[byte >> 4U];
-      out[n++] = kHex[byte & 0xFU];
-    }
+class Text {
+ public:
+  void put(char c) noexcept { out_[size_++] = c; }
+  void hex(std::uint32_t value, int digits) noexcept {
+    for (int i = digits - 1; i >= 0; --i) put(kHex[value >> (4 * i) & 0xFU]);
   }
-  out[n++] = '\n';
-  return n;
+  void decimal(std::int64_t value, int digits) noexcept {
+    std::array<char, 20> reversed{};
+    std::size_t n = 0;
+    for (; value > 0 || n < static_cast<std::size_t>(digits); value /= 10) {
+      reversed[n++] = static_cast<char>('0' + value % 10);
+    }
+    while (n > 0) put(reversed[--n]);
+  }
+  [[nodiscard]] std::string_view view() const noexcept { return {out_.data(), size_}; }
+
+ private:
+  std::array<char, kLongestTime + kLongestFrame> out_;
+  std::size_t size_ = 0;
+};
+
+void format_time(Text& out, Time time) noexcept {
+  const std::int64_t us = time.count() / 1000;
+  out.put('(');
+  out.decimal(us / 1'000'000, 10);
+  out.put('.');
+  out.decimal(us % 1'000'000, 6);
+  out.put(')');
+  out.put(' ');
 }
 
-std::string_view format_time(std::array<char, 32>& out, Time time) {
-  const std::int64_t us = time.count() / 1000;
-  const int n = std::snprintf(out.data(), out.size(), "(%010" PRId64 ".%06" PRId64 ") ", us / 1'000'000,
-                              us % 1'000'000);
-  return {out.data(), static_cast<std::size_t>(n)};
+void format_frame(Text& out, const can::Frame& frame) noexcept {
+  if (frame.error) {
+    out.hex(frame.id | kErrorFlag, 8);
+  } else {
+    out.hex(frame.id, frame.extended ? 8 : 3);
+  }
+  out.put('#');
+  if (frame.remote) {
+    out.put('R');
+    if (frame.length > 0) out.hex(frame.length, 1);
+  } else {
+    if (frame.fd) {
+      out.put('#');
+      out.put('1');
+    }
+    for (const std::uint8_t byte : frame.payload()) out.hex(byte, 2);
+  }
+  out.put('\n');
 }
 
 }  // namespace
 
 std::string candump_line(std::string_view interface_name, const can::StampedFrame& frame) {
-  std::array<char, 32> time;
-  std::array<char, kLongestTail> tail;
-  std::string line(format_time(time, frame.time));
+  Text time;
+  format_time(time, frame.time);
+  Text tail;
+  format_frame(tail, frame.frame);
+  std::string line(time.view());
   line.append(interface_name).push_back(' ');
-  line.append(tail.data(), format_frame(tail, frame.frame));
-  return line;
+  return line.append(tail.view());
 }
 
-CandumpLog::CandumpLog(std::filesystem::path file) : file_(std::move(file)), stream_(file_) {
-  if (!stream_) {
-    throw std::runtime_error(file_.string() + ": cannot be created (" + std::strerror(errno) +
-                             "), expected a writable path for the CAN log");
-  }
-  batch_.reserve(kBatchReserve);
-  order_.reserve(kBatchReserve);
-}
-
-void CandumpLog::commit() {
-  order_.clear();
-  for (std::size_t i = 0; i < batch_.size(); ++i) order_.emplace_back(batch_[i].frame.time, i);
-  std::sort(order_.begin(), order_.end());
-  std::array<char, 32> time;
-  std::array<char, kLongestTail> tail;
-  for (const auto& [when, i] : order_) {
-    const Record& record = batch_[i];
-    stream_ << format_time(time, when) << record.interface_name << ' ';
-    stream_.write(tail.data(), static_cast<std::streamsize>(format_frame(tail, record.frame.frame)));
-  }
-  batch_.clear();
-}
-
-void CandumpLog::flush() {
-  commit();
-  stream_.flush();
-  if (!stream_)
-    throw std::runtime_error(file_.string() +
-                             ": CAN log could not be written completely, expected space on the device");
+void CandumpLog::put(std::string_view interface_name, const can::StampedFrame& frame) {
+  Text time;
+  format_time(time, frame.time);
+  Text tail;
+  format_frame(tail, frame.frame);
+  stream() << time.view() << interface_name << ' ' << tail.view();
 }
 
 }  // namespace walkman::bus

@@ -1,11 +1,12 @@
 #include "emulator/bus/computer_end.h"
 
+#include "emulator/bus/frame_length.h"
+
 namespace walkman::bus {
 
 can::SendResult ComputerEnd::send(const can::Frame& frame) noexcept {
-  if (frame.fd || frame.length > 8 || frame.id > (frame.extended ? 0x1FFFFFFFU : 0x7FFU)) {
-    return can::SendResult::kInterfaceDown;
-  }
+  if ((frame.fd && !fd_) || !is_sendable(frame)) return can::SendResult::kInvalid;
+  if (state_ == can::LinkState::kBusOff) return can::SendResult::kInterfaceDown;
   if (transmit_.push(frame)) return can::SendResult::kQueued;
   ++transmit_overflows_;
   return can::SendResult::kQueueFull;
@@ -20,6 +21,21 @@ bool ComputerEnd::receive(can::StampedFrame& out) noexcept {
 
 void ComputerEnd::receive(const can::Frame& frame, Time now) noexcept {
   if (!receive_.push({now, frame})) ++receive_overflows_;
+}
+
+void ComputerEnd::advance(Time now) noexcept {
+  if (restart_at_ > now) return;
+  restart_at_ = Time::max();
+  restart();
+}
+
+void ComputerEnd::on_link_state(can::LinkState state, Time now) noexcept {
+  state_ = state;
+  restart_ = false;
+  restart_at_ = Time::max();
+  if (state != can::LinkState::kBusOff) return;
+  while (!transmit_.empty()) transmit_.pop();
+  if (options_.restart_after > Time{}) restart_at_ = now + options_.restart_after;
 }
 
 }  // namespace walkman::bus

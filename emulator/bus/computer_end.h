@@ -8,36 +8,67 @@
 
 namespace walkman::bus {
 
-/// The computer's CAN controller on an emulated bus: a participant on the wire's side, a `can::Interface` on
+/// Which error frames a computer's controller puts into its receive queue.
+enum class ErrorReports {
+  kNone,    ///< none: state and counters are read from `link` only
+  kStates,  ///< warning, passive, active again, bus-off, restarted
+  kAll,     ///< these, and every error on the bus (`berr-reporting on`)
+};
+
+/// What `ip link` sets on a Linux machine.
+struct ControllerOptions {
+  ErrorReports reports = ErrorReports::kNone;
+  Time restart_after{};   ///< comes back that long after bus-off (restart-ms); zero: only by `restart`
+  bool one_shot = false;  ///< a frame that did not go through is not sent again
+};
+
+/// A computer's CAN controller on an emulated bus: a participant on the wire's side, a `can::Interface` on
 /// the computer's. As with SocketCAN, its transmit queue is first-in first-out: only the oldest frame takes
-/// part in arbitration.
+/// part in arbitration. Its link is error-active when a computer powers on, and follows its error counters.
 class ComputerEnd final : public Participant, public can::Interface {
  public:
   static constexpr std::size_t kQueueLength = 4096;
 
-  explicit ComputerEnd(std::string name)
-      : name_(std::move(name)), transmit_(kQueueLength), receive_(kQueueLength) {}
+  /// `fd`: the controller sends CAN FD frames too.
+  explicit ComputerEnd(std::string name, bool fd = false)
+      : name_(std::move(name)), fd_(fd), transmit_(kQueueLength), receive_(kQueueLength) {}
 
-  /// A frame that a classical bus cannot carry (FD, more than 8 bytes, identifier too long) is refused with
-  /// kInterfaceDown.
+  void configure(const ControllerOptions& options) noexcept { options_ = options; }
+  [[nodiscard]] const ControllerOptions& options() const noexcept { return options_; }
+
+  /// Leaves bus-off: asks the controller to come back on the bus. Without effect in any other state.
+  void restart() noexcept { restart_ = state_ == can::LinkState::kBusOff; }
+
+  /// kInvalid: an FD frame on a classical bus, a payload length without a code, an identifier too long, an
+  /// error report. kInterfaceDown: in bus-off.
   [[nodiscard]] can::SendResult send(const can::Frame& frame) noexcept override;
   [[nodiscard]] bool receive(can::StampedFrame& out) noexcept override;
+  [[nodiscard]] can::LinkState link() const noexcept override { return state_; }
   [[nodiscard]] std::uint64_t receive_overflows() const noexcept override { return receive_overflows_; }
   [[nodiscard]] std::string_view name() const noexcept override { return name_; }
 
   void receive(const can::Frame& frame, Time now) noexcept override;
-  void advance(Time) noexcept override {}
-  [[nodiscard]] Time next_event() const noexcept override { return Time::max(); }
+  void advance(Time now) noexcept override;
+  [[nodiscard]] Time next_event() const noexcept override { return restart_at_; }
   [[nodiscard]] const can::Frame* pending() const noexcept override {
     return transmit_.empty() ? nullptr : &transmit_.front();
   }
   void take() noexcept override { transmit_.pop(); }
+  /// Bus-off drops what is queued for transmission.
+  void on_link_state(can::LinkState state, Time now) noexcept override;
+  [[nodiscard]] bool one_shot() const noexcept override { return options_.one_shot; }
+  [[nodiscard]] bool restarts() const noexcept override { return restart_; }
   [[nodiscard]] std::uint64_t transmit_overflows() const noexcept override { return transmit_overflows_; }
 
  private:
   std::string name_;
+  bool fd_;
+  ControllerOptions options_;
   Ring<can::Frame> transmit_;
   Ring<can::StampedFrame> receive_;
+  can::LinkState state_ = can::LinkState::kActive;
+  bool restart_ = false;
+  Time restart_at_ = Time::max();
   std::uint64_t transmit_overflows_ = 0;
   std::uint64_t receive_overflows_ = 0;
 };

@@ -2,79 +2,78 @@
 
 #include <cassert>
 
+#include "emulator/bus/bit_stuffing.h"
+#include "emulator/bus/crc.h"
+
 namespace walkman::bus {
 namespace {
 
-// CRC delimiter, ACK slot, ACK delimiter, end of frame.
-constexpr int kTailBits = 1 + 1 + 1 + 7;
-
-/// Takes the bits of the stuffed region one after the other, counts them and the stuff bits among them.
-class BitCounter {
+/// CRC-15 and stuff bits of the same bits.
+class StuffedRegion {
  public:
-  void append(std::uint32_t value, int width) noexcept {
-    for (int i = width - 1; i >= 0; --i) {
-      const unsigned bit = (value >> i) & 1U;
-      const unsigned feedback = bit ^ ((crc_ >> 14U) & 1U);
-      crc_ = (crc_ << 1U) & 0x7FFFU;
-      if (feedback != 0) crc_ ^= 0x4599U;
-      count(bit);
+  /// The lowest `8 * bytes` bits of `header`, which fill `width` of them from below. In front of them the
+  /// stuffing sees recessive and dominant bits in turn, last a recessive one, as an idle bus has it; a CRC
+  /// that starts with zero does not notice leading zeros.
+  void append_header(std::uint64_t header, int width, int bytes) noexcept {
+    const std::uint64_t idle = 0x5555555555555555U << width;
+    for (int shift = 8 * (bytes - 1); shift >= 0; shift -= 8) {
+      crc_ = crc15_byte(crc_, static_cast<std::uint8_t>(header >> shift));
+      stuffing_.append_byte(static_cast<std::uint8_t>((header | idle) >> shift));
     }
   }
 
-  void append_crc() noexcept {
-    for (int i = 14; i >= 0; --i) count((crc_ >> i) & 1U);
+  void append(std::uint8_t byte) noexcept {
+    crc_ = crc15_byte(crc_, byte);
+    stuffing_.append_byte(byte);
   }
 
-  [[nodiscard]] int bits() const noexcept { return bits_; }
+  /// Ends the region with the CRC and returns all stuff bits.
+  [[nodiscard]] int close() noexcept {
+    stuffing_.append_byte(static_cast<std::uint8_t>(crc_ >> 7U));
+    // A bit of the opposite value fills the last byte: it follows the stuff bit of the CRC's end, if there is
+    // one, and causes none.
+    stuffing_.append_byte(static_cast<std::uint8_t>(crc_ << 1U | (~crc_ & 1U)));
+    return stuffing_.inserted();
+  }
 
  private:
-  void count(unsigned bit) noexcept {
-    ++bits_;
-    run_ = bit == last_ ? run_ + 1 : 1;
-    last_ = bit;
-    if (run_ == 5) {
-      // The stuff bit has the opposite value and starts the next run.
-      ++bits_;
-      last_ = bit ^ 1U;
-      run_ = 1;
-    }
-  }
-
-  unsigned crc_ = 0;
-  unsigned last_ = 2;
-  int run_ = 0;
-  int bits_ = 0;
+  std::uint32_t crc_ = 0;
+  StuffCounter stuffing_;
 };
+
+// CRC and its delimiter.
+constexpr int kCrcBits = 15 + 1;
 
 }  // namespace
 
 int frame_bits(const can::Frame& frame) noexcept {
   assert(!frame.fd && frame.length <= 8);
   const unsigned rtr = frame.remote ? 1 : 0;
-  BitCounter counter;
-  counter.append(0, 1);
+  StuffedRegion region;
+  int header = 0;
   if (frame.extended) {
-    counter.append(frame.id >> 18U, 11);
-    counter.append(0b11, 2);  // SRR, IDE
-    counter.append(frame.id & 0x3FFFFU, 18);
-    counter.append(rtr << 2U, 3);  // RTR, r1, r0
+    // SOF, base identifier, SRR, IDE, identifier extension, RTR, r1, r0, DLC.
+    header = 1 + 11 + 2 + 18 + 3 + 4;
+    const std::uint64_t base = (frame.id >> 18U) << 2U | 0b11U;
+    region.append_header((base << 18U | (frame.id & 0x3FFFFU)) << 7U | rtr << 6U | frame.length, header, 5);
   } else {
-    counter.append(frame.id, 11);
-    counter.append(rtr << 2U, 3);  // RTR, IDE, r0
+    // SOF, identifier, RTR, IDE, r0, DLC.
+    header = 1 + 11 + 3 + 4;
+    region.append_header(frame.id << 7U | rtr << 6U | frame.length, header, 3);
   }
-  counter.append(frame.length, 4);
+  int data = 0;
   if (!frame.remote) {
-    for (const std::uint8_t byte : frame.payload()) counter.append(byte, 8);
+    for (const std::uint8_t byte : frame.payload()) region.append(byte);
+    data = 8 * frame.length;
   }
-  counter.append_crc();
-  return counter.bits() + kTailBits + kIntermissionBits;
+  return header + data + kCrcBits + region.close() + kAckAndEndBits + kIntermissionBits;
 }
 
-std::uint32_t arbitration_key(const can::Frame& frame) noexcept {
-  const std::uint32_t rtr = frame.remote ? 1 : 0;
-  if (!frame.extended) return frame.id << 21U | rtr << 20U;
-  // Base identifier, SRR, IDE, identifier extension, RTR.
-  return (frame.id >> 18U) << 21U | 1U << 20U | 1U << 19U | (frame.id & 0x3FFFFU) << 1U | rtr;
+bool is_sendable(const can::Frame& frame) noexcept {
+  if (frame.error || frame.id > (frame.extended ? 0x1FFFFFFFU : 0x7FFU)) return false;
+  if (!frame.fd) return frame.length <= 8;
+  return !frame.remote && frame.length <= can::kMaxPayload &&
+         fd_payload_length(fd_length_code(frame.length)) == frame.length;
 }
 
 }  // namespace walkman::bus

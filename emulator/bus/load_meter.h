@@ -10,16 +10,17 @@ namespace walkman::bus {
 /// Share of the time a bus was busy over the last second, in steps of 10 ms.
 class LoadMeter {
  public:
-  void add(Time now, std::uint64_t bits) noexcept {
+  /// The bus was in use for `busy`, up to `now`.
+  void add(Time now, Time busy) noexcept {
     move_to(now);
-    slots_[current_ % kSlots] += bits;
-    sum_ += bits;
+    slots_[current_ % kSlots] += busy;
+    sum_ += busy;
   }
 
   /// 0..1. The second is the one that ends at `now`, to within a step.
-  [[nodiscard]] double load(Time now, std::uint32_t bit_rate) noexcept {
+  [[nodiscard]] double load(Time now) noexcept {
     move_to(now);
-    return static_cast<double>(sum_) / bit_rate;
+    return static_cast<double>(sum_.count()) * 1e-9;
   }
 
  private:
@@ -28,20 +29,20 @@ class LoadMeter {
   void move_to(Time now) noexcept {
     const auto slot = static_cast<std::uint64_t>(now / std::chrono::milliseconds(10));
     if (slot >= current_ + kSlots) {
-      slots_.fill(0);
-      sum_ = 0;
+      slots_.fill(Time{});
+      sum_ = Time{};
       current_ = slot;
     }
     while (current_ < slot) {
       ++current_;
       sum_ -= slots_[current_ % kSlots];
-      slots_[current_ % kSlots] = 0;
+      slots_[current_ % kSlots] = Time{};
     }
   }
 
-  std::array<std::uint64_t, kSlots> slots_{};
+  std::array<Time, kSlots> slots_{};
   std::uint64_t current_ = 0;
-  std::uint64_t sum_ = 0;
+  Time sum_{};
 };
 
 }  // namespace walkman::bus

@@ -27,7 +27,8 @@ class Participant {
   /// The frame it would send next, or null. Its contents may change until `take`.
   [[nodiscard]] virtual const can::Frame* pending() const noexcept = 0;
 
-  /// The frame `pending` shows has won arbitration and is on the wire now.
+  /// The frame `pending` shows has won arbitration and is on the wire now. Its controller keeps it until it
+  /// is through.
   virtual void take() noexcept = 0;
 
   /// Its controller has come into another state (ISO 11898-1, fault confinement). In bus-off the bus neither
@@ -36,6 +37,10 @@ class Participant {
 
   /// Whether its frames are sent once only, instead of again after an error or without an acknowledgement.
   [[nodiscard]] virtual bool one_shot() const noexcept { return false; }
+
+  /// Asked in bus-off: whether its controller is to come back on the bus, which then takes 128 times 11
+  /// recessive bits. A device restarts itself.
+  [[nodiscard]] virtual bool restarts() const noexcept { return true; }
 
   /// Frames it could not queue for transmission.
   [[nodiscard]] virtual std::uint64_t transmit_overflows() const noexcept = 0;

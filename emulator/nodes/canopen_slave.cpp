@@ -5,11 +5,10 @@
 
 #include "drivers/canopen/cob_id.h"
 #include "drivers/canopen/objects.h"
-#include "emulator/nodes/cob_id_rules.h"
+#include "emulator/nodes/communication_errors.h"
 
 namespace walkman::nodes {
 
-using canopen::NmtCommand;
 using canopen::NmtState;
 namespace object = canopen::object;
 
@@ -19,11 +18,11 @@ namespace {
 constexpr std::uint32_t kVendor = 0x4B4C4157;
 constexpr std::uint32_t kRevision = 0x00010000;
 
-constexpr std::uint16_t kHeartbeatLost = 0x8130;
-constexpr std::uint16_t kPdoTooShort = 0x8210;
-constexpr std::uint16_t kPdoTooLong = 0x8220;
-constexpr std::uint16_t kSyncLength = 0x8240;
-constexpr std::uint16_t kRpdoTimeout = 0x8250;
+constexpr std::uint16_t kUserNote = 0x2060;
+constexpr std::size_t kUserNoteBytes = 1024;
+
+// 1F80h (CiA 302-2): bit 2 keeps the device from entering operational by itself after boot-up.
+constexpr std::uint32_t kWaitForMaster = 4;
 
 DeviceIdentity checked(DeviceIdentity identity) {
   if (identity.node_id < 1 || identity.node_id > 127) {
@@ -37,22 +36,22 @@ DeviceIdentity checked(DeviceIdentity identity) {
 
 CanopenSlave::CanopenSlave(DeviceIdentity identity)
     : identity_(checked(std::move(identity))),
-      emergency_(dictionary_, outbox_, identity_.node_id),
-      heartbeat_producer_(dictionary_, outbox_, identity_.node_id, now_),
+      node_id_(identity_.node_id),
+      cob_id_offset_(identity_.node_id),
+      sync_(dictionary_, outbox_, now_),
+      clock_(dictionary_, now_),
+      emergency_(dictionary_, outbox_, node_id_),
+      heartbeat_producer_(dictionary_, outbox_, node_id_, now_),
       heartbeat_consumer_(dictionary_),
-      sdo_server_(dictionary_, outbox_, identity_.node_id) {
+      guarding_(dictionary_, outbox_, node_id_, now_),
+      sdo_server_(dictionary_, outbox_, node_id_),
+      parameter_store_(dictionary_),
+      lss_(outbox_, {kVendor, identity_.product_code, kRevision, identity_.serial}, node_id_) {
   add_communication_objects();
 }
 
 void CanopenSlave::add_communication_objects() {
   dictionary_.add<std::uint32_t>(object::kDeviceType, 0, Access::kReadOnly, identity_.device_type);
-  sync_cob_id_ =
-      dictionary_.add<std::uint32_t>(object::kSyncCobId, 0, Access::kReadWrite, canopen::cob_id::kSync);
-  // An emulated device does not generate SYNC (bit 30).
-  sync_cob_id_.on_write([](std::uint32_t value) -> Verdict {
-    if (value > kCobIdMask || restricted_identifier(value)) return SdoAbort::kValue;
-    return std::nullopt;
-  });
   dictionary_.add_text(0x1008, 0, identity_.name);
   dictionary_.add_text(0x1009, 0, "emulated");
   dictionary_.add_text(0x100A, 0, "1.0");
@@ -61,26 +60,56 @@ void CanopenSlave::add_communication_objects() {
   dictionary_.add<std::uint32_t>(object::kIdentity, 2, Access::kReadOnly, identity_.product_code);
   dictionary_.add<std::uint32_t>(object::kIdentity, 3, Access::kReadOnly, kRevision);
   dictionary_.add<std::uint32_t>(object::kIdentity, 4, Access::kReadOnly, identity_.serial);
+  dictionary_.add_domain(0x1021, 0);
+  dictionary_.add<std::uint8_t>(0x1022, 0, Access::kReadOnly, 0);  // plain text
   dictionary_.add<std::uint8_t>(object::kErrorBehaviour, 0, Access::kConst, 1);
   error_behaviour_ =
       dictionary_.add<std::uint8_t>(object::kErrorBehaviour, 1, Access::kReadWrite, 0).limits(0, 2);
+  start_up_ = dictionary_.add<std::uint32_t>(0x1F80, 0, Access::kReadWrite, kWaitForMaster);
+  start_up_.on_write([](std::uint32_t value) -> Verdict {
+    if (value != 0 && value != kWaitForMaster) return SdoAbort::kValue;
+    return std::nullopt;
+  });
+  dictionary_.add_string(kUserNote, 0, kUserNoteBytes);
 }
 
 void CanopenSlave::configure_pdos(const PdoSet& receive, const PdoSet& transmit) {
   for (std::size_t i = 0; i < 4; ++i) {
     const int number = static_cast<int>(i) + 1;
-    rpdos_[i] = std::make_unique<ReceivePdo>(dictionary_, number, canopen::cob_id::rpdo(number, node_id()),
+    rpdos_[i] = std::make_unique<ReceivePdo>(dictionary_, number, canopen::cob_id::rpdo(number, node_id_),
                                              receive[i]);
     tpdos_[i] = std::make_unique<TransmitPdo>(dictionary_, outbox_, number,
-                                              canopen::cob_id::tpdo(number, node_id()), transmit[i], now_);
+                                              canopen::cob_id::tpdo(number, node_id_), transmit[i], now_);
   }
 }
 
+void CanopenSlave::observe_pdos(PdoObserver observer) {
+  const PdoRecord::Observer at_present = [this, observer = std::move(observer)](std::uint32_t cob_id,
+                                                                                const Entry& entry) {
+    observer(cob_id, entry, now_);
+  };
+  for (auto& rpdo : rpdos_) rpdo->observe(at_present);
+  for (auto& tpdo : tpdos_) tpdo->observe(at_present);
+}
+
+void CanopenSlave::use_fd() {
+  fd_ = true;
+  for (auto& rpdo : rpdos_) rpdo->use_fd();
+  for (auto& tpdo : tpdos_) tpdo->use_fd();
+}
+
+// Hot: every node gets every frame of its bus, most of them not for it.
 void CanopenSlave::receive(const can::Frame& frame, Time now) noexcept {
   now_ = now;
-  if (frame.extended || frame.fd || state_ == NmtState::kBootUp) return;
-  if (frame.remote) {
-    for (auto& tpdo : tpdos_) tpdo->remote_request(frame.id, now_);
+  if (frame.extended || frame.error) return;
+  if (frame.id == LssSlave::kRequestId && !frame.remote && !frame.fd) {
+    handle_lss(frame);
+  } else if (state_ == NmtState::kBootUp) {
+    return;
+  } else if (frame.fd) {
+    if (!fd_ || state_ == NmtState::kStopped || !handle_rpdo(frame)) return;
+  } else if (frame.remote) {
+    handle_remote(frame);
   } else if (frame.id == canopen::cob_id::kNmt) {
     handle_nmt(frame);
   } else if (frame.id >= 0x701 && frame.id <= 0x77F) {
@@ -91,84 +120,41 @@ void CanopenSlave::receive(const can::Frame& frame, Time now) noexcept {
   schedule();
 }
 
+void CanopenSlave::handle_remote(const can::Frame& frame) noexcept {
+  if (frame.id != canopen::cob_id::error_control(node_id_)) {
+    for (auto& tpdo : tpdos_) tpdo->remote_request(frame.id, now_);
+  } else if (!heartbeat_producer_.in_use() && guarding_.answer(state_, now_)) {
+    master_found();
+  }
+}
+
 bool CanopenSlave::handle_service(const can::Frame& frame) noexcept {
-  if (frame.id == sync_cob_id_.get()) {
-    handle_sync(frame);
+  if (frame.id == sync_.identifier()) {
+    if (!sync_.length_fits(frame)) {
+      raise(communication_error::kSyncLength, error_register::kCommunication);
+    } else {
+      handle_sync(frame.length == 0 ? std::uint8_t{0} : frame.data[0]);
+    }
     return true;
   }
-  if (frame.id == canopen::cob_id::sdo_request(node_id())) {
+  if (frame.id == canopen::cob_id::sdo_request(node_id_)) {
     sdo_server_.receive(frame, now_);
+    return true;
+  }
+  if (clock_.accepts(frame)) {
+    clock_.receive(frame, now_);
     return true;
   }
   return handle_rpdo(frame);
 }
 
-void CanopenSlave::handle_nmt(const can::Frame& frame) noexcept {
-  if (frame.length != 2 || (frame.data[1] != 0 && frame.data[1] != node_id())) return;
-  switch (static_cast<NmtCommand>(frame.data[0])) {
-    case NmtCommand::kStart:
-      return enter(NmtState::kOperational);
-    case NmtCommand::kStop:
-      return enter(NmtState::kStopped);
-    case NmtCommand::kEnterPreOperational:
-      return enter(NmtState::kPreOperational);
-    case NmtCommand::kResetNode:
-      return reset(true);
-    case NmtCommand::kResetCommunication:
-      return reset(false);
-  }
-}
-
-void CanopenSlave::enter(NmtState state) noexcept {
-  if (state == state_) return;
-  const bool was_operational = state_ == NmtState::kOperational;
-  state_ = state;
-  emergency_.enable(state != NmtState::kStopped);
-  if (state == NmtState::kOperational) {
-    for (auto& rpdo : rpdos_) rpdo->start();
-    for (auto& tpdo : tpdos_) tpdo->start(now_);
-  } else if (was_operational) {
-    for (auto& rpdo : rpdos_) rpdo->stop();
-    for (auto& tpdo : tpdos_) tpdo->stop();
-  }
-  if (state == NmtState::kStopped) {
-    sdo_server_.reset();
-    on_connection_lost(0);
-  }
-}
-
-void CanopenSlave::reset(bool application) noexcept {
-  for (auto& rpdo : rpdos_) rpdo->stop();
-  for (auto& tpdo : tpdos_) tpdo->stop();
-  dictionary_.restore_defaults(0x1000, application ? 0xFFFF : 0x1FFF);
-  for (auto& rpdo : rpdos_) rpdo->reload();
-  for (auto& tpdo : tpdos_) tpdo->reload();
-  outbox_.clear();
-  emergency_.reset();
-  heartbeat_consumer_.reset();
-  sdo_server_.reset();
-  if (application) {
-    on_reset();
-  } else {
-    on_connection_lost(0);
-  }
-  state_ = NmtState::kPreOperational;
-  emergency_.enable(true);
-  heartbeat_producer_.boot_up(now_);
-}
-
-void CanopenSlave::handle_sync(const can::Frame& frame) noexcept {
-  if (frame.length != 0) return raise(kSyncLength, error_register::kCommunication);
-  clear(kSyncLength);
+void CanopenSlave::handle_sync(std::uint8_t counter) noexcept {
+  clear(communication_error::kSyncLength);
   on_sync();
-  for (auto& tpdo : tpdos_) tpdo->sync(now_);
+  for (auto& tpdo : tpdos_) tpdo->sync(counter, now_);
   for (auto& rpdo : rpdos_) rpdo->sync();
-}
-
-void CanopenSlave::handle_heartbeat(const can::Frame& frame) noexcept {
-  if (frame.length != 1) return;
-  const auto node = static_cast<std::uint8_t>(frame.id - canopen::cob_id::error_control(0));
-  if (heartbeat_consumer_.beat(node, now_) == HeartbeatConsumer::Change::kRecovered) clear(kHeartbeatLost);
+  const Time window = sync_.window();
+  window_ends_ = window_closes_ = window > Time{} ? now_ + window : Time::max();
 }
 
 bool CanopenSlave::handle_rpdo(const can::Frame& frame) noexcept {
@@ -176,56 +162,65 @@ bool CanopenSlave::handle_rpdo(const can::Frame& frame) noexcept {
   for (auto& rpdo : rpdos_) {
     if (!rpdo->accepts(frame)) continue;
     taken = true;
-    const ReceivePdo::Outcome outcome = rpdo->receive(frame, now_);
+    const ReceivePdo::Outcome outcome = rpdo->receive(frame, now_ > window_ends_, now_);
     if (outcome == ReceivePdo::Outcome::kTooShort) {
-      raise(kPdoTooShort, error_register::kCommunication);
+      raise(communication_error::kPdoTooShort, error_register::kCommunication);
       continue;
     }
-    clear(kPdoTooShort);
-    clear(kRpdoTimeout);
+    clear(communication_error::kPdoTooShort);
+    clear(communication_error::kRpdoTimeout);
     if (outcome == ReceivePdo::Outcome::kTakenTooLong) {
-      raise(kPdoTooLong, error_register::kCommunication);
+      raise(communication_error::kPdoTooLong, error_register::kCommunication);
     } else {
-      clear(kPdoTooLong);
+      clear(communication_error::kPdoTooLong);
     }
   }
   return taken;
 }
 
-void CanopenSlave::heartbeat_lost() noexcept {
-  const std::array<std::uint8_t, 1> node{heartbeat_consumer_.lost_node()};
-  emergency_.raise(kHeartbeatLost, error_register::kCommunication, node, now_);
-  on_connection_lost(kHeartbeatLost);
-  // Error behaviour 1029h:1.
-  if (error_behaviour_.get() == 0 && state_ == NmtState::kOperational) enter(NmtState::kPreOperational);
-  if (error_behaviour_.get() == 2) enter(NmtState::kStopped);
+void CanopenSlave::take() noexcept {
+  outbox_.pop();
+  if (sdo_server_.feeding()) sdo_server_.feed();
+  // What there is to say about a full transmit queue needs a place in it.
+  if (outbox_.overflows() != overflows_reported_ || active(communication_error::kOverrun)) {
+    next_event_ = Time::min();
+  }
 }
 
 void CanopenSlave::advance(Time now) noexcept {
   now_ = now;
   if (state_ == NmtState::kBootUp) {
-    state_ = NmtState::kPreOperational;
-    emergency_.enable(true);
-    heartbeat_producer_.boot_up(now_);
+    if (node_id_ != LssSlave::kUnconfigured) boot();
     return schedule();
   }
   if (next_event_ > now) return;
   heartbeat_producer_.advance(now_, state_);
-  if (heartbeat_consumer_.advance(now_) == HeartbeatConsumer::Change::kLost) heartbeat_lost();
+  if (heartbeat_consumer_.advance(now_) == HeartbeatConsumer::Change::kLost) {
+    master_lost(heartbeat_consumer_.lost_node());
+  }
+  // A node that produces a heartbeat is not guarded (CiA 301, 7.2.8.2.2).
+  if (guarding_.advance(now_)) heartbeat_producer_.in_use() ? guarding_.reset() : master_lost(0);
+  if (sync_.advance(now_)) handle_sync(sync_.counter());
+  if (window_closes_ <= now_) {
+    window_closes_ = Time::max();
+    for (auto& tpdo : tpdos_) tpdo->close_window();
+  }
   for (auto& rpdo : rpdos_) {
     if (!rpdo->advance(now_)) continue;
-    raise(kRpdoTimeout, error_register::kCommunication);
-    on_connection_lost(kRpdoTimeout);
+    raise(communication_error::kRpdoTimeout, error_register::kCommunication);
+    on_connection_lost(communication_error::kRpdoTimeout);
   }
   for (auto& tpdo : tpdos_) tpdo->advance(now_);
+  watch_overrun();
   emergency_.advance(now_);
   sdo_server_.advance(now_);
   schedule();
 }
 
 void CanopenSlave::schedule() noexcept {
-  next_event_ = std::min({heartbeat_producer_.next_event(), heartbeat_consumer_.next_event(),
-                          emergency_.next_event(), sdo_server_.next_event()});
+  next_event_ =
+      std::min({heartbeat_producer_.next_event(), heartbeat_consumer_.next_event(), guarding_.next_event(),
+                sync_.next_event(), window_closes_, emergency_.next_event(), sdo_server_.next_event()});
   for (const auto& rpdo : rpdos_) next_event_ = std::min(next_event_, rpdo->next_event());
   for (const auto& tpdo : tpdos_) next_event_ = std::min(next_event_, tpdo->next_event());
 }

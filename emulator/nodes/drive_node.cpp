@@ -1,11 +1,10 @@
 #include "emulator/nodes/drive_node.h"
 
-#include <algorithm>
-#include <array>
 #include <cmath>
 #include <stdexcept>
 
-#include "emulator/nodes/wire_units.h"
+#include "emulator/nodes/drive_faults.h"
+#include "emulator/nodes/drive_pdos.h"
 
 namespace walkman::nodes {
 
@@ -14,25 +13,15 @@ using cia402::State;
 
 namespace {
 
-// 603Fh and EMCY codes of the drive's own supervision.
-constexpr std::uint16_t kBoardTemperature = 0x4210;
-constexpr std::uint16_t kMotorTemperature = 0x4310;
-constexpr std::uint16_t kFollowingError = 0x8611;
-constexpr std::uint16_t kCommunication = 0x8100;
-constexpr std::uint16_t kHeartbeatLost = 0x8130;
-constexpr std::uint16_t kRpdoTimeout = 0x8250;
-
-constexpr std::uint16_t kWarningBit = 1U << 7U;
-constexpr std::uint16_t kTargetReachedBit = 1U << 10U;
-constexpr std::uint16_t kInternalLimitBit = 1U << 11U;
-constexpr std::uint16_t kFollowsBit = 1U << 12U;
-constexpr std::uint16_t kFollowingErrorBit = 1U << 13U;
+// A motor slower than this is taken to stand still when its motion is handed over, rad/s.
+constexpr double kStandstill = 0.02;
 
 const DriveParameters& checked(const DriveParameters& p) {
   const bool positive = p.rated_torque > 0 && p.peak_torque > 0 && p.spring_constant > 0 &&
                         p.motor_inertia > 0 && p.position_bandwidth_hz > 0 && p.max_velocity > 0 &&
-                        p.interpolation_ms > 0;
-  if (!positive || p.sync_divider < 1 || p.sync_divider > 240 || !(p.lower <= p.upper)) {
+                        p.interpolation_ms > 0 && p.motor_encoder_step > 0 && p.rated_current > 0;
+  if (!positive || p.sync_divider < 1 || p.sync_divider > 240 || !(p.lower <= p.upper) ||
+      !(p.lowest_supply <= p.highest_supply)) {
     throw std::runtime_error(
         "drive " + p.name +
         ": rating, limit or divider out of range, expected positive ratings, lower <= upper, "
@@ -46,230 +35,196 @@ const DriveParameters& checked(const DriveParameters& p) {
 DriveNode::DriveNode(const DriveParameters& parameters)
     : CanopenSlave({parameters.node_id, kServoDriveType, parameters.name, 1, parameters.serial}),
       parameters_(checked(parameters)),
-      objects_(objects(), parameters_),
-      set_point_(parameters_.max_velocity),
-      law_(parameters_.motor_inertia, parameters_.spring_constant, parameters_.position_bandwidth_hz) {
+      factory_gains_(ServoGains::factory(parameters_.motor_inertia, parameters_.spring_constant,
+                                         parameters_.position_bandwidth_hz)),
+      objects_(objects(), parameters_, factory_gains_),
+      mode_(&modes_.cyclic_position),
+      supervision_(parameters_) {
   connect_hooks();
+  forward_targets();
   configure_pdos(drive_rpdos(parameters_), drive_tpdos(parameters_));
+  refresh_settings();
 }
 
 void DriveNode::connect_hooks() {
+  objects_.on_setting([this] { settings_stale_ = true; });
+  objects_.on_measurement_read([this] { publish(); });
   objects_.controlword.on_write([this](std::uint16_t word) -> Verdict {
     take_controlword(word);
     return std::nullopt;
   });
   objects_.mode.on_write([this](std::int8_t value) { return take_mode(value); });
-  objects_.target_position.on_write([this](std::int32_t target) -> Verdict {
-    take_target(target);
-    return std::nullopt;
-  });
-  objects_.max_velocity.on_write([this](std::uint32_t value) -> Verdict {
-    set_point_.set_max_velocity(value * kMicro);
-    return std::nullopt;
-  });
 }
 
-double DriveNode::control(const ServoFeedback& feedback, double dt) noexcept {
-  feedback_ = feedback;
-  power_.ready();
-  supervise();
-  double torque = 0;
-  if (power_.powered()) {
-    set_point_.step(dt);
-    watch_following_error(dt);
-    torque = limited(law());
-    const State before = power_.state();
-    if (power_.stopping() && !set_point_.braking()) power_.stopped(objects_.quick_stop_option.get());
-    state_changed(before);
-    if (!power_.powered()) torque = 0;
-  } else {
-    hold_here();
-    torque_limited_ = position_limited_ = following_error_ = false;
-    following_error_for_ = 0;
-  }
-  publish(torque);
-  return torque;
+void DriveNode::forward_targets() {
+  const auto forward = [this](Object<std::int32_t>& object, TargetObject target) {
+    object.on_write([this, target](std::int32_t value) -> Verdict {
+      take_target(target, value);
+      return std::nullopt;
+    });
+  };
+  forward(objects_.target_position, TargetObject::kPosition);
+  forward(objects_.position_offset, TargetObject::kPositionOffset);
+  forward(objects_.target_velocity, TargetObject::kVelocity);
+  forward(objects_.interpolation_target, TargetObject::kInterpolation);
 }
 
-double DriveNode::law() noexcept {
-  const double per_mille = parameters_.rated_torque * kMilli;
-  const double offset = objects_.torque_offset.get() * per_mille;
-  if (power_.stopping() || halted() || mode() == Mode::kCyclicSynchronousPosition) {
-    return law_.position(set_point_.position(), set_point_.velocity(), feedback_) + offset;
-  }
-  if (mode() == Mode::kImpedance) {
-    return law_.impedance(set_point_.position(), objects_.stiffness_actual.get() * kMilli,
-                          objects_.damping_actual.get() * kMilli, offset, feedback_);
-  }
-  return law_.torque(objects_.target_torque.get() * per_mille + offset, feedback_);
-}
-
-double DriveNode::limited(double torque) noexcept {
-  const double limit =
-      std::min(parameters_.peak_torque, objects_.max_torque.get() * kMilli * parameters_.rated_torque);
-  torque_limited_ = !(std::abs(torque) <= limit);
-  if (std::isnan(torque)) return 0;
-  return std::clamp(torque, -limit, limit);
-}
-
-void DriveNode::supervise() noexcept {
-  const double motor = feedback_.motor_temperature_c;
-  const double board = feedback_.board_temperature_c;
-  const double trip_at = objects_.temperature_trip.get() * kDeci;
-  warning_ = std::max(motor, board) >= objects_.temperature_warning.get() * kDeci;
-  if (motor >= trip_at) trip(kMotorTemperature, error_register::kTemperature);
-  if (board >= trip_at) trip(kBoardTemperature, error_register::kTemperature);
-}
-
-void DriveNode::watch_following_error(double dt) noexcept {
-  const bool watched =
-      power_.state() == State::kOperationEnabled && mode() == Mode::kCyclicSynchronousPosition;
-  const double error = set_point_.position() - feedback_.motor_position;
-  const std::uint32_t window = objects_.following_error_window.get();
-  following_error_ = watched && window != UINT32_MAX && std::abs(error) > window * kMicro;
-  following_error_for_ = following_error_ ? following_error_for_ + dt : 0;
-  if (following_error_for_ > objects_.following_error_time.get() * kMilli) {
-    trip(kFollowingError, error_register::kProfile);
-  }
-}
-
-void DriveNode::trip(std::uint16_t code, std::uint8_t register_bits) noexcept {
-  raise(code, register_bits);
-  if (fault_code_ != 0) return;
-  fault_code_ = code;
-  objects_.error_code.set(code);
-  signal_change(objects_.error_code.entry());
-  const State before = power_.state();
-  power_.fault(objects_.fault_reaction_option.get() == 0);
-  state_changed(before);
-}
-
-bool DriveNode::cause_gone() const noexcept {
-  const double hottest = std::max(feedback_.motor_temperature_c, feedback_.board_temperature_c);
-  if (hottest >= objects_.temperature_trip.get() * kDeci) return false;
-  // These two end when the master is heard again; all others are over once the torque is off.
-  const bool awaits_master = fault_code_ == kHeartbeatLost || fault_code_ == kRpdoTimeout;
-  return !awaits_master || !active(fault_code_);
-}
-
-void DriveNode::take_controlword(std::uint16_t word) noexcept {
-  const State before = power_.state();
-  const bool was_halted = halted();
-  power_.command(word, objects_.quick_stop_option.get(), cause_gone());
-  objects_.controlword.set(word);
-  if (before == State::kFault && power_.state() != before) {
-    for (const std::uint16_t code : {kBoardTemperature, kMotorTemperature, kFollowingError, kCommunication})
-      clear(code);
-    clear(fault_code_);
-    fault_code_ = 0;
-    objects_.error_code.set(0);
-    signal_change(objects_.error_code.entry());
-  }
-  state_changed(before);
-  if (!was_halted && halted() && before == State::kOperationEnabled) brake(objects_.halt_option.get());
-  if (was_halted && !halted() && power_.state() == State::kOperationEnabled &&
-      mode() != Mode::kCyclicSynchronousPosition) {
-    hold_here();
-  }
-  update_statusword();
-}
-
-bool DriveNode::halted() const noexcept {
-  return power_.state() == State::kOperationEnabled &&
-         (objects_.controlword.get() & cia402::controlword::kHalt) != 0;
-}
-
-void DriveNode::state_changed(State before) noexcept {
-  const State now = power_.state();
-  if (now == before) return;
-  if (now == State::kOperationEnabled) hold_here();
-  if (now == State::kQuickStopActive) brake(objects_.quick_stop_option.get());
-  if (now == State::kFaultReactionActive) brake(objects_.fault_reaction_option.get());
-  update_statusword();
-}
-
-void DriveNode::hold_here() noexcept {
-  set_point_.hold(mode() == Mode::kImpedance ? feedback_.link_position : feedback_.motor_position);
-}
-
-void DriveNode::brake(int option) noexcept {
-  const bool slow = option == 1 || option == 5;
-  const double deceleration =
-      (slow ? objects_.deceleration.get() : objects_.quick_stop_deceleration.get()) * kMicro;
-  // From the demand when the motor follows it, which keeps the torque steady; else from where the motor is.
-  if (mode() == Mode::kCyclicSynchronousPosition && !following_error_) {
-    set_point_.brake(set_point_.position(), set_point_.velocity(), deceleration);
-  } else {
-    set_point_.brake(feedback_.motor_position, feedback_.motor_velocity, deceleration);
-  }
+void DriveNode::refresh_settings() noexcept {
+  if (!settings_stale_) return;
+  settings_stale_ = false;
+  settings_ = ServoSettings::from(objects_, parameters_, factory_gains_);
+  law_.set_gains(settings_.gains);
+  supervision_.settings_changed();
 }
 
 Verdict DriveNode::take_mode(std::int8_t value) noexcept {
   const auto wanted = static_cast<Mode>(value);
   if (wanted == Mode::kNone) return std::nullopt;  // no change
-  if (wanted != Mode::kCyclicSynchronousPosition && wanted != Mode::kCyclicSynchronousTorque &&
-      wanted != Mode::kImpedance) {
-    return SdoAbort::kValue;
+  if (modes_.find(wanted) == nullptr) return SdoAbort::kValue;
+  requested_mode_ = wanted;
+  // A stop is not disturbed; the mode then becomes active when it has ended.
+  if (power_.stopping() || !settle_mode()) return std::nullopt;
+  if (power_.state() == State::kOperationEnabled) {
+    refresh_settings();
+    law_.restart();
+    mode_->enter(present_motion());
+    mode_->controlword(0, objects_.controlword.get());
   }
-  if (wanted == mode()) return std::nullopt;
-  objects_.mode_display.set(value);
-  if (power_.state() == State::kOperationEnabled && !halted()) hold_here();
   update_statusword();
+  announce(objects_.mode_display.entry());
   return std::nullopt;
 }
 
-void DriveNode::take_target(std::int32_t target) noexcept {
-  if (power_.state() != State::kOperationEnabled || halted()) return;
-  const std::int32_t inside = std::clamp(target, objects_.lower_limit.get(), objects_.upper_limit.get());
-  position_limited_ = inside != target;
-  set_point_.move_to(inside * kMicro, interpolation_period());
+bool DriveNode::settle_mode() noexcept {
+  if (requested_mode_ == mode()) return false;
+  mode_ = modes_.find(requested_mode_);
+  objects_.mode_display.set(static_cast<std::int8_t>(requested_mode_));
+  return true;
 }
 
-double DriveNode::interpolation_period() const noexcept {
-  return objects_.interpolation_value.get() * std::pow(10.0, objects_.interpolation_exponent.get());
+void DriveNode::take_target(TargetObject object, std::int32_t value) noexcept {
+  if (!mode_drives()) return;
+  refresh_settings();
+  mode_->target(object, value);
 }
 
-void DriveNode::publish(double torque) noexcept {
-  const double rated = parameters_.rated_torque;
-  objects_.position_demand.set(to_wire<std::int32_t>(set_point_.position(), kMicro));
-  objects_.position_actual.set(to_wire<std::int32_t>(feedback_.motor_position, kMicro));
-  objects_.velocity_actual.set(to_wire<std::int32_t>(feedback_.motor_velocity, kMicro));
-  objects_.link_position.set(to_wire<std::int32_t>(feedback_.link_position, kMicro));
-  objects_.following_error.set(
-      to_wire<std::int32_t>(set_point_.position() - feedback_.motor_position, kMicro));
-  objects_.torque_demand.set(to_wire<std::int16_t>(torque / rated, kMilli));
-  objects_.torque_actual.set(to_wire<std::int16_t>(feedback_.spring_torque / rated, kMilli));
-  objects_.deflection.set(to_wire<std::int32_t>(feedback_.motor_position - feedback_.link_position, kMicro));
-  objects_.spring_torque.set(to_wire<std::int32_t>(feedback_.spring_torque, kMilli));
-  objects_.motor_temperature.set(to_wire<std::int16_t>(feedback_.motor_temperature_c, kDeci));
-  objects_.board_temperature.set(to_wire<std::int16_t>(feedback_.board_temperature_c, kDeci));
-  objects_.temperature_compact.set(to_wire<std::int8_t>(feedback_.motor_temperature_c, 1.0));
-  objects_.supply_voltage.set(to_wire<std::uint32_t>(feedback_.supply_voltage, kMilli));
+void DriveNode::take_controlword(std::uint16_t word) noexcept {
+  refresh_settings();
+  const State before = power_.state();
+  const std::uint16_t last = objects_.controlword.get();
+  const bool was_halted = halted();
+  const bool was_leaving = power_.leaving();
+  power_.command(
+      word, {objects_.quick_stop_option.get(), objects_.shutdown_option.get(), objects_.disable_option.get()},
+      cause_gone());
+  objects_.controlword.set(word);
+  halt_ = (word & cia402::controlword::kHalt) != 0;
+  if (before == State::kFault && power_.state() != before) reset_fault();
+  state_changed(before);
+  if (power_.state() == State::kOperationEnabled) {
+    command_operation(last, word, was_halted, was_leaving && before == power_.state());
+  }
   update_statusword();
 }
 
-void DriveNode::update_statusword() noexcept {
-  std::uint16_t word = status_bits(power_.state());
-  if (warning_) word |= kWarningBit;
-  if (halted() && !set_point_.braking()) word |= kTargetReachedBit;
-  if (power_.powered() && (torque_limited_ || position_limited_ || set_point_.limited()))
-    word |= kInternalLimitBit;
-  if (power_.state() == State::kOperationEnabled && !halted()) word |= kFollowsBit;
-  if (following_error_) word |= kFollowingErrorBit;
-  if (word == objects_.statusword.get()) return;
-  objects_.statusword.set(word);
-  signal_change(objects_.statusword.entry());
+void DriveNode::command_operation(std::uint16_t last, std::uint16_t word, bool was_halted,
+                                  bool was_leaving) noexcept {
+  if (power_.leaving()) {
+    if (!was_leaving) leave_operation(was_halted);
+    return;
+  }
+  if (was_leaving || (was_halted && !halted())) {
+    law_.restart();
+    settle_mode() ? mode_->enter(stop_.motion()) : mode_->resume(stop_.motion());
+  }
+  if (halted() && !was_halted) stop(objects_.halt_option.get());
+  mode_->controlword(last, word);
+}
+
+Motion DriveNode::present_motion() const noexcept {
+  // From the demand when the motor follows it, which keeps the torque steady; else from where the motor is.
+  if (power_.powered() && demand_.loop == Demand::Loop::kPosition && !following_error_) {
+    return {demand_.position, demand_.velocity};
+  }
+  const double velocity = std::abs(feedback_.motor_velocity) < kStandstill ? 0 : feedback_.motor_velocity;
+  return {feedback_.motor_position, velocity};
+}
+
+double DriveNode::torque_offset() const noexcept {
+  return mode_->takes_offsets() ? objects_.torque_offset.get() * settings_.per_mille : 0;
+}
+
+void DriveNode::stop(int option) noexcept {
+  law_.restart();
+  stop_.begin(Stop::method_of(option), present_motion(), torque_offset(), settings_);
+}
+
+void DriveNode::leave_operation(bool was_halted) noexcept {
+  const Motion from = present_motion();
+  const bool at_rest = from.velocity == 0 && std::abs(feedback_.motor_velocity) < kStandstill;
+  if (!was_halted || !stop_.at_rest()) stop(static_cast<int>(Stop::Method::kSlowDownRamp));
+  if (at_rest) stop_ended();
+}
+
+void DriveNode::stop_ended() noexcept {
+  const State before = power_.state();
+  power_.stopped(objects_.quick_stop_option.get());
+  state_changed(before);
+}
+
+void DriveNode::state_changed(State before) noexcept {
+  const State now = power_.state();
+  if (now == before) return;
+  refresh_settings();
+  if (!power_.stopping() && settle_mode()) announce(objects_.mode_display.entry());
+  if (now == State::kOperationEnabled) {
+    law_.restart();
+    // Enabling starts from standstill where the motor is; leaving quick stop goes on from its ramp.
+    mode_->enter(before == State::kQuickStopActive ? stop_.motion() : Motion{feedback_.motor_position, 0});
+  }
+  if (now == State::kQuickStopActive) stop(objects_.quick_stop_option.get());
+  if (now == State::kFaultReactionActive) stop(objects_.fault_reaction_option.get());
+  update_statusword();
+}
+
+void DriveNode::trip(std::uint16_t code, std::uint8_t register_bits, bool controllable) noexcept {
+  raise(code, register_bits);
+  if (fault_code_ != 0) return;
+  fault_code_ = code;
+  objects_.error_code.set(code);
+  announce(objects_.error_code.entry());
+  const State before = power_.state();
+  power_.fault(!controllable || objects_.fault_reaction_option.get() == 0);
+  state_changed(before);
+}
+
+bool DriveNode::cause_gone() const noexcept {
+  if (supervision_.causes() != 0) return false;
+  // These two end when the master is heard again; all others are over once the torque is off.
+  const bool awaits_master =
+      fault_code_ == drive_fault::kHeartbeatLost || fault_code_ == drive_fault::kRpdoTimeout;
+  return !awaits_master || !active(fault_code_);
+}
+
+void DriveNode::reset_fault() noexcept {
+  for (const Supervision::Cause& cause : Supervision::kCauses) clear(cause.code);
+  for (const std::uint16_t code : drive_fault::kOverWithoutTorque) clear(code);
+  clear(fault_code_);
+  fault_code_ = 0;
+  objects_.error_code.set(0);
+  announce(objects_.error_code.entry());
 }
 
 void DriveNode::on_sync() noexcept {
   objects_.cycle_counter.set(static_cast<std::uint16_t>(objects_.cycle_counter.get() + 1));
+  publish();
 }
 
 void DriveNode::on_connection_lost(std::uint16_t error_code) noexcept {
   const State before = power_.state();
   switch (objects_.abort_connection_option.get()) {
     case 1:
-      return trip(error_code != 0 ? error_code : kCommunication, error_register::kCommunication);
+      return trip(error_code != 0 ? error_code : drive_fault::kCommunication, error_register::kCommunication);
     case 2:
       power_.disable_voltage();
       break;
@@ -285,15 +240,22 @@ void DriveNode::on_connection_lost(std::uint16_t error_code) noexcept {
 void DriveNode::on_reset() noexcept {
   power_.reset();
   fault_code_ = 0;
-  following_error_for_ = 0;
-  following_error_ = torque_limited_ = position_limited_ = warning_ = false;
+  halt_ = false;
+  following_error_for_ = blocked_for_ = torque_ = 0;
+  following_error_ = torque_limited_ = speed_limited_ = false;
+  supervision_.reset();
+  motion_.zero = 0;
+  modes_.homing.forget();
   objects_.error_code.set(0);
-  objects_.mode_display.set(objects_.mode.get());
   objects_.cycle_counter.set(0);
   objects_.stiffness_actual.set(objects_.stiffness.get());
   objects_.damping_actual.set(objects_.damping.get());
-  set_point_.set_max_velocity(objects_.max_velocity.get() * kMicro);
-  hold_here();
+  settings_stale_ = true;
+  refresh_settings();
+  requested_mode_ = static_cast<Mode>(objects_.mode.get());
+  static_cast<void>(settle_mode());
+  unpowered_step();
+  unpublished_ = true;
   update_statusword();
 }
 

@@ -17,12 +17,24 @@ struct DriveParameters {
   double motor_inertia = 0;    ///< reflected to the joint, kg m^2
   double position_bandwidth_hz = 25;
   double lower = 0, upper = 0;  ///< software limits 607Dh, rad
-  double max_velocity = 0;      ///< 607Fh, rad/s
+  double max_velocity = 0;      ///< 607Fh and 6080h, rad/s
 
   std::uint8_t sync_divider = 1;           ///< transmission type of the synchronous PDOs: every n-th SYNC
   std::uint8_t interpolation_ms = 5;       ///< 60C2h
   double following_error_window = 0.25;    ///< 6065h, rad; infinite: not watched
   std::uint16_t following_error_ms = 100;  ///< 6066h
+
+  double motor_encoder_step = 4.8e-7;  ///< one increment of 6063h, rad on the joint side
+  double rated_current = 10;           ///< 6075h, A
+  double lowest_supply = 36;           ///< 2032h:1, V: below it fault 3220h
+  double highest_supply = 60;          ///< 2032h:2, V: above it fault 3210h
+  /// Motor less link angle that the spring cannot take, rad: beyond it one of the encoders is wrong. Zero:
+  /// three times the spring at peak torque plus 0.05 rad; infinite: not watched.
+  double impossible_deflection = 0;
+
+  std::uint32_t model_hash = 0;    ///< 2000h:2, of the robot description the emulator was started with
+  std::uint16_t joint_number = 0;  ///< 2000h:3, in the robot description, from 1; 0 for none
+  std::uint16_t bus_number = 0;    ///< 2000h:4, in the device table, from 1; 0 for none
 };
 
 }  // namespace walkman::nodes

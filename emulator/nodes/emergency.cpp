@@ -27,6 +27,7 @@ Emergency::Emergency(ObjectDictionary& dictionary, Outbox& outbox, std::uint8_t 
     });
   }
   cob_id_ = dictionary.add<std::uint32_t>(0x1014, 0, Access::kReadWrite, canopen::cob_id::emcy(node_id));
+  cob_id_.plus_node_id();
   cob_id_.on_write([this](std::uint32_t value) { return check_cob_id(value, cob_id_.get(), kCobIdInvalid); });
   inhibit_ = dictionary.add<std::uint16_t>(0x1015, 0, Access::kReadWrite, 0);
 }

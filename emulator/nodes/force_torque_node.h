@@ -5,7 +5,7 @@
 #include <random>
 #include <string>
 
-#include "emulator/nodes/canopen_slave.h"
+#include "emulator/nodes/measuring_node.h"
 #include "urdf/wrench.h"
 
 namespace walkman::nodes {
@@ -30,15 +30,12 @@ struct ForceTorqueParameters {
   std::uint64_t noise_seed = 0;
 };
 
-/// A six-axis force/torque sensor (CiA 404, device type 00020194h). Sub-index = channel, Fx Fy Fz Tx Ty Tz.
+/// A six-axis force/torque sensor (CiA 404, device type 00020194h). Sub-index = channel, Fx Fy Fz Tx Ty Tz,
+/// in N and N m; 7130h and 9130h in 0.1 N and 0.01 N m.
 ///
-/// A sample goes through residual, noise, range, resolution, filter and tare: 6100h is the field value before
-/// the tare, 6130h (real32, N and N m) and 7130h (0.1 N, 0.01 N m) the process value after it. Filter 61A0h:
-/// 0 none (factory setting), 1 first-order low-pass with the time constant 61A1h in ms. Tare: 6138h, or the
-/// present field value by writing "tara" to 6139h. 6150h: bit 0 invalid, 1 positive, 2 negative overload; sub
-/// 1, which the TPDO carries, also has the bits of all other channels. TPDO1: 7130h:1-3 and the sample
-/// counter 2050h:1; TPDO2: 7130h:4-6 and 6150h:1; every SYNC.
-class ForceTorqueNode : public CanopenSlave {
+/// To the load a sample adds residual and noise, then it goes through its `AnalogueChannel`. TPDO1: 7130h:1-3
+/// and the sample counter 2050h:1; TPDO2: 7130h:4-6 and the status 6150h:1; every SYNC.
+class ForceTorqueNode : public MeasuringNode {
  public:
   static constexpr std::size_t kChannels = 6;
 
@@ -48,28 +45,8 @@ class ForceTorqueNode : public CanopenSlave {
   /// period. A value that is not finite makes its channel invalid; its last value stays.
   void sample(const Wrench& F_So_S) noexcept;
 
- protected:
-  void on_reset() noexcept override;
-
  private:
-  struct Channel {
-    ChannelRating rating;
-    double unit = 0;  // of the i16 process value
-    Object<float> field_value, process_value, tare;
-    Object<std::int16_t> process_value_i16;
-    Object<std::uint8_t> operating_mode, status, filter_type;
-    Object<std::uint16_t> filter_constant;
-    double filtered = 0;
-    bool settled = false;  // the filter has a value to start from
-  };
-
-  void add_channel(std::size_t i);
-  [[nodiscard]] std::uint8_t sample_channel(Channel& channel, double load) noexcept;
-  void publish_process_value(Channel& channel, double tare) noexcept;
-
   ForceTorqueParameters parameters_;
-  std::array<Channel, kChannels> channels_;
-  Object<std::uint16_t> counter_;
   std::mt19937_64 generator_;
   std::normal_distribution<double> normal_;
 };

@@ -20,9 +20,10 @@ DriveParameters hand_parameters(std::uint8_t node_id, std::string name, std::uin
   p.lower = 0;
   p.upper = kHandTravel;
   p.max_velocity = 4;
-  p.sync_divider = 4;
-  p.interpolation_ms = 20;
+  p.sync_divider = 1;
+  p.interpolation_ms = 5;
   p.following_error_window = std::numeric_limits<double>::infinity();
+  p.impossible_deflection = std::numeric_limits<double>::infinity();  // a tendon may go slack
   return p;
 }
 

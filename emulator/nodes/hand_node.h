@@ -12,8 +12,7 @@ inline constexpr double kHandTravel = 5.0;
 
 /// The drive of an underactuated hand's one motor: a `DriveNode` with these parameters. 607Ah is the motor's
 /// angle, 0 open to `kHandTravel` closed; the "spring" is the tendon, its torque that of the tendon on the
-/// fingers. The PDOs run with every fourth SYNC, which keeps an arm bus below 80 % load; pressing against an
-/// object is normal, so the following error is not watched.
+/// fingers. Pressing against an object is normal, so the following error is not watched.
 [[nodiscard]] DriveParameters hand_parameters(std::uint8_t node_id, std::string name, std::uint32_t serial,
                                               double rated_torque);
 

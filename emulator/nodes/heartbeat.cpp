@@ -16,8 +16,8 @@ bool in_use(std::uint32_t entry) noexcept {
 
 }  // namespace
 
-HeartbeatProducer::HeartbeatProducer(ObjectDictionary& dictionary, Outbox& outbox, std::uint8_t node_id,
-                                     const Time& now)
+HeartbeatProducer::HeartbeatProducer(ObjectDictionary& dictionary, Outbox& outbox,
+                                     const std::uint8_t& node_id, const Time& now)
     : outbox_(outbox), node_id_(node_id) {
   period_ = dictionary.add<std::uint16_t>(canopen::object::kProducerHeartbeat, 0, Access::kReadWrite, 0);
   period_.on_write([this, &now](std::uint16_t period_ms) -> Verdict {
@@ -80,8 +80,11 @@ HeartbeatConsumer::Change HeartbeatConsumer::beat(std::uint8_t node, Time now) n
     watches_[i] = {now + time_of(entry), false};
   }
   if (!recovered) return Change::kNone;
-  const bool any_lost = std::any_of(watches_.begin(), watches_.end(), [](const Watch& w) { return w.lost; });
-  return any_lost ? Change::kNone : Change::kRecovered;
+  return any_lost() ? Change::kNone : Change::kRecovered;
+}
+
+bool HeartbeatConsumer::any_lost() const noexcept {
+  return std::any_of(watches_.begin(), watches_.end(), [](const Watch& w) { return w.lost; });
 }
 
 HeartbeatConsumer::Change HeartbeatConsumer::advance(Time now) noexcept {

@@ -14,7 +14,9 @@ namespace walkman::nodes {
 /// time is written or the boot-up message was sent.
 class HeartbeatProducer {
  public:
-  HeartbeatProducer(ObjectDictionary& dictionary, Outbox& outbox, std::uint8_t node_id, const Time& now);
+  /// `node_id` must outlive the producer.
+  HeartbeatProducer(ObjectDictionary& dictionary, Outbox& outbox, const std::uint8_t& node_id,
+                    const Time& now);
   HeartbeatProducer(const HeartbeatProducer&) = delete;
   HeartbeatProducer& operator=(const HeartbeatProducer&) = delete;
 
@@ -22,13 +24,15 @@ class HeartbeatProducer {
   void boot_up(Time now) noexcept;
   void advance(Time now, canopen::NmtState state) noexcept;
   [[nodiscard]] Time next_event() const noexcept { return due_; }
+  [[nodiscard]] bool in_use() const noexcept { return period_.get() != 0; }
+  void stop() noexcept { due_ = Time::max(); }
 
  private:
   void schedule(Time from, std::uint16_t period_ms) noexcept;
   void send(canopen::NmtState state) noexcept;
 
   Outbox& outbox_;
-  std::uint8_t node_id_;
+  const std::uint8_t& node_id_;
   Object<std::uint16_t> period_;
   Time due_ = Time::max();
 };
@@ -50,6 +54,7 @@ class HeartbeatConsumer {
   /// kLost when a watched node has just failed to send in time; `lost_node` tells the first.
   [[nodiscard]] Change advance(Time now) noexcept;
   [[nodiscard]] std::uint8_t lost_node() const noexcept { return lost_node_; }
+  [[nodiscard]] bool any_lost() const noexcept;
   [[nodiscard]] Time next_event() const noexcept;
   void reset() noexcept;
 

@@ -27,6 +27,26 @@ std::int64_t integer_value(DataType type, std::uint32_t raw) noexcept {
   }
 }
 
+/// Characters of a VISIBLE_STRING (CiA 301, table 44).
+bool visible(std::span<const std::uint8_t> bytes) noexcept {
+  return std::all_of(bytes.begin(), bytes.end(),
+                     [](std::uint8_t c) { return c == 0 || (c >= 0x20 && c <= 0x7E); });
+}
+
+bool storable(const Entry& entry) noexcept {
+  const std::uint16_t index = entry.address.index;
+  return entry.access == Access::kReadWrite && entry.mappable == Mappable::kNo && index != 0x1003 &&
+         index != 0x1010 && index != 0x1011;
+}
+
+bool within(const Entry& entry, std::uint16_t first, std::uint16_t last) noexcept {
+  return entry.address.index >= first && entry.address.index <= last;
+}
+
+std::string place_name(std::uint16_t index, std::uint8_t sub) {
+  return "object dictionary: entry " + std::to_string(index) + " sub " + std::to_string(sub);
+}
+
 }  // namespace
 
 std::size_t Entry::size() const noexcept {
@@ -38,17 +58,22 @@ std::size_t Entry::size() const noexcept {
     case DataType::kUnsigned16:
       return 2;
     case DataType::kVisibleString:
+    case DataType::kDomain:
       return text.size();
     default:
       return 4;
   }
 }
 
+std::span<const std::uint8_t> Entry::bytes() const noexcept {
+  const void* value = number() ? static_cast<const void*>(&raw) : text.data();
+  return {static_cast<const std::uint8_t*>(value), size()};
+}
+
 Entry& ObjectDictionary::insert(ObjectAddress address, DataType type, Access access, Mappable mappable) {
   const auto at = place(entries_, address);
   if (at != entries_.end() && (*at)->address == address) {
-    throw std::runtime_error("object dictionary: entry " + std::to_string(address.index) + " sub " +
-                             std::to_string(address.sub) + " added twice, expected once");
+    throw std::runtime_error(place_name(address.index, address.sub) + " added twice, expected once");
   }
   auto entry = std::make_unique<Entry>();
   entry->address = address;
@@ -60,6 +85,34 @@ Entry& ObjectDictionary::insert(ObjectAddress address, DataType type, Access acc
 
 void ObjectDictionary::add_text(std::uint16_t index, std::uint8_t sub, std::string text) {
   insert({index, sub}, DataType::kVisibleString, Access::kConst, Mappable::kNo).text = std::move(text);
+}
+
+void ObjectDictionary::add_string(std::uint16_t index, std::uint8_t sub, std::size_t longest) {
+  if (longest > kLongestString) {
+    throw std::runtime_error(place_name(index, sub) + " may be given " + std::to_string(longest) +
+                             " bytes, expected at most " + std::to_string(kLongestString));
+  }
+  Entry& entry = insert({index, sub}, DataType::kVisibleString, Access::kReadWrite, Mappable::kNo);
+  entry.longest = longest;
+  entry.text.reserve(longest);
+  entry.stored_text.reserve(longest);
+}
+
+void ObjectDictionary::add_domain(std::uint16_t index, std::uint8_t sub, std::string content) {
+  insert({index, sub}, DataType::kDomain, Access::kReadOnly, Mappable::kNo);
+  set_domain(index, sub, std::move(content));
+}
+
+void ObjectDictionary::set_domain(std::uint16_t index, std::uint8_t sub, std::string content) {
+  Entry* entry = find(index, sub);
+  if (entry == nullptr || entry->type != DataType::kDomain) {
+    throw std::runtime_error(place_name(index, sub) + " is given a content, expected a domain");
+  }
+  if (content.size() > kLongestDomain) {
+    throw std::runtime_error(place_name(index, sub) + " has " + std::to_string(content.size()) +
+                             " bytes, expected at most " + std::to_string(kLongestDomain));
+  }
+  entry->text = std::move(content);
 }
 
 const Entry* ObjectDictionary::find(std::uint16_t index, std::uint8_t sub) const noexcept {
@@ -82,6 +135,13 @@ SdoAbort ObjectDictionary::missing(std::uint16_t index) const noexcept {
 
 Verdict ObjectDictionary::write(Entry& entry, std::span<const std::uint8_t> bytes) noexcept {
   if (!entry.writable()) return SdoAbort::kReadOnly;
+  if (!entry.number()) {
+    if (bytes.size() > entry.longest) return SdoAbort::kTooLong;
+    if (!visible(bytes)) return SdoAbort::kValue;
+    // Within the capacity reserved; by pointer, since by iterators a temporary string would be made.
+    entry.text.assign(reinterpret_cast<const char*>(bytes.data()), bytes.size());
+    return std::nullopt;
+  }
   if (bytes.size() > entry.size()) return SdoAbort::kTooLong;
   if (bytes.size() < entry.size()) return SdoAbort::kTooShort;
   std::uint32_t raw = 0;
@@ -100,14 +160,40 @@ Verdict ObjectDictionary::write(Entry& entry, std::span<const std::uint8_t> byte
 
 Verdict ObjectDictionary::read(const Entry& entry) const noexcept {
   if (!entry.readable()) return SdoAbort::kWriteOnly;
+  if (entry.type == DataType::kDomain && entry.text.empty()) return SdoAbort::kNoData;
   if (entry.read_hook) return entry.read_hook();
   return std::nullopt;
 }
 
-void ObjectDictionary::restore_defaults(std::uint16_t first, std::uint16_t last) noexcept {
+void ObjectDictionary::power_on(std::uint16_t first, std::uint16_t last) noexcept {
   for (const auto& entry : entries_) {
-    if (entry->address.index < first || entry->address.index > last || !entry->writable()) continue;
-    entry->raw = entry->default_raw;
+    if (!entry->writable() || !within(*entry, first, last)) continue;
+    entry->raw = entry->stored ? entry->stored_raw : entry->default_raw;
+    if (!entry->number()) entry->text = entry->stored ? entry->stored_text : entry->default_text;
+  }
+}
+
+void ObjectDictionary::store(std::uint16_t first, std::uint16_t last) noexcept {
+  for (const auto& entry : entries_) {
+    if (!storable(*entry) || !within(*entry, first, last)) continue;
+    // A value left at its factory setting goes on following it, as when the node-ID is changed.
+    entry->stored = entry->number() ? entry->raw != entry->default_raw : entry->text != entry->default_text;
+    entry->stored_raw = entry->raw;
+    if (!entry->number()) entry->stored_text = entry->text;
+  }
+}
+
+void ObjectDictionary::forget(std::uint16_t first, std::uint16_t last) noexcept {
+  for (const auto& entry : entries_) {
+    if (within(*entry, first, last)) entry->stored = false;
+  }
+}
+
+void ObjectDictionary::shift_node_id(int difference) noexcept {
+  for (const auto& entry : entries_) {
+    if (!entry->plus_node_id) continue;
+    entry->default_raw += static_cast<std::uint32_t>(difference);
+    if (!entry->writable()) entry->raw = entry->default_raw;
   }
 }
 

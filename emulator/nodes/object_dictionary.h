@@ -30,22 +30,33 @@ enum class DataType : std::uint8_t {
   kUnsigned32,
   kReal32,
   kVisibleString,
+  kDomain,
 };
 
 enum class Access : std::uint8_t { kReadOnly, kWriteOnly, kReadWrite, kConst };
 enum class Mappable : bool { kNo, kYes };
 
 /// One sub-index of an object: type, rights, value. Numbers are kept as the bytes they have on the wire.
+///
+/// A value may be kept over resets (objects 1010h and 1011h); the copy is here, as in a real device's
+/// non-volatile memory, and lives as long as the node.
 struct Entry {
   ObjectAddress address;
   DataType type{};
   Access access{};
   Mappable mappable = Mappable::kNo;
   std::uint32_t raw = 0;          ///< little-endian value of a number, upper bytes zero
-  std::uint32_t default_raw = 0;  ///< value after a reset
-  std::string text;               ///< value of a visible string
-  std::int64_t lowest = 0;        ///< limits of an integer that may be written
+  std::uint32_t default_raw = 0;  ///< factory setting
+  bool plus_node_id = false;      ///< the factory setting contains the node-ID
+  std::string text;               ///< value of a string or domain
+  std::string default_text;
+  std::size_t longest = 0;  ///< bytes a string may be given
+  std::int64_t lowest = 0;  ///< limits of an integer that may be written
   std::int64_t highest = 0;
+
+  bool stored = false;  ///< the values below are taken after a reset instead of the factory setting
+  std::uint32_t stored_raw = 0;
+  std::string stored_text;
 
   /// Asked before a read; may refuse it.
   std::function<Verdict()> read_hook;
@@ -54,6 +65,13 @@ struct Entry {
 
   /// Bytes of the value.
   [[nodiscard]] std::size_t size() const noexcept;
+  /// Bytes the longest value that may be written has.
+  [[nodiscard]] std::size_t capacity() const noexcept { return number() ? size() : longest; }
+  /// The value as it is on the wire; valid until the entry is written.
+  [[nodiscard]] std::span<const std::uint8_t> bytes() const noexcept;
+  [[nodiscard]] bool number() const noexcept {
+    return type != DataType::kVisibleString && type != DataType::kDomain;
+  }
   [[nodiscard]] bool readable() const noexcept { return access != Access::kWriteOnly; }
   [[nodiscard]] bool writable() const noexcept {
     return access == Access::kReadWrite || access == Access::kWriteOnly;
@@ -93,6 +111,11 @@ class Object {
     entry_->highest = highest;
     return *this;
   }
+  /// The value given to `add` contains the node-ID and follows a change of it.
+  Object& plus_node_id() {
+    entry_->plus_node_id = true;
+    return *this;
+  }
   Object& on_write(std::function<Verdict(T)> hook) {
     entry_->write_hook = [hook = std::move(hook)](std::uint32_t raw) { return hook(from_raw<T>(raw)); };
     return *this;
@@ -122,8 +145,21 @@ class ObjectDictionary {
     }
     return Object<T>(entry);
   }
+  /// Longest string that may be written, and longest domain, in bytes.
+  static constexpr std::size_t kLongestString = 1024;
+  static constexpr std::size_t kLongestDomain = 65536;
+
   /// A constant visible string.
   void add_text(std::uint16_t index, std::uint8_t sub, std::string text);
+  /// A visible string that may be written, empty at first, with at most `longest` bytes. Throws
+  /// std::runtime_error when that is more than `kLongestString`.
+  void add_string(std::uint16_t index, std::uint8_t sub, std::size_t longest);
+  /// A read-only domain. While it is empty, reading it is refused with 0800 0024. Throws std::runtime_error
+  /// when `content` is longer than `kLongestDomain`.
+  void add_domain(std::uint16_t index, std::uint8_t sub, std::string content = {});
+  /// Gives a domain its content; not in cyclic operation. Throws as `add_domain`, and when there is no such
+  /// domain.
+  void set_domain(std::uint16_t index, std::uint8_t sub, std::string content);
 
   /// Null when there is none.
   [[nodiscard]] Entry* find(std::uint16_t index, std::uint8_t sub) noexcept;
@@ -131,13 +167,24 @@ class ObjectDictionary {
   /// 0602 0000 or 0609 0011 for an address `find` does not know.
   [[nodiscard]] SdoAbort missing(std::uint16_t index) const noexcept;
 
+  /// Every entry, by index, then sub-index.
+  [[nodiscard]] std::span<const std::unique_ptr<Entry>> entries() const noexcept { return entries_; }
+
   /// Stores `bytes` in `entry` after checking rights, length, limits and the hook.
   [[nodiscard]] Verdict write(Entry& entry, std::span<const std::uint8_t> bytes) noexcept;
   /// Checks rights and asks the hook; the value is then in `entry`.
   [[nodiscard]] Verdict read(const Entry& entry) const noexcept;
 
-  /// Gives every writable entry with an index in [first, last] its default, without asking hooks.
-  void restore_defaults(std::uint16_t first, std::uint16_t last) noexcept;
+  /// Gives every writable entry with an index in [first, last] the value it has after a reset: the stored
+  /// one, else its factory setting. Asks no hooks.
+  void power_on(std::uint16_t first, std::uint16_t last) noexcept;
+  /// Stores the parameters with an index in [first, last]: everything that may be read and written, but for
+  /// commands of the moment (what an RPDO may carry, 1003h, 1010h, 1011h).
+  void store(std::uint16_t first, std::uint16_t last) noexcept;
+  /// Forgets what is stored; the values in use stay until the next reset.
+  void forget(std::uint16_t first, std::uint16_t last) noexcept;
+  /// The node-ID has changed by `difference`: adapts the factory settings that contain it.
+  void shift_node_id(int difference) noexcept;
 
  private:
   template <typename T>

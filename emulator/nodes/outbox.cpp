@@ -26,4 +26,15 @@ void Outbox::replace(const can::Frame& frame) noexcept {
   push(frame);
 }
 
+void Outbox::drop(std::uint32_t id) noexcept {
+  const auto end = frames_.begin() + size_;
+  const auto kept = std::remove_if(frames_.begin(), end, [&](const can::Frame& f) { return f.id == id; });
+  size_ = static_cast<std::size_t>(kept - frames_.begin());
+}
+
+bool Outbox::holds(std::uint32_t id) const noexcept {
+  const auto end = frames_.begin() + size_;
+  return std::any_of(frames_.begin(), end, [&](const can::Frame& f) { return f.id == id; });
+}
+
 }  // namespace walkman::nodes

@@ -18,6 +18,10 @@ class Outbox {
   /// Overwrites the waiting frame of the same identifier, as a PDO's mailbox does; else like `push`.
   void replace(const can::Frame& frame) noexcept;
   void clear() noexcept { size_ = 0; }
+  /// Takes back the waiting frames of an identifier.
+  void drop(std::uint32_t id) noexcept;
+  [[nodiscard]] bool holds(std::uint32_t id) const noexcept;
+  [[nodiscard]] bool full() const noexcept { return size_ == kCapacity; }
 
   [[nodiscard]] const can::Frame* front() const noexcept {
     return size_ == 0 ? nullptr : &frames_[size_ - 1];

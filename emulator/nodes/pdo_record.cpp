@@ -24,13 +24,14 @@ std::uint8_t dummy_bytes(std::uint16_t index) noexcept {
   }
 }
 
-bool type_offered(std::uint8_t type) noexcept { return type <= 240 || type >= 254; }
-
 }  // namespace
 
 PdoRecord::PdoRecord(ObjectDictionary& dictionary, Direction direction, int number, std::uint32_t cob_id,
                      const PdoDefaults& defaults)
-    : dictionary_(dictionary), direction_(direction) {
+    : dictionary_(dictionary),
+      direction_(direction),
+      mapping_index_(
+          static_cast<std::uint16_t>((direction == Direction::kTransmit ? 0x1A00 : 0x1600) + number - 1)) {
   add_communication_record(cob_id, defaults, number);
   add_mapping_record(defaults, number);
   reload();
@@ -40,13 +41,24 @@ PdoRecord::PdoRecord(ObjectDictionary& dictionary, Direction direction, int numb
   }
 }
 
+void PdoRecord::use_fd() {
+  fd_ = true;
+  for (std::size_t i = kClassicalObjects; i < kMaxObjects; ++i) add_mapping_entry(i, 0);
+}
+
+bool PdoRecord::type_offered(std::uint8_t type) const noexcept {
+  const bool remote = type == 252 || type == 253;
+  return type <= 240 || type >= 254 || (remote && direction_ == Direction::kTransmit);
+}
+
 void PdoRecord::add_communication_record(std::uint32_t cob_id, const PdoDefaults& defaults, int number) {
   const bool transmit = direction_ == Direction::kTransmit;
   const auto index = static_cast<std::uint16_t>((transmit ? 0x1800 : 0x1400) + number - 1);
   const std::uint32_t flags = (transmit ? kCobIdNoRtr : 0) | (defaults.enabled ? 0 : kCobIdInvalid);
 
-  dictionary_.add<std::uint8_t>(index, 0, Access::kConst, 5);
+  dictionary_.add<std::uint8_t>(index, 0, Access::kConst, transmit ? 6 : 5);
   cob_id_ = dictionary_.add<std::uint32_t>(index, 1, Access::kReadWrite, cob_id | flags);
+  cob_id_.plus_node_id();
   cob_id_.on_write([this](std::uint32_t value) -> Verdict {
     if (const Verdict refused = check_cob_id(value, cob_id_.get(), kCobIdInvalid | kCobIdNoRtr))
       return refused;
@@ -73,27 +85,39 @@ void PdoRecord::add_communication_record(std::uint32_t cob_id, const PdoDefaults
     changed();
     return std::nullopt;
   });
+  if (!transmit) return;
+  sync_start_ = dictionary_.add<std::uint8_t>(index, 6, Access::kReadWrite, 0).limits(0, 240);
+  sync_start_.on_write([this](std::uint8_t value) -> Verdict {
+    if (valid_) return SdoAbort::kDeviceState;
+    sync_start_value_ = value;
+    return std::nullopt;
+  });
 }
 
 void PdoRecord::add_mapping_record(const PdoDefaults& defaults, int number) {
-  const auto index =
-      static_cast<std::uint16_t>((direction_ == Direction::kTransmit ? 0x1A00 : 0x1600) + number - 1);
-  mapping_count_ = dictionary_.add<std::uint8_t>(index, 0, Access::kReadWrite,
+  if (defaults.mapping.size() > kClassicalObjects) {
+    throw std::runtime_error("PDO " + std::to_string(number) + ": default mapping of " +
+                             std::to_string(defaults.mapping.size()) + " objects, expected at most 8");
+  }
+  mapping_count_ = dictionary_.add<std::uint8_t>(mapping_index_, 0, Access::kReadWrite,
                                                  static_cast<std::uint8_t>(defaults.mapping.size()));
   mapping_count_.on_write([this](std::uint8_t value) -> Verdict {
     if (valid_) return SdoAbort::kDeviceState;
     return resolve_all(value);
   });
-  for (std::size_t i = 0; i < kMaxObjects; ++i) {
-    const std::uint32_t value = i < defaults.mapping.size() ? defaults.mapping[i] : 0;
-    mapping_[i] =
-        dictionary_.add<std::uint32_t>(index, static_cast<std::uint8_t>(i + 1), Access::kReadWrite, value);
-    mapping_[i].on_write([this](std::uint32_t entry) -> Verdict {
-      if (valid_ || mapping_count_.get() != 0) return SdoAbort::kDeviceState;
-      MappedObject object;
-      return entry == 0 ? Verdict{} : resolve(entry, object);
-    });
+  for (std::size_t i = 0; i < kClassicalObjects; ++i) {
+    add_mapping_entry(i, i < defaults.mapping.size() ? defaults.mapping[i] : 0);
   }
+}
+
+void PdoRecord::add_mapping_entry(std::size_t i, std::uint32_t value) {
+  const auto sub = static_cast<std::uint8_t>(i + 1);
+  mapping_[i] = dictionary_.add<std::uint32_t>(mapping_index_, sub, Access::kReadWrite, value);
+  mapping_[i].on_write([this](std::uint32_t entry) -> Verdict {
+    if (valid_ || mapping_count_.get() != 0) return SdoAbort::kDeviceState;
+    MappedObject object;
+    return entry == 0 ? Verdict{} : resolve(entry, object);
+  });
 }
 
 Verdict PdoRecord::resolve(std::uint32_t entry, MappedObject& object) const noexcept {
@@ -108,7 +132,7 @@ Verdict PdoRecord::resolve(std::uint32_t entry, MappedObject& object) const noex
   Entry* found = dictionary_.find(index, sub);
   if (found == nullptr) return dictionary_.missing(index);
   const bool direction_fits = direction_ == Direction::kTransmit ? found->readable() : found->writable();
-  if (found->mappable == Mappable::kNo || !direction_fits || bits != 8 * found->size()) {
+  if (found->mappable == Mappable::kNo || !found->number() || !direction_fits || bits != 8 * found->size()) {
     return SdoAbort::kNotMappable;
   }
   object = {found, static_cast<std::uint8_t>(found->size())};
@@ -116,14 +140,14 @@ Verdict PdoRecord::resolve(std::uint32_t entry, MappedObject& object) const noex
 }
 
 Verdict PdoRecord::resolve_all(std::size_t count) noexcept {
-  if (count > kMaxObjects) return SdoAbort::kPdoLength;
+  if (count > (fd_ ? kMaxObjects : kClassicalObjects)) return SdoAbort::kPdoLength;
   std::array<MappedObject, kMaxObjects> objects{};
   std::size_t bytes = 0;
   for (std::size_t i = 0; i < count; ++i) {
     if (const Verdict refused = resolve(mapping_[i].get(), objects[i])) return refused;
     bytes += objects[i].bytes;
   }
-  if (bytes > kMaxBytes) return SdoAbort::kPdoLength;
+  if (bytes > (fd_ ? kMaxBytes : kClassicalBytes)) return SdoAbort::kPdoLength;
   objects_ = objects;
   count_ = count;
   bytes_ = bytes;
@@ -141,6 +165,7 @@ void PdoRecord::reload() noexcept {
   type_value_ = type_.get();
   inhibit_time_ = std::chrono::microseconds(100) * inhibit_.get();
   event_time_ = std::chrono::milliseconds(event_.get());
+  if (direction_ == Direction::kTransmit) sync_start_value_ = sync_start_.get();
   static_cast<void>(resolve_all(mapping_count_.get()));
   changed();
 }

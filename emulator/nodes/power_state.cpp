@@ -54,37 +54,52 @@ void PowerState::ready() noexcept {
   if (state_ == State::kNotReadyToSwitchOn) state_ = State::kSwitchOnDisabled;
 }
 
-void PowerState::command(std::uint16_t controlword, int quick_stop_option, bool cause_gone) noexcept {
+void PowerState::move_to(State state) noexcept {
+  state_ = state;
+  leaving_for_.reset();
+}
+
+void PowerState::command(std::uint16_t controlword, const LeavingOptions& options, bool cause_gone) noexcept {
   const bool reset_edge = (controlword & 0x80U) != 0 && (last_word_ & 0x80U) == 0;
   last_word_ = controlword;
   if (state_ == State::kFault) {
-    if (reset_edge && cause_gone) state_ = State::kSwitchOnDisabled;
+    if (reset_edge && cause_gone) move_to(State::kSwitchOnDisabled);
     return;
   }
-  state_ = next_state(state_, decode(controlword), quick_stop_option);
+  const Command command = decode(controlword);
+  if (command == Command::kNone) return;
+  const State next = next_state(state_, command, options.quick_stop);
+  const bool ramped = (command == Command::kShutdown && options.shutdown == 1) ||
+                      (command == Command::kSwitchOn && options.disable == 1);
+  if (state_ == State::kOperationEnabled && ramped) {
+    leaving_for_ = next;
+  } else {
+    move_to(next);
+  }
 }
 
-void PowerState::disable_voltage() noexcept { state_ = next_state(state_, Command::kDisableVoltage, 0); }
+void PowerState::disable_voltage() noexcept { move_to(next_state(state_, Command::kDisableVoltage, 0)); }
 
 void PowerState::quick_stop(int quick_stop_option) noexcept {
-  state_ = next_state(state_, Command::kQuickStop, quick_stop_option);
+  move_to(next_state(state_, Command::kQuickStop, quick_stop_option));
 }
 
 void PowerState::fault(bool coast) noexcept {
   if (state_ == State::kFault) return;
   const bool was_powered = powered();
-  state_ = was_powered && !coast ? State::kFaultReactionActive : State::kFault;
+  move_to(was_powered && !coast ? State::kFaultReactionActive : State::kFault);
 }
 
 void PowerState::stopped(int quick_stop_option) noexcept {
-  if (state_ == State::kFaultReactionActive) state_ = State::kFault;
+  if (leaving_for_) return move_to(*leaving_for_);
+  if (state_ == State::kFaultReactionActive) return move_to(State::kFault);
   if (state_ == State::kQuickStopActive && !stays_in_quick_stop(quick_stop_option)) {
-    state_ = State::kSwitchOnDisabled;
+    move_to(State::kSwitchOnDisabled);
   }
 }
 
 void PowerState::reset() noexcept {
-  state_ = State::kNotReadyToSwitchOn;
+  move_to(State::kNotReadyToSwitchOn);
   last_word_ = 0;
 }
 

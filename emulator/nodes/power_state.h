@@ -1,10 +1,18 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 
 #include "drivers/cia402/words.h"
 
 namespace walkman::nodes {
+
+/// Option codes that decide how operation enabled is left.
+struct LeavingOptions {
+  int quick_stop = 2;  ///< 605Ah
+  int shutdown = 0;    ///< 605Bh
+  int disable = 1;     ///< 605Ch
+};
 
 /// The power state machine of a CiA 402 drive (IEC 61800-7-201, figure of transitions 0..16), without time:
 /// stops report their end from outside.
@@ -15,27 +23,38 @@ class PowerState {
   [[nodiscard]] bool powered() const noexcept {
     return state_ == cia402::State::kOperationEnabled || stopping();
   }
-  /// Slowing down by quick stop or fault reaction.
+  /// Slowing down by quick stop or fault reaction, or on the way out of operation enabled.
   [[nodiscard]] bool stopping() const noexcept {
-    return state_ == cia402::State::kQuickStopActive || state_ == cia402::State::kFaultReactionActive;
+    return state_ == cia402::State::kQuickStopActive || state_ == cia402::State::kFaultReactionActive ||
+           leaving();
   }
+  /// Operation is enabled and not on its way out.
+  [[nodiscard]] bool driving() const noexcept {
+    return state_ == cia402::State::kOperationEnabled && !leaving();
+  }
+  /// Operation is enabled until the ramp of a shutdown or disable operation has ended (605Bh, 605Ch = 1).
+  [[nodiscard]] bool leaving() const noexcept { return leaving_for_.has_value(); }
 
   /// Initialised: transitions 0 and 1.
   void ready() noexcept;
-  /// Transitions 2..12, 15 and 16. `quick_stop_option` is 605Ah; `cause_gone` tells whether a fault may be
-  /// reset. The edge of bit 7 is found here, from the word of the last call.
-  void command(std::uint16_t controlword, int quick_stop_option, bool cause_gone) noexcept;
+  /// Transitions 2..12, 15 and 16. `cause_gone` tells whether a fault may be reset. The edge of bit 7 is
+  /// found here, from the word of the last call. Enable operation calls off a ramp out of operation enabled.
+  void command(std::uint16_t controlword, const LeavingOptions& options, bool cause_gone) noexcept;
   /// The same orders given by the drive itself, when it loses its master.
   void disable_voltage() noexcept;
   void quick_stop(int quick_stop_option) noexcept;
   /// Transition 13, and 14 at once when there is nothing to stop or `coast`.
   void fault(bool coast) noexcept;
-  /// The motor has come to rest: transition 14, or 12 unless the drive stays in quick stop (605Ah 5..8).
+  /// The motor has come to rest: transition 14, 5, 8, or 12 unless the drive stays in quick stop (605Ah
+  /// 5..8).
   void stopped(int quick_stop_option) noexcept;
   void reset() noexcept;
 
  private:
+  void move_to(cia402::State state) noexcept;
+
   cia402::State state_ = cia402::State::kNotReadyToSwitchOn;
+  std::optional<cia402::State> leaving_for_;
   std::uint16_t last_word_ = 0;
 };
 

@@ -25,16 +25,19 @@ void ReceivePdo::restart() noexcept {
   deadline_ = Time::max();
 }
 
-ReceivePdo::Outcome ReceivePdo::receive(const can::Frame& frame, Time now) noexcept {
+ReceivePdo::Outcome ReceivePdo::receive(const can::Frame& frame, bool late, Time now) noexcept {
   if (frame.length < record_.bytes()) return Outcome::kTooShort;
   if (record_.event_time() > Time{}) deadline_ = now + record_.event_time();
+  const std::size_t expected = frame.fd ? fd_length(record_.bytes()) : record_.bytes();
+  const Outcome outcome = frame.length > expected ? Outcome::kTakenTooLong : Outcome::kTaken;
+  if (late && record_.synchronous()) return outcome;
   std::copy_n(frame.data.begin(), record_.bytes(), data_.begin());
   if (record_.synchronous()) {
     waiting_ = true;
   } else {
     apply();
   }
-  return frame.length > record_.bytes() ? Outcome::kTakenTooLong : Outcome::kTaken;
+  return outcome;
 }
 
 void ReceivePdo::sync() noexcept {
@@ -52,6 +55,7 @@ void ReceivePdo::apply() noexcept {
     }
     offset += object.bytes;
   }
+  record_.report();
 }
 
 bool ReceivePdo::advance(Time now) noexcept {

@@ -16,13 +16,16 @@ class ReceivePdo {
   void start() noexcept;  ///< entering operational
   void stop() noexcept;   ///< leaving it
   void reload() noexcept { record_.reload(); }
+  void observe(PdoRecord::Observer observer) { record_.observe(std::move(observer)); }
+  void use_fd() { record_.use_fd(); }
 
   [[nodiscard]] bool accepts(const can::Frame& frame) const noexcept {
     return operational_ && record_.valid() && frame.id == record_.identifier();
   }
   /// A frame with the PDO's identifier. One shorter than mapped is ignored, of a longer one the first bytes
-  /// are used.
-  [[nodiscard]] Outcome receive(const can::Frame& frame, Time now) noexcept;
+  /// are used; the padding of a CAN FD frame does not count. `late`: the window for synchronous PDOs is over,
+  /// a synchronous one is dropped.
+  [[nodiscard]] Outcome receive(const can::Frame& frame, bool late, Time now) noexcept;
   void sync() noexcept;
 
   /// True when the deadline has just passed without a reception.

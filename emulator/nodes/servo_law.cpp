@@ -5,24 +5,13 @@
 
 namespace walkman::nodes {
 
-ServoLaw::ServoLaw(double inertia, double spring, double bandwidth_hz) {
+ServoGains ServoGains::factory(double inertia, double spring, double bandwidth_hz) noexcept {
   const double w = 2 * std::numbers::pi * bandwidth_hz;
-  kp_ = inertia * w * w;
-  kd_ = 2 * inertia * w;
-  spring_damping_ = 1.4 * std::sqrt(inertia * spring);
-}
-
-double ServoLaw::position(double demand, double demand_velocity, const ServoFeedback& f) const noexcept {
-  return kp_ * (demand - f.motor_position) + kd_ * (demand_velocity - f.motor_velocity) + f.spring_torque;
-}
-
-double ServoLaw::torque(double wanted, const ServoFeedback& f) const noexcept {
-  return wanted - spring_damping_ * (f.motor_velocity - f.link_velocity);
-}
-
-double ServoLaw::impedance(double demand, double stiffness, double damping, double offset,
-                           const ServoFeedback& f) const noexcept {
-  return torque(stiffness * (demand - f.link_position) - damping * f.link_velocity + offset, f);
+  ServoGains gains;
+  gains.position = {inertia * w * w, 0, 2 * inertia * w};
+  gains.velocity = {2 * inertia * w, inertia * w * w, 0};
+  gains.torque = {0, 0, 1.4 * std::sqrt(inertia * spring)};
+  return gains;
 }
 
 }  // namespace walkman::nodes

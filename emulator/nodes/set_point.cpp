@@ -23,21 +23,4 @@ void SetPoint::brake(double position, double velocity, double deceleration) noex
   deceleration_ = deceleration;
 }
 
-void SetPoint::step(double dt) noexcept {
-  if (deceleration_ > 0) {
-    const double change = std::min(std::abs(velocity_), deceleration_ * dt);
-    const double next = velocity_ - std::copysign(change, velocity_);
-    position_ += 0.5 * (velocity_ + next) * dt;
-    velocity_ = next;
-    target_ = position_;
-    if (velocity_ == 0) deceleration_ = 0;
-    return;
-  }
-  const double wanted = (target_ - position_) / std::max(remaining_, dt);
-  velocity_ = std::clamp(wanted, -max_velocity_, max_velocity_);
-  limited_ = velocity_ != wanted;
-  position_ += velocity_ * dt;
-  remaining_ -= dt;
-}
-
 }  // namespace walkman::nodes

@@ -1,18 +1,24 @@
 #pragma once
 
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
 namespace walkman::nodes {
 
 /// Position demand of a drive between set-points: a straight line to each new target over the interpolation
 /// period, then it holds; or a ramp to standstill. Never faster than the velocity limit. Units rad, rad/s, s.
 class SetPoint {
  public:
-  explicit SetPoint(double max_velocity) : max_velocity_(max_velocity) {}
-
   void set_max_velocity(double value) noexcept { max_velocity_ = value; }
   /// Stand still at `position`.
   void hold(double position) noexcept;
   /// Reach `position` after `period`.
   void move_to(double position, double period) noexcept;
+  /// Stand still, or slow down to rest when there is a velocity.
+  void go_on(double position, double velocity, double deceleration) noexcept {
+    velocity == 0 ? hold(position) : brake(position, velocity, deceleration);
+  }
   /// Slow down to rest from `position` and `velocity` with the given deceleration, rad/s^2.
   void brake(double position, double velocity, double deceleration) noexcept;
 
@@ -25,7 +31,7 @@ class SetPoint {
   [[nodiscard]] bool limited() const noexcept { return limited_; }
 
  private:
-  double max_velocity_;
+  double max_velocity_ = std::numeric_limits<double>::infinity();
   double position_ = 0;
   double velocity_ = 0;
   double target_ = 0;
@@ -33,5 +39,22 @@ class SetPoint {
   double deceleration_ = 0;  // 0: not braking
   bool limited_ = false;
 };
+
+inline void SetPoint::step(double dt) noexcept {
+  if (deceleration_ > 0) {
+    const double change = std::min(std::abs(velocity_), deceleration_ * dt);
+    const double next = velocity_ - std::copysign(change, velocity_);
+    position_ += 0.5 * (velocity_ + next) * dt;
+    velocity_ = next;
+    target_ = position_;
+    if (velocity_ == 0) deceleration_ = 0;
+    return;
+  }
+  const double wanted = (target_ - position_) / std::max(remaining_, dt);
+  velocity_ = std::clamp(wanted, -max_velocity_, max_velocity_);
+  limited_ = velocity_ != wanted;
+  position_ += velocity_ * dt;
+  remaining_ -= dt;
+}
 
 }  // namespace walkman::nodes

@@ -23,10 +23,11 @@ void TransmitPdo::stop() noexcept {
 
 void TransmitPdo::restart(Time now) noexcept {
   syncs_ = 0;
+  started_ = record_.sync_start() == 0;
   sent_ = false;
   requested_ = false;
   event_due_ = Time::max();
-  if (running() && !record_.synchronous()) request(now);
+  if (running() && record_.event_driven()) request(now);
 }
 
 can::Frame TransmitPdo::sample() const noexcept {
@@ -36,16 +37,23 @@ can::Frame TransmitPdo::sample() const noexcept {
     std::memcpy(frame.data.data() + frame.length, &object.entry->raw, object.bytes);
     frame.length = static_cast<std::uint8_t>(frame.length + object.bytes);
   }
+  frame.fd = record_.fd();
+  if (frame.fd) frame.length = fd_length(frame.length);
   return frame;
 }
 
-void TransmitPdo::transmit(Time now) noexcept {
+void TransmitPdo::take_sample() noexcept {
   last_ = sample();
+  record_.report();
+}
+
+void TransmitPdo::transmit(Time now) noexcept {
+  if (record_.type() != 252) take_sample();
   sent_ = true;
   requested_ = false;
   outbox_.replace(last_);
   allowed_from_ = now + record_.inhibit_time();
-  const bool timed = !record_.synchronous() && record_.event_time() > Time{};
+  const bool timed = record_.event_driven() && record_.event_time() > Time{};
   event_due_ = timed ? now + record_.event_time() : Time::max();
 }
 
@@ -57,22 +65,37 @@ void TransmitPdo::request(Time now) noexcept {
   }
 }
 
-void TransmitPdo::sync(Time now) noexcept {
-  if (!running() || !record_.synchronous()) return;
+void TransmitPdo::sync(std::uint8_t counter, Time now) noexcept {
+  if (!running()) return;
+  if (record_.type() == 252) {
+    take_sample();
+    sent_ = true;
+    return;
+  }
+  if (!record_.synchronous()) return;
   if (record_.type() == 0) {
     if (!sent_ || !(sample() == last_)) transmit(now);
-  } else if (++syncs_ >= record_.type()) {
+    return;
+  }
+  started_ = started_ || counter == 0 || counter == record_.sync_start();
+  if (started_ && ++syncs_ >= record_.type()) {
     syncs_ = 0;
     transmit(now);
   }
 }
 
+void TransmitPdo::close_window() noexcept {
+  if (running() && record_.synchronous()) outbox_.drop(record_.identifier());
+}
+
 void TransmitPdo::event(const Entry& entry, Time now) noexcept {
-  if (running() && !record_.synchronous() && record_.maps(entry)) request(now);
+  if (running() && record_.event_driven() && record_.maps(entry)) request(now);
 }
 
 void TransmitPdo::remote_request(std::uint32_t identifier, Time now) noexcept {
-  if (running() && record_.remote_allowed() && record_.identifier() == identifier) request(now);
+  if (!running() || !record_.remote_allowed() || record_.identifier() != identifier) return;
+  if (record_.type() == 252 && !sent_) return;  // no SYNC has come yet
+  request(now);
 }
 
 void TransmitPdo::advance(Time now) noexcept {

@@ -45,7 +45,7 @@ struct DriveSlot {
   int index;
 };
 
-std::vector<std::string> joint_names_of(const DeviceTable& devices, DeviceKind kind) {
+std::vector<std::string> names_of(const DeviceTable& devices, DeviceKind kind) {
   std::vector<std::string> names;
   for (const Bus& bus : devices.buses) {
     for (const Device& device : bus.devices) {
@@ -72,6 +72,7 @@ struct Plant::Impl {
   std::vector<HandDrive> hands;
   std::vector<DriveSlot> drives;
   std::vector<std::unique_ptr<WrenchProbe>> probes;
+  std::vector<std::unique_ptr<InertialProbe>> inertial_probes;
   std::vector<int> sub_steps;  // taken since the last step, a drive
   double time = 0;
 
@@ -85,7 +86,7 @@ struct Plant::Impl {
 
 void Plant::Impl::add_robot(const Scene& scene, const DeviceTable& devices) {
   std::vector<std::string> cuts;  // fixed joints that carry a force/torque frame with a body below it
-  for (const std::string& frame : joint_names_of(devices, DeviceKind::kForceTorque)) {
+  for (const std::string& frame : names_of(devices, DeviceKind::kForceTorque)) {
     const Link& link = robot->links[static_cast<std::size_t>(robot->link_index(frame))];
     if (link.parent_joint < 0) continue;
     const bool carries = std::any_of(robot->joints.begin(), robot->joints.end(), [&](const Joint& joint) {
@@ -93,8 +94,8 @@ void Plant::Impl::add_robot(const Scene& scene, const DeviceTable& devices) {
     });
     if (carries) cuts.push_back(robot->joints[static_cast<std::size_t>(link.parent_joint)].name);
   }
-  std::vector<std::string> frozen = joint_names_of(devices, DeviceKind::kHandDrive);
-  const std::vector<std::string> driven = joint_names_of(devices, DeviceKind::kJointDrive);
+  std::vector<std::string> frozen = names_of(devices, DeviceKind::kHandDrive);
+  const std::vector<std::string> driven = names_of(devices, DeviceKind::kJointDrive);
   for (const Joint& joint : robot->joints) {
     const bool moved = joint.mimic || std::find(driven.begin(), driven.end(), joint.name) != driven.end();
     if (joint.type != JointType::kFixed && !moved) frozen.push_back(joint.name);
@@ -127,7 +128,7 @@ void Plant::Impl::add_drives(const DeviceTable& devices,
                              const std::map<std::string, ActuatorParameters>& actuators) {
   for (const Bus& bus : devices.buses) {
     for (const Device& device : bus.devices) {
-      if (device.kind == DeviceKind::kForceTorque) continue;
+      if (device.kind == DeviceKind::kForceTorque || device.kind == DeviceKind::kInertialUnit) continue;
       const auto found = actuators.find(device.actuator);
       if (found == actuators.end()) {
         throw std::runtime_error("drive '" + device.name + "' has actuator class '" + device.actuator +
@@ -150,10 +151,14 @@ void Plant::Impl::add_drives(const DeviceTable& devices,
 }
 
 void Plant::Impl::add_probes(const DeviceTable& devices) {
-  for (const std::string& frame : joint_names_of(devices, DeviceKind::kForceTorque)) {
+  for (const std::string& frame : names_of(devices, DeviceKind::kForceTorque)) {
     const int link = robot->link_index(frame);
     probes.push_back(std::make_unique<WrenchProbe>(*body, link, body->tree().group_of(link)));
     world.add_probe(*probes.back());
+  }
+  for (const std::string& frame : names_of(devices, DeviceKind::kInertialUnit)) {
+    inertial_probes.push_back(std::make_unique<InertialProbe>(*body, robot->link_index(frame)));
+    world.add_probe(*inertial_probes.back());
   }
 }
 
@@ -281,6 +286,12 @@ int Plant::sensor_count() const { return static_cast<int>(impl_->probes.size());
 
 const Wrench& Plant::F_So_S(int sensor) const {
   return impl_->probes[static_cast<std::size_t>(sensor)]->F_So_S();
+}
+
+int Plant::inertial_count() const { return static_cast<int>(impl_->inertial_probes.size()); }
+
+const InertialMotion& Plant::inertial_motion(int unit) const {
+  return impl_->inertial_probes[static_cast<std::size_t>(unit)]->motion();
 }
 
 double Plant::time() const { return impl_->time; }

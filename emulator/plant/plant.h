@@ -8,6 +8,7 @@
 
 #include <Eigen/Geometry>
 
+#include "emulator/plant/inertial_motion.h"
 #include "emulator/plant/series_elastic_actuator.h"
 #include "urdf/device_table.h"
 #include "urdf/scene.h"
@@ -34,7 +35,8 @@ class Plant {
   static constexpr double kGravity = 9.81;  ///< m/s²
 
   /// Builds the world of `scene` around `robot`; `devices` tells which joints have which actuator class and
-  /// where force/torque sensors sit. Throws std::runtime_error when a class or frame is missing.
+  /// where force/torque sensors and inertial units sit. Throws std::runtime_error when a class or frame is
+  /// missing.
   Plant(const RobotModel& robot, const Scene& scene, const DeviceTable& devices,
         const std::map<std::string, ActuatorParameters>& actuators);
   ~Plant();
@@ -52,6 +54,10 @@ class Plant {
   /// Loads on the force/torque sensors in the order of the device table.
   [[nodiscard]] int sensor_count() const;
   [[nodiscard]] const Wrench& F_So_S(int sensor) const;
+
+  /// Motion of the inertial units in the order of the device table.
+  [[nodiscard]] int inertial_count() const;
+  [[nodiscard]] const InertialMotion& inertial_motion(int unit) const;
 
   // Ground truth.
   [[nodiscard]] double time() const;  ///< s

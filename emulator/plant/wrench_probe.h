@@ -7,6 +7,8 @@
 #include <Eigen/Geometry>
 #include <btBulletDynamicsCommon.h>
 
+#include "emulator/plant/group_motion.h"
+#include "emulator/plant/inertial_probe.h"
 #include "emulator/plant/multibody.h"
 #include "urdf/wrench.h"
 
@@ -31,12 +33,11 @@ class WrenchProbe {
   friend class PlantWorld;
   /// `before`: generalised velocity at the start of the step; the body holds that of its end.
   void measure(const std::vector<double>& before, double dt, const btVector3& gravity);
-  void accelerations(const std::vector<double>& before, double dt);
 
   const Multibody* body_;
   int sensor_link_;
-  std::vector<int> subtree_;                                      // Bullet link indices
-  std::vector<btVector3> angular_, angular_rate_, acceleration_;  // per group, world axes, of M
+  std::vector<int> subtree_;  // Bullet link indices
+  GroupMotion motion_;
   Wrench F_So_S_;
 };
 
@@ -46,6 +47,7 @@ class PlantWorld : public btMultiBodyDynamicsWorld {
   using btMultiBodyDynamicsWorld::btMultiBodyDynamicsWorld;
 
   void add_probe(WrenchProbe& probe) { probes_.push_back(&probe); }
+  void add_probe(InertialProbe& probe) { inertial_probes_.push_back(&probe); }
 
  protected:
   void solveExternalForces(btContactSolverInfo& info) override;
@@ -53,6 +55,7 @@ class PlantWorld : public btMultiBodyDynamicsWorld {
 
  private:
   std::vector<WrenchProbe*> probes_;
+  std::vector<InertialProbe*> inertial_probes_;
   std::map<const btMultiBody*, std::vector<double>> velocity_before_;
 };
 

@@ -40,7 +40,7 @@ void BM_PhysicsStep(benchmark::State& state) {
 }
 BENCHMARK(BM_PhysicsStep)->Unit(benchmark::kMicrosecond);
 
-/// One SYNC cycle (5 ms) of all 37 nodes on five buses with the driver layer at the other end, without
+/// One SYNC cycle (5 ms) of all 38 nodes on five buses with the driver layer at the other end, without
 /// physics.
 void BM_SyncCycle(benchmark::State& state) {
   const rigs::RobotFiles& f = files();

@@ -160,21 +160,14 @@ int run(const Options& options) {
     const bus::BusCounters counters = subject.buses[i]->counters();
     frames += counters.frames;
     const std::size_t nodes = files.devices.buses[i].devices.size();
-    const auto hands =
-        std::count_if(files.devices.buses[i].devices.begin(), files.devices.buses[i].devices.end(),
-                      [](const Device& d) { return d.kind == DeviceKind::kHandDrive; });
-    const std::uint64_t cyclic = nodes - static_cast<std::uint64_t>(hands);
-    const std::uint64_t divider = robot::Robot::kHandSyncDivider;
-    const std::uint64_t tpdo1_least = cycles * cyclic + cycles / divider * static_cast<std::uint64_t>(hands);
-    const std::uint64_t tpdo1_most = tpdo1_least + static_cast<std::uint64_t>(hands);
     report.require(witness.syncs == cycles, witness.name + ": " + std::to_string(witness.syncs) +
                                                 " SYNCs in " + std::to_string(cycles) + " cycles");
     report.require(witness.worst_sync_drift == Time{}, witness.name + ": SYNC off its grid by at most " +
                                                            std::to_string(witness.worst_sync_drift.count()) +
                                                            " ns");
-    report.require(witness.tpdo1 >= tpdo1_least && witness.tpdo1 <= tpdo1_most,
-                   witness.name + ": " + std::to_string(witness.tpdo1) + " TPDO1, expected " +
-                       std::to_string(tpdo1_least) + " to " + std::to_string(tpdo1_most));
+    report.require(witness.tpdo1 == cycles * nodes, witness.name + ": " + std::to_string(witness.tpdo1) +
+                                                        " TPDO1 of " + std::to_string(nodes) +
+                                                        " nodes, expected " + std::to_string(cycles * nodes));
     // Every node and the master beat ten times a second; a period may begin before and end after the run.
     const double beats = options.seconds * 10 * static_cast<double>(nodes + 1);
     report.require(std::abs(static_cast<double>(witness.heartbeats) - beats) <= 2.0 * (nodes + 1),

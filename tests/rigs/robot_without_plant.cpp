@@ -19,6 +19,15 @@ RobotWithoutPlant::RobotWithoutPlant(const RobotFiles& files) {
   for (const Bus& wiring : files.devices.buses) {
     buses_.push_back(std::make_unique<bus::CanBus>(wiring.name, wiring.interface));
     for (const Device& device : wiring.devices) {
+      if (device.kind == DeviceKind::kInertialUnit) {
+        nodes::InertialParameters p;
+        p.node_id = device.node_id;
+        p.name = device.name;
+        p.serial = device.node_id;
+        inertials_.push_back(std::make_unique<nodes::InertialNode>(p));
+        buses_.back()->attach(*inertials_.back());
+        continue;
+      }
       if (device.kind == DeviceKind::kForceTorque) {
         nodes::ForceTorqueParameters p;
         p.node_id = device.node_id;
@@ -33,8 +42,6 @@ RobotWithoutPlant::RobotWithoutPlant(const RobotFiles& files) {
       if (device.kind == DeviceKind::kJointDrive) {
         const Joint& joint =
             files.robot.joints[static_cast<std::size_t>(files.robot.joint_index(device.name))];
-        p.sync_divider = 1;
-        p.interpolation_ms = 5;
         p.lower = joint.limits.lower;
         p.upper = joint.limits.upper;
       }
@@ -59,6 +66,7 @@ void RobotWithoutPlant::advance(Time until) {
       for (std::size_t i = 0; i < drives_.size(); ++i) drives_[i]->control(readings_[i], kControlPeriod);
     }
     for (const auto& sensor : sensors_) sensor->sample(Wrench{});
+    for (const auto& inertial : inertials_) inertial->sample({});
   }
 }
 

@@ -8,6 +8,7 @@
 #include "emulator/bus/can_bus.h"
 #include "emulator/nodes/drive_node.h"
 #include "emulator/nodes/force_torque_node.h"
+#include "emulator/nodes/inertial_node.h"
 #include "urdf/device_table.h"
 #include "urdf/robot_model.h"
 #include "urdf/scene.h"
@@ -43,6 +44,7 @@ class RobotWithoutPlant {
   std::vector<std::unique_ptr<bus::CanBus>> buses_;
   std::vector<std::unique_ptr<nodes::DriveNode>> drives_;
   std::vector<std::unique_ptr<nodes::ForceTorqueNode>> sensors_;
+  std::vector<std::unique_ptr<nodes::InertialNode>> inertials_;
   std::vector<nodes::ServoFeedback> readings_;
   Time now_{};
 };

@@ -37,6 +37,15 @@ TEST_F(CandumpLogTest, LinesAreThoseOfCandump) {
   can::Frame extended(0x123, {0xAB});
   extended.extended = true;
   EXPECT_EQ(candump_line("can0", {Time{}, extended}), "(0000000000.000000) can0 00000123#AB\n");
+  can::Frame fd(0x181, {1, 2});
+  fd.fd = true;
+  EXPECT_EQ(candump_line("can0", {Time{}, fd}), "(0000000000.000000) can0 181##10102\n");
+  can::Frame error(0x004, {0, 0x08, 0, 0, 0, 0, 0x60, 0});
+  error.error = true;
+  EXPECT_EQ(candump_line("can0", {Time{}, error}), "(0000000000.000000) can0 20000004#0008000000006000\n");
+  // More than ten digits of seconds, the last microsecond before a second.
+  EXPECT_EQ(candump_line("can0", {Time(8'999'999'999'999'999'999), {0x080, {}}}),
+            "(8999999999.999999) can0 080#\n");
 }
 
 TEST_F(CandumpLogTest, ABatchIsWrittenInOrderOfTime) {

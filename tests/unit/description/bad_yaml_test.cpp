@@ -77,6 +77,11 @@ TEST_P(BadDevices, IsOneSentenceWithFileLineAndKey) {
 INSTANTIATE_TEST_SUITE_P(
     Files, BadDevices,
     ::testing::Values(
+        Bad{"bad_devices_bit_rate.yaml", 4, {"buses[0].bit_rate", "300000 bit/s", "1000000, 800000, 500000"}},
+        Bad{"bad_devices_bit_rate_high.yaml", 4, {"buses[0].bit_rate", "8000000000"}},
+        Bad{"bad_devices_fd_word.yaml", 4, {"buses[0].fd", "\"maybe\"", "true or false"}},
+        Bad{"bad_devices_data_rate_alone.yaml", 4, {"buses[0].data_bit_rate", "fd: true"}},
+        Bad{"bad_devices_data_rate.yaml", 5, {"buses[0].data_bit_rate", "3000000 bit/s", "5000000"}},
         Bad{"bad_devices_unknown_joint.yaml",
             5,
             {"buses[0].devices[0].joint", "no joint \"RElbow\"", "\"RElbj\""}},
@@ -88,7 +93,9 @@ INSTANTIATE_TEST_SUITE_P(
         Bad{"bad_devices_joint_twice.yaml", 6, {"\"RShSag\" has a device before"}},
         Bad{"bad_devices_interface_long.yaml", 3, {"interface", "expected at most 15"}},
         Bad{"bad_devices_two_kinds.yaml", 5, {"expected one of them"}},
-        Bad{"bad_devices_no_kind.yaml", 5, {"joint, hand, force_torque"}},
+        Bad{"bad_devices_no_kind.yaml", 5, {"joint, hand, force_torque, imu"}},
+        Bad{"bad_devices_imu_frame.yaml", 5, {"imu", "no frame \"imu_lnk\"", "\"imu_link\""}},
+        Bad{"bad_devices_imu_torque.yaml", 5, {"actuator", "a sensor has none"}},
         Bad{"bad_devices_sensor_torque.yaml", 5, {"rated_torque_mnm", "a sensor has none"}},
         Bad{"bad_devices_torque.yaml", 5, {"rated_torque_mnm", "\"0\""}},
         Bad{"bad_devices_empty.yaml", 4, {"devices", "empty"}}),

@@ -4,6 +4,8 @@
 
 #include <gtest/gtest.h>
 
+#include "drivers/can/restamped_interface.h"
+#include "tests/unit/drivers/layout_rig.h"
 #include "tests/unit/drivers/rig.h"
 
 namespace {
@@ -61,8 +63,8 @@ class UncountedInterface final : public can::Interface {
 class AllocationTest : public ::testing::Test {
  protected:
   void SetUp() override {
-    rig.robot =
-        std::make_unique<robot::Robot>(rig.model, rig.table, std::vector<can::Interface*>{&interface});
+    rig.robot = std::make_unique<robot::Robot>(rig.model, rig.table, std::vector<can::Interface*>{&interface},
+                                               rig.options);
     rig.script_all();
     ASSERT_TRUE(rig.boot());
     allocations = 0;
@@ -114,6 +116,50 @@ TEST_F(AllocationTest, NoneInAStop) {
   counting = false;
   EXPECT_EQ(allocations, 0);
 }
+
+class AllocationInLayout : public ::testing::TestWithParam<const char*> {};
+
+TEST_P(AllocationInLayout, NoneInTheCycle) {
+  LayoutRig rig(GetParam());
+  UncountedInterface rarm{rig.rarm}, torso{rig.torso};
+  can::RestampedInterface rarm_restamped{rarm}, torso_restamped{torso};
+  rig.robot = std::make_unique<robot::Robot>(
+      rig.model, rig.table, std::vector<can::Interface*>{&rarm_restamped, &torso_restamped}, rig.options);
+  bool booted = false;
+  for (int i = 0; i < 400 && !booted; ++i) {
+    rig.now += rig.options.cycle;
+    rig.rarm.tick(rig.now);
+    rig.torso.tick(rig.now);
+    rarm_restamped.set_time(rig.now);
+    torso_restamped.set_time(rig.now);
+    booted = rig.robot->boot(rig.now);
+  }
+  ASSERT_TRUE(booted);
+  const std::vector<robot::JointCommand> both{{0.3, 5}, {0.2, 0}};
+  allocations = 0;
+  bool settled = true;
+  for (int i = 0; i < 200; ++i) {
+    rig.now += rig.options.cycle;
+    rig.rarm.tick(rig.now);
+    rig.torso.tick(rig.now);
+    counting = true;
+    rarm_restamped.set_time(rig.now);
+    torso_restamped.set_time(rig.now);
+    rig.robot->read(rig.now);
+    rig.robot->write(both);
+    rig.robot->write_hand(0, 0.001 * i, 0.5);
+    rig.robot->sync(rig.now);
+    rig.robot->collect(rig.now);
+    settled = rig.robot->settled() && settled;
+    counting = false;
+  }
+  EXPECT_TRUE(settled);
+  EXPECT_FALSE(rig.robot->fault()) << rig.fault_text();
+  EXPECT_EQ(allocations, 0);
+}
+
+INSTANTIATE_TEST_SUITE_P(Layouts, AllocationInLayout, ::testing::Values("a", "b", "c", "d"),
+                         [](const auto& layout) { return std::string(layout.param); });
 
 }  // namespace
 }  // namespace walkman::test

@@ -116,8 +116,8 @@ TEST(Boot, MissingVendorIsNamed) {
 TEST(Boot, AbortIsNamed) {
   Rig rig;
   rig.sensor.expect("000#82 00").answer("712#00");
-  for (int i = 0; i < 3; ++i) rig.sensor.expect(kSensorConversation[i][0]).answer(kSensorConversation[i][1]);
-  rig.sensor.expect(kSensorConversation[3][0]).answer("592#80 32 61 01 00 00 02 06");
+  for (int i = 0; i < 4; ++i) rig.sensor.expect(kSensorConversation[i][0]).answer(kSensorConversation[i][1]);
+  rig.sensor.expect(kSensorConversation[4][0]).answer("592#80 32 61 01 00 00 02 06");
   EXPECT_EQ(
       boot_error(rig),
       "F/T sensor r_arm_ft (node 18 on can_rarm): SDO read of 6132h:1 (decimal digits of the process value) "

@@ -21,6 +21,7 @@ std::string text_of(const can::Frame& frame) {
   char buffer[8];
   std::snprintf(buffer, sizeof buffer, "%03X#", frame.id);
   std::string text = buffer;
+  if (frame.fd) text += "#";  // candump's "##" of an FD frame, without its flags
   for (int i = 0; i < frame.length; ++i) {
     std::snprintf(buffer, sizeof buffer, i == 0 ? "%02X" : " %02X",
                   frame.data.at(static_cast<std::size_t>(i)));
@@ -97,7 +98,7 @@ void FakeNode::hear(const can::Frame& sent, Time now) {
   }
   const bool nmt = sent.id == 0x000 && (sent.data[1] == 0 || sent.data[1] == id_);
   const bool sdo = sent.id == 0x600 + id_;
-  const bool rpdo = sent.id == 0x200 + id_ || sent.id == 0x300 + id_;
+  const bool rpdo = sent.id >= 0x200 && sent.id < 0x580 && (sent.id & 0x7FU) == id_;
   if (!nmt && !sdo && !rpdo) return;
   run(now);
   const bool waiting = !script_.empty();
@@ -129,7 +130,7 @@ std::vector<can::StampedFrame> FakeNode::take() {
 
 void FakeBus::collect() {
   std::vector<can::StampedFrame> batch;
-  for (FakeNode* node : nodes_) {
+  for (BusNode* node : nodes_) {
     for (const can::StampedFrame& stamped : node->take()) batch.push_back(stamped);
   }
   std::stable_sort(batch.begin(), batch.end(), [](const auto& a, const auto& b) {
@@ -145,14 +146,15 @@ void FakeBus::collect() {
 
 void FakeBus::tick(Time now) {
   now_ = now;
-  for (FakeNode* node : nodes_) node->tick(now);
+  for (BusNode* node : nodes_) node->tick(now);
   collect();
 }
 
 can::SendResult FakeBus::send(const can::Frame& frame) noexcept {
   if (result != can::SendResult::kQueued) return result;
+  if (frame.fd && !fd) return can::SendResult::kInvalid;
   sent.push_back(frame);
-  for (FakeNode* node : nodes_) node->hear(frame, now_);
+  for (BusNode* node : nodes_) node->hear(frame, now_);
   collect();
   return result;
 }

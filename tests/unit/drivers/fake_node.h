@@ -15,13 +15,24 @@ namespace walkman::test {
 /// "58B#" + bytes for function code 0x580 and node 11.
 [[nodiscard]] std::string cob(unsigned function_code, unsigned node, const std::string& bytes);
 
+/// Somebody on the fake bus.
+class BusNode {
+ public:
+  virtual ~BusNode() = default;
+  /// A frame the master sent.
+  virtual void hear(const can::Frame& sent, Time now) = 0;
+  virtual void tick(Time now) = 0;
+  /// Frames sent since the last call.
+  [[nodiscard]] virtual std::vector<can::StampedFrame> take() = 0;
+};
+
 /// A device that follows a script, written like a conversation:
 ///
 ///     node.expect("000#82 00").answer("70B#00").expect("60B#40 00 10 00 00 00 00 00").answer("58B#43 …");
 ///
 /// It hears NMT commands to it or to all, its SDO requests and its RPDOs. `expect` compares the next NMT or
 /// SDO frame; `await` skips all it hears until its frame comes. It knows no CANopen, only bytes.
-class FakeNode {
+class FakeNode : public BusNode {
  public:
   using Frames = std::vector<can::Frame>;
 
@@ -38,12 +49,10 @@ class FakeNode {
   /// From here on this frame comes once a period, the first at once.
   FakeNode& every(Time period, const std::string& text);
 
-  void hear(const can::Frame& sent, Time now);
+  void hear(const can::Frame& sent, Time now) override;
   /// Time goes on; `at` steps and periodic frames become due.
-  void tick(Time now);
-
-  /// Frames the node has sent since the last call.
-  [[nodiscard]] std::vector<can::StampedFrame> take();
+  void tick(Time now) override;
+  [[nodiscard]] std::vector<can::StampedFrame> take() override;
   [[nodiscard]] bool done() const { return script_.empty(); }
   [[nodiscard]] const std::vector<std::string>& complaints() const { return complaints_; }
 
@@ -83,18 +92,24 @@ class FakeBus final : public can::Interface {
  public:
   explicit FakeBus(std::string name) : name_(std::move(name)) {}
 
-  void attach(FakeNode& node) { nodes_.push_back(&node); }
+  void attach(BusNode& node) { nodes_.push_back(&node); }
   void tick(Time now);
   /// A frame out of nowhere.
   void inject(const can::Frame& frame, Time time) { received_.push_back({time, frame}); }
 
   [[nodiscard]] can::SendResult send(const can::Frame& frame) noexcept override;
   [[nodiscard]] bool receive(can::StampedFrame& out) noexcept override;
-  [[nodiscard]] std::uint64_t receive_overflows() const noexcept override { return 0; }
+  void flush() noexcept override { ++flushes; }
+  [[nodiscard]] can::LinkState link() const noexcept override { return state; }
+  [[nodiscard]] std::uint64_t receive_overflows() const noexcept override { return overflows; }
   [[nodiscard]] std::string_view name() const noexcept override { return name_; }
 
   std::vector<can::Frame> sent;  ///< everything the master sent
   can::SendResult result = can::SendResult::kQueued;
+  can::LinkState state = can::LinkState::kActive;
+  std::uint64_t overflows = 0;
+  int flushes = 0;
+  bool fd = false;  ///< carries FD frames
 
   /// Text of the sent frames with this identifier.
   [[nodiscard]] std::vector<std::string> sent_with(std::uint32_t id) const;
@@ -103,7 +118,7 @@ class FakeBus final : public can::Interface {
   void collect();
 
   std::string name_;
-  std::vector<FakeNode*> nodes_;
+  std::vector<BusNode*> nodes_;
   std::deque<can::StampedFrame> received_;
   Time now_{};
 };

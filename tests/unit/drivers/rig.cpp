@@ -1,5 +1,7 @@
 #include "tests/unit/drivers/rig.h"
 
+#include "drivers/canopen/factory_pdos.h"
+
 namespace walkman::test {
 namespace {
 
@@ -42,11 +44,14 @@ Rig::Rig() {
   model.name = "small_arm";
   add_joint("RShSag", -1.5, 1.5, 6.283, 120);
   add_joint("r_handj", 0, 5, 4, 5);
-  table.buses.push_back({"rarm",
-                         "can_rarm",
-                         {device(DeviceKind::kJointDrive, 11, "RShSag", 120000),
-                          device(DeviceKind::kForceTorque, 18, "r_arm_ft", 0),
-                          device(DeviceKind::kHandDrive, 19, "r_handj", 5000)}});
+  walkman::Bus arm;
+  arm.name = "rarm";
+  arm.interface = "can_rarm";
+  arm.devices = {device(DeviceKind::kJointDrive, 11, "RShSag", 120000),
+                 device(DeviceKind::kForceTorque, 18, "r_arm_ft", 0),
+                 device(DeviceKind::kHandDrive, 19, "r_handj", 5000)};
+  table.buses.push_back(arm);
+  options.layout.hand_drive = canopen::factory_drive_pdos(kHandSyncs);
   bus.attach(drive);
   bus.attach(sensor);
   bus.attach(hand);

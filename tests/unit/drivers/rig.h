@@ -66,6 +66,9 @@ inline constexpr const char* kDriveConversation[][2] = {
     {"60B#2B 72 60 00 E8 03 00 00", "58B#60 72 60 00 00 00 00 00"},  // max torque 1000 per mille
 };
 
+/// The hand's PDOs travel with every n-th SYNC: slower than the joints', so that both paces are tested.
+inline constexpr std::uint8_t kHandSyncs = 4;
+
 /// The same for the hand: node-ID 19, 5 000 mN·m, spring 50 N·m/rad, a set-point every fourth SYNC.
 inline constexpr const char* kHandConversation[][2] = {
     {"613#40 00 10 00 00 00 00 00", "593#43 00 10 00 92 01 02 00"},
@@ -85,6 +88,7 @@ inline constexpr const char* kSensorConversation[][2] = {
     {"612#40 00 10 00 00 00 00 00", "592#43 00 10 00 94 01 02 00"},
     {"612#40 18 10 01 00 00 00 00", "592#43 18 10 01 5A 02 00 00"},
     {"612#2B 17 10 00 64 00 00 00", "592#60 17 10 00 00 00 00 00"},
+    {"612#23 16 10 01 FA 00 7F 00", "592#60 16 10 01 00 00 00 00"},
     {"612#40 32 61 01 00 00 00 00", "592#4F 32 61 01 01 00 00 00"},
     {"612#40 32 61 02 00 00 00 00", "592#4F 32 61 02 01 00 00 00"},
     {"612#40 32 61 03 00 00 00 00", "592#4F 32 61 03 01 00 00 00"},

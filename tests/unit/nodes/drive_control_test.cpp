@@ -5,79 +5,12 @@
 #include <gtest/gtest.h>
 
 #include "emulator/nodes/hand_node.h"
-#include "tests/unit/nodes/conversation.h"
-#include "tests/unit/nodes/test_drive.h"
+#include "tests/unit/nodes/joint_rig.h"
 
 namespace walkman::nodes {
 namespace {
 
-constexpr double kStep = 0.00025;
-
-/// Motor, spring and link of one joint; the servo runs at 4 kHz, the mechanics ten times finer.
-struct Joint {
-  double motor = 0, motor_v = 0, link = 0, link_v = 0;
-  double link_inertia = 0.5, load = 0;
-  bool link_locked = false;
-
-  static double encoder(double angle) {
-    constexpr double kTick = 2 * std::numbers::pi / (1 << 20);
-    return std::round(angle / kTick) * kTick;
-  }
-  [[nodiscard]] ServoFeedback sense(const DriveParameters& p) const {
-    ServoFeedback f;
-    f.motor_position = encoder(motor);
-    f.link_position = encoder(link);
-    f.motor_velocity = std::round(motor_v / 1e-3) * 1e-3;
-    f.link_velocity = std::round(link_v / 1e-3) * 1e-3;
-    f.spring_torque = p.spring_constant * (f.motor_position - f.link_position);
-    return f;
-  }
-  void move(const DriveParameters& p, double torque, bool brake) {
-    constexpr int kFine = 10;
-    for (int i = 0; i < kFine; ++i) {
-      const double dt = kStep / kFine;
-      const double spring = p.spring_constant * (motor - link);
-      const double spring_and_friction = spring + 1.0 * (motor_v - link_v);
-      motor_v = brake ? 0 : motor_v + (torque - spring_and_friction) / p.motor_inertia * dt;
-      motor += motor_v * dt;
-      if (link_locked) continue;
-      link_v += (spring_and_friction + load - 2.0 * link_v) / link_inertia * dt;
-      link += link_v * dt;
-    }
-  }
-};
-
-struct DriveControlTest : testing::Test {
-  DriveControlTest() {
-    talk.listen(milliseconds(2));
-    run(0.001);
-    talk.ask("000#0105");
-  }
-  void run(double seconds) {
-    const int steps = static_cast<int>(std::lround(seconds / kStep));
-    for (int i = 0; i < steps; ++i) step();
-  }
-  void step() {
-    torque = node.control(joint.sense(p), kStep);
-    joint.move(p, torque, node.brake_engaged());
-  }
-  void enable(const std::string& mode = "08") {
-    for (const char* word : {"06", "07", "0F"}) talk.ask(std::string("205#") + word + "00" + mode + "0000");
-  }
-  void target(std::int32_t urad) {
-    char text[32];
-    const auto value = static_cast<std::uint32_t>(urad);
-    std::snprintf(text, sizeof text, "305#%02X%02X%02X%02X00000000", value & 0xFFU, value >> 8U & 0xFFU,
-                  value >> 16U & 0xFFU, value >> 24U);
-    talk.send(text);
-    talk.ask("080#");
-  }
-  DriveParameters p = test_drive();
-  DriveNode node{p};
-  Conversation talk{node};
-  Joint joint;
-  double torque = 0;
-};
+using DriveControlTest = JointRig;
 
 TEST_F(DriveControlTest, EnablingDoesNotMoveALoadedJoint) {
   joint.load = -20;

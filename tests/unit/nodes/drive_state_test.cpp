@@ -228,17 +228,34 @@ TEST_F(DriveStateTest, NmtStopAndResetTakeTheTorqueAway) {
 }
 
 TEST_F(DriveStateTest, ModesOfferedAreTheModesThatWork) {
-  for (const auto& [value, mode] :
-       {std::pair{"0A", cia402::Mode::kCyclicSynchronousTorque}, std::pair{"FF", cia402::Mode::kImpedance},
-        std::pair{"08", cia402::Mode::kCyclicSynchronousPosition}}) {
-    talk.ask(std::string("605#2F606000") + value + "000000");
-    EXPECT_EQ(node.mode(), mode);
+  // 6502h: bits 0 pp, 2 pv, 3 tq, 5 hm, 6 ip, 7 csp, 8 csv, 9 cst, 16 impedance.
+  EXPECT_THAT(talk.ask("605#4002650000000000"), ElementsAre("585#43026500ED030100"));
+  for (const char* value : {"01", "03", "04", "06", "07", "09", "0A", "FF", "08"}) {
+    EXPECT_THAT(talk.ask(std::string("605#2F606000") + value + "000000"),
+                ElementsAre("585#6060600000000000"));
+    EXPECT_THAT(talk.ask("605#4061600000000000"),
+                ElementsAre(std::string("585#4F616000") + value + "000000"));
   }
-  // Over PDO an unknown mode is ignored, 0 means no change.
-  talk.ask("205#0600030000");
-  EXPECT_EQ(node.mode(), cia402::Mode::kCyclicSynchronousPosition);
+  for (const char* value : {"02", "05", "0B", "FE"}) {
+    EXPECT_THAT(talk.ask(std::string("605#2F606000") + value + "000000"),
+                ElementsAre("585#8060600030000906"));
+    // Over PDO an unknown mode is ignored, 0 means no change.
+    talk.ask(std::string("205#0600") + value + "0000");
+    EXPECT_EQ(node.mode(), cia402::Mode::kCyclicSynchronousPosition);
+  }
   talk.ask("205#0600000000");
   EXPECT_EQ(node.mode(), cia402::Mode::kCyclicSynchronousPosition);
+}
+
+TEST_F(DriveStateTest, ANewModeWaitsForTheEndOfAQuickStop) {
+  go_to(State::kQuickStopActive);  // 605Ah = 6: stays there
+  talk.ask("605#2F60600003000000");
+  run(20);
+  EXPECT_THAT(talk.ask("605#4060600000000000"), ElementsAre("585#4F60600003000000"));
+  EXPECT_THAT(talk.ask("605#4061600000000000"), ElementsAre("585#4F61600008000000"));
+  talk.ask("605#2B4060000F000000");
+  EXPECT_EQ(node.state(), State::kOperationEnabled);
+  EXPECT_THAT(talk.ask("605#4061600000000000"), ElementsAre("585#4F61600003000000"));
 }
 
 }  // namespace

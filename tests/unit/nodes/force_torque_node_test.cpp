@@ -110,10 +110,12 @@ TEST_F(ForceTorqueNodeTest, NotANumberAndOffAreInvalid) {
   talk.ask("000#0112");
   sample(10, 0, 0, 0, 0, 0);
   sample(std::numeric_limits<double>::quiet_NaN(), 0, 0, 0, 0, 0);
-  EXPECT_THAT(talk.ask("080#"), ElementsAre("192#6400000000000200", "292#00000000000001"));
+  EXPECT_THAT(talk.ask("080#"),
+              ElementsAre("092#02FF810000000000", "192#6400000000000200", "292#00000000000001"));
   talk.ask("612#2F12610200000000");
   sample(0, 7, 0, 0, 0, 0);
-  EXPECT_THAT(talk.ask("080#"), ElementsAre("192#0000000000000300", "292#00000000000001"));
+  EXPECT_THAT(talk.ask("080#"),
+              ElementsAre("092#0000000000000000", "192#0000000000000300", "292#00000000000001"));
 }
 
 TEST_F(ForceTorqueNodeTest, LowPassHasItsTimeConstant) {
@@ -124,6 +126,79 @@ TEST_F(ForceTorqueNodeTest, LowPassHasItsTimeConstant) {
   for (int i = 0; i < 20; ++i) sample(0, 0, 1000, 0, 0, 0);
   EXPECT_NEAR(real(0x6130, 3), 1000 * (1 - std::exp(-1.0)), 0.01);
   EXPECT_FLOAT_EQ(real(0x6130, 1), 0);
+}
+
+TEST_F(ForceTorqueNodeTest, ScalingZeroAndTareAddUp) {
+  sample(100, 0, 0, 0, 0, 0);
+  // Factor 2 (40000000h), scaling offset -30 (C1F00000h), input offset 5 (40A00000h): 2 x 100 - 30 + 5.
+  EXPECT_THAT(talk.ask("612#2326610100000040"), ElementsAre("592#6026610100000000"));
+  EXPECT_THAT(talk.ask("612#232761010000F0C1"), ElementsAre("592#6027610100000000"));
+  EXPECT_THAT(talk.ask("612#232461010000A040"), ElementsAre("592#6024610100000000"));
+  EXPECT_FLOAT_EQ(real(0x6100, 1), 100);
+  EXPECT_FLOAT_EQ(real(0x6130, 1), 175);
+  EXPECT_FLOAT_EQ(real(0x6140, 1), 175);
+  EXPECT_THAT(talk.ask("612#4000710100000000"), ElementsAre("592#4B007101E8030000"));  // 1000
+  EXPECT_THAT(talk.ask("612#4030710100000000"), ElementsAre("592#4B307101D6060000"));  // 1750
+  EXPECT_THAT(talk.ask("612#4030910100000000"), ElementsAre("592#43309101D6060000"));
+  // Zero: the input offset takes what is left; tare on top of it.
+  EXPECT_THAT(talk.ask("612#2325610174617261"), ElementsAre("592#8025610130000906"));
+  EXPECT_THAT(talk.ask("612#232561017A65726F"), ElementsAre("592#6025610100000000"));
+  EXPECT_FLOAT_EQ(real(0x6124, 1), -170);
+  EXPECT_FLOAT_EQ(real(0x6130, 1), 0);
+  sample(110, 0, 0, 0, 0, 0);
+  EXPECT_FLOAT_EQ(real(0x6130, 1), 20);
+  EXPECT_THAT(talk.ask("612#2339610174617261"), ElementsAre("592#6039610100000000"));
+  EXPECT_FLOAT_EQ(real(0x6138, 1), 20);
+  EXPECT_FLOAT_EQ(real(0x6130, 1), 0);
+  EXPECT_THAT(talk.ask("612#2326610100000000"), ElementsAre("592#8026610130000906"));  // factor 0
+  EXPECT_THAT(talk.ask("612#232661010000C07F"), ElementsAre("592#8026610130000906"));  // not a number
+  EXPECT_THAT(talk.ask("612#4025610100000000"), ElementsAre("592#8025610101000106"));
+}
+
+TEST_F(ForceTorqueNodeTest, EventsOfDeltaAndLimitsSendEventDrivenPdos) {
+  // TPDO1 on events; delta 5 N (40A00000h) on Fx, limits -20 N (C1A00000h) and 30 N (41F00000h) on Fz.
+  for (const char* request : {"612#23001801920100C0", "612#2F001802FF000000", "612#2300180192010040",
+                              "612#233361010000A040", "612#233461030000A0C1", "612#233561030000F041"}) {
+    EXPECT_EQ(talk.ask(request).at(0).substr(4, 2), "60") << request;
+  }
+  EXPECT_THAT(talk.ask("612#2334610300007042"), ElementsAre("592#8034610336000906"));  // 60 above 30
+  EXPECT_THAT(talk.ask("612#233361010000A0C0"), ElementsAre("592#8033610130000906"));  // -5
+  EXPECT_THAT(talk.ask("000#0112"), ElementsAre("192#0000000000000000"));
+  const auto heard = [&] { return talk.listen(milliseconds(2)); };
+  sample(4, 0, 0, 0, 0, 0);
+  EXPECT_THAT(heard(), testing::IsEmpty());
+  sample(5.5, 0, 0, 0, 0, 0);  // more than 5 N from 0
+  EXPECT_THAT(heard(), ElementsAre("192#3700000000000200"));
+  sample(1, 0, 0, 0, 0, 0);
+  EXPECT_THAT(heard(), testing::IsEmpty());
+  sample(5, 0, 31, 0, 0, 0);  // above the upper limit
+  EXPECT_THAT(heard(), ElementsAre("192#3200000036010400"));
+  sample(5, 0, 40, 0, 0, 0);
+  EXPECT_THAT(heard(), testing::IsEmpty());
+  sample(5, 0, -21, 0, 0, 0);  // below the lower
+  EXPECT_THAT(heard(), ElementsAre("192#320000002EFF0600"));
+  sample(5, 0, 0, 0, 0, 0);
+  EXPECT_THAT(heard(), ElementsAre("192#3200000000000700"));
+}
+
+TEST_F(ForceTorqueNodeTest, ASensorWithoutAReadingReportsAFault) {
+  talk.ask("000#0112");
+  sample(0, 0, 0, 0, std::numeric_limits<double>::infinity(), 0);
+  EXPECT_THAT(talk.listen(milliseconds(2)), ElementsAre("092#02FF810000000000"));
+  sample(0, 0, 0, 0, 0, 0);
+  EXPECT_THAT(talk.listen(milliseconds(2)), ElementsAre("092#0000000000000000"));
+  // A channel that is off has no reading to miss.
+  talk.ask("612#2F12610500000000");
+  sample(0, 0, 0, 0, std::numeric_limits<double>::infinity(), 0);
+  EXPECT_THAT(talk.listen(milliseconds(2)), testing::IsEmpty());
+}
+
+TEST_F(ForceTorqueNodeTest, DescribesItsChannels) {
+  EXPECT_THAT(talk.ask("612#4010610100000000"), ElementsAre("592#4B10610110270000"));  // 10000
+  EXPECT_THAT(talk.ask("612#4010610600000000"), ElementsAre("592#4B10610611270000"));
+  EXPECT_THAT(talk.ask("612#4014610100000000"), ElementsAre("592#43146101E8030000"));  // 1000 us
+  EXPECT_FLOAT_EQ(real(0x6148, 3), -2000);
+  EXPECT_FLOAT_EQ(real(0x6149, 6), 25);
 }
 
 struct NoisyForceTorqueNodeTest : ForceTorqueNodeTest {

@@ -39,7 +39,7 @@ TEST(ObjectDictionary, HooksMayRefuse) {
   EXPECT_EQ(value.get(), 1);
   EXPECT_EQ(d.write(*d.find(0x2000, 0), bytes({4})), std::nullopt);
   EXPECT_EQ(value.get(), 4);
-  d.restore_defaults(0x2000, 0x2FFF);
+  d.power_on(0x2000, 0x2FFF);
   EXPECT_EQ(value.get(), 1);
 }
 

@@ -23,7 +23,7 @@ TEST_F(SdoServerTest, ExpeditedUploadOfEverySize) {
   EXPECT_THAT(talk.ask("605#4017100000000000"), ElementsAre("585#4B17100000000000"));  // u16
   EXPECT_THAT(talk.ask("605#4001100000000000"), ElementsAre("585#4F01100000000000"));  // u8
   EXPECT_THAT(talk.ask("605#4002650000000000"),
-              ElementsAre("585#4302650080020100"));  // supported modes 10280h
+              ElementsAre("585#43026500ED030100"));  // supported modes 10280h
 }
 
 TEST_F(SdoServerTest, ExpeditedDownloadWithAndWithoutSize) {
@@ -60,16 +60,38 @@ TEST_F(SdoServerTest, AbortCodes) {
   EXPECT_THAT(talk.ask("605#2300100000000000"), ElementsAre("585#8000100002000106"));  // read-only
   EXPECT_THAT(talk.ask("605#2B10200100000000"), ElementsAre("585#8010200113000706"));  // too short
   EXPECT_THAT(talk.ask("605#2317100000000000"), ElementsAre("585#8017100012000706"));  // too long
-  EXPECT_THAT(talk.ask("605#2F60600003000000"), ElementsAre("585#8060600030000906"));  // mode not offered
+  EXPECT_THAT(talk.ask("605#2F60600002000000"), ElementsAre("585#8060600030000906"));  // mode not offered
   EXPECT_THAT(talk.ask("605#2F29100103000000"), ElementsAre("585#8029100131000906"));  // too high
   EXPECT_THAT(talk.ask("605#4003100100000000"),
               ElementsAre("585#8003100124000008"));  // no error in the history
   EXPECT_THAT(talk.ask("605#2F03100001000000"), ElementsAre("585#8003100030000906"));
   EXPECT_THAT(talk.ask("605#237D60024039D2FF"),
               ElementsAre("585#807D600236000906"));  // upper below lower limit
-  EXPECT_THAT(talk.ask("605#C600100010000000"), ElementsAre("585#8000100001000405"));  // block download
-  EXPECT_THAT(talk.ask("605#A408100010000000"), ElementsAre("585#8008100001000405"));  // block upload
   EXPECT_THAT(talk.ask("605#2108100040000000"), ElementsAre("585#8008100002000106"));
+}
+
+TEST_F(SdoServerTest, SegmentedTransferOfAString) {
+  // 2060h, the user note, is empty at first: one segment without data.
+  EXPECT_THAT(talk.ask("605#4060200000000000"), ElementsAre("585#4160200000000000"));
+  EXPECT_THAT(talk.ask("605#6000000000000000"), ElementsAre("585#0F00000000000000"));
+  // "bench 7" with its size, "hi!" without.
+  EXPECT_THAT(talk.ask("605#2160200007000000"), ElementsAre("585#6060200000000000"));
+  EXPECT_THAT(talk.ask("605#0162656E63682037"), ElementsAre("585#2000000000000000"));
+  EXPECT_THAT(talk.ask("605#4060200000000000"), ElementsAre("585#4160200007000000"));
+  EXPECT_THAT(talk.ask("605#6000000000000000"), ElementsAre("585#0162656E63682037"));
+  EXPECT_THAT(talk.ask("605#2060200000000000"), ElementsAre("585#6060200000000000"));
+  EXPECT_THAT(talk.ask("605#0968692100000000"), ElementsAre("585#2000000000000000"));
+  EXPECT_THAT(talk.ask("605#4060200000000000"), ElementsAre("585#4760200068692100"));
+}
+
+TEST_F(SdoServerTest, LengthsAreJudgedBeforeAndAfterASegmentedDownload) {
+  EXPECT_THAT(talk.ask("605#2110200105000000"), ElementsAre("585#8010200112000706"));
+  EXPECT_THAT(talk.ask("605#2110200103000000"), ElementsAre("585#8010200113000706"));
+  EXPECT_THAT(talk.ask("605#2160200001040000"), ElementsAre("585#8060200012000706"));  // 1025 bytes
+  talk.ask("605#2160200007000000");
+  EXPECT_THAT(talk.ask("605#0962656E63000000"), ElementsAre("585#8060200010000706"));  // 3 of 7 bytes
+  talk.ask("605#2160200002000000");
+  EXPECT_THAT(talk.ask("605#0BC3A40000000000"), ElementsAre("585#8060200030000906"));  // not ASCII
 }
 
 TEST_F(SdoServerTest, WrongToggleEndsTheTransfer) {

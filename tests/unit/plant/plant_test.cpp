@@ -34,7 +34,7 @@ class WholePlant : public ::testing::Test {
     int index = 0;
     for (const Bus& bus : devices_.buses) {
       for (const Device& device : bus.devices) {
-        if (device.kind == DeviceKind::kForceTorque) continue;
+        if (device.actuator.empty()) continue;  // a sensor
         if (device.name == name) return index;
         ++index;
       }
@@ -76,6 +76,56 @@ TEST_F(WholePlant, ArmsAtRestWeighTheirHands) {
   for (const int wrist : {0, 1}) {
     EXPECT_NEAR(plant->F_So_S(wrist).force.norm(), 1.2 * kGravity, 0.02 * 1.2 * kGravity);
   }
+}
+
+TEST_F(WholePlant, TheInertialUnitOfAPelvisThatStandsStillFeelsGravity) {
+  const auto plant = build();
+  ASSERT_EQ(plant->inertial_count(), 1);
+  run(*plant, 20, drive("RElbj"), 5);
+  const InertialMotion& motion = plant->inertial_motion(0);
+  // The scene's pelvis is upright; the unit lies in its axes.
+  EXPECT_NEAR((motion.specific_force_S - Eigen::Vector3d(0, 0, kGravity)).norm(), 0, 1e-9);
+  EXPECT_NEAR(motion.angular_velocity_S.norm(), 0, 1e-12);
+  const Eigen::Matrix3d R_WS = plant->X_WL(robot_.link_index("imu_link")).linear();
+  EXPECT_NEAR((motion.q_WS.toRotationMatrix() - R_WS).norm(), 0, 1e-12);
+}
+
+TEST_F(WholePlant, AnInertialUnitOnAMovingHandFeelsWhatItsPathSays) {
+  Device unit;
+  unit.kind = DeviceKind::kInertialUnit;
+  unit.node_id = 92;
+  unit.name = "RSoftHandLink";
+  devices_.buses[1].devices.push_back(unit);
+  const auto plant = build();
+  const int link = robot_.link_index("RSoftHandLink");
+  run(*plant, 40, drive("RElbj"), 30);
+  std::vector<Eigen::Isometry3d> path;
+  std::vector<InertialMotion> felt;
+  for (int i = 0; i < 100; ++i) {
+    run(*plant, 1, drive("RElbj"), 30);
+    path.push_back(plant->X_WL(link));
+    felt.push_back(plant->inertial_motion(1));
+  }
+  double fastest = 0, hardest = 0, worst_force = 0, worst_rate = 0;
+  for (std::size_t i = 1; i + 1 < path.size(); ++i) {
+    const double dt = Plant::kStep;
+    const Eigen::Matrix3d R_SW = path[i].linear().transpose();
+    const Eigen::Vector3d acceleration =
+        (path[i + 1].translation() - 2 * path[i].translation() + path[i - 1].translation()) / (dt * dt);
+    const Eigen::Vector3d force = R_SW * (acceleration + Eigen::Vector3d(0, 0, kGravity));
+    const Eigen::AngleAxisd turned(Eigen::Matrix3d(path[i - 1].linear().transpose() * path[i].linear()));
+    const Eigen::Vector3d rate = turned.angle() / dt * turned.axis();
+    worst_force = std::max(worst_force, (felt[i].specific_force_S - force).norm());
+    worst_rate = std::max(worst_rate, (felt[i].angular_velocity_S - rate).norm());
+    fastest = std::max(fastest, rate.norm());
+    hardest = std::max(hardest, acceleration.norm());
+    EXPECT_NEAR((felt[i].q_WS.toRotationMatrix() - path[i].linear()).norm(), 0, 1e-12);
+  }
+  EXPECT_GT(fastest, 2);   // rad/s
+  EXPECT_GT(hardest, 10);  // m/s^2
+  // First order in the step.
+  EXPECT_LT(worst_force, 0.01 * hardest);
+  EXPECT_LT(worst_rate, 0.001 * fastest);
 }
 
 TEST_F(WholePlant, TendonPullsWithTheMotorsTorqueOverThePulleysRadius) {

@@ -1,0 +1,58 @@
+#include "apps/emulate/door_set.h"
+
+#include <stdexcept>
+
+#include <fmt/format.h>
+
+#include "apps/exit_code.h"
+#include "urdf/nearest_name.h"
+
+namespace walkman::apps {
+namespace {
+
+bus::CanBus& bus_named(Emulation& emulation, const std::string& name) {
+  std::vector<std::string> known;
+  for (bus::CanBus* bus : emulation.emulator().buses()) {
+    if (bus->name() == name) return *bus;
+    known.push_back(bus->name());
+  }
+  throw std::runtime_error(fmt::format("--slcan: no bus '{}', expected one of {}{}", name,
+                                       fmt::join(known, ", "), did_you_mean(name, known)));
+}
+
+template <typename Door>
+void attach(Emulation& emulation, Door& door) {
+  emulation.attach(
+      door.descriptor(), [&door] { door.service(); }, [&door] { door.service(); });
+}
+
+}  // namespace
+
+DoorSet::DoorSet(Emulation& emulation, const DoorOptions& options) {
+  if (options.socketcand) {
+    doors::SocketcandOptions settings;
+    settings.port = *options.socketcand;
+    const std::vector<bus::CanBus*> buses = emulation.emulator().buses();
+    try {
+      socketcand_ = std::make_unique<doors::SocketcandServer>(buses, settings);
+    } catch (const std::runtime_error& e) {
+      throw EnvironmentError(e.what());
+    }
+    attach(emulation, *socketcand_);
+    addresses_ += fmt::format("socketcand: {}:{}\n", settings.address, socketcand_->port());
+  }
+  for (const std::string& item : options.slcan) {
+    const std::size_t equals = item.find('=');
+    bus::CanBus& bus = bus_named(emulation, item.substr(0, equals));
+    const std::string link = equals == std::string::npos ? "" : item.substr(equals + 1);
+    try {
+      slcan_.push_back(std::make_unique<doors::SlcanPort>(bus, link));
+    } catch (const std::runtime_error& e) {
+      throw EnvironmentError(e.what());
+    }
+    attach(emulation, *slcan_.back());
+    addresses_ += fmt::format("slcan {}: {}\n", bus.name(), link.empty() ? slcan_.back()->terminal() : link);
+  }
+}
+
+}  // namespace walkman::apps

@@ -1,0 +1,35 @@
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "apps/emulate/emulation.h"
+#include "emulator/doors/slcan_port.h"
+#include "emulator/doors/socketcand_server.h"
+
+namespace walkman::apps {
+
+struct DoorOptions {
+  std::optional<std::uint16_t> socketcand;  ///< port on 127.0.0.1; 0: any free one
+  std::vector<std::string> slcan;           ///< "rarm=/tmp/ttyRARM"; without "=...": no symbolic link
+};
+
+/// The ways into an emulation's buses for tools without CAN support in the kernel.
+class DoorSet {
+ public:
+  /// Opens the doors and attaches them to `emulation`, which must outlive them. Throws std::runtime_error for
+  /// a bus that is not there, EnvironmentError for a port or terminal that cannot be had.
+  DoorSet(Emulation& emulation, const DoorOptions& options);
+
+  /// Where they are, a line each.
+  [[nodiscard]] const std::string& addresses() const noexcept { return addresses_; }
+
+ private:
+  std::unique_ptr<doors::SocketcandServer> socketcand_;
+  std::vector<std::unique_ptr<doors::SlcanPort>> slcan_;
+  std::string addresses_;
+};
+
+}  // namespace walkman::apps

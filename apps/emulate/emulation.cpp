@@ -1,0 +1,238 @@
+#include "apps/emulate/emulation.h"
+
+#include <cstdio>
+#include <stdexcept>
+
+#include "apps/exit_code.h"
+#include "apps/frame_log.h"
+#include "apps/stop_signals.h"
+#include "emulator/clock/host_clock.h"
+#include "emulator/clock/lockstep_pacer.h"
+#include "emulator/clock/real_time_pacer.h"
+
+namespace walkman::apps {
+namespace {
+
+constexpr Time kRestartAfter = std::chrono::milliseconds(100);
+constexpr Time kHousekeeping = std::chrono::milliseconds(200);
+
+double seconds(Time time) { return std::chrono::duration<double>(time).count(); }
+
+}  // namespace
+
+struct Emulation::Impl {
+  explicit Impl(const EmulationOptions& given);
+
+  /// One bus that is plugged into an interface of the kernel.
+  struct Port {
+    Port(bus::CanBus& bus, std::unique_ptr<can::SocketCan> opened)
+        : socket(std::move(opened)), bridge(bus, *socket) {}
+    std::unique_ptr<can::SocketCan> socket;
+    bus::Bridge bridge;
+    int watched = -1;
+    std::uint64_t generation = 0;
+    bool readable = false;
+  };
+
+  void open_ports();
+  void open_camera();
+  void watch(Port& port);
+  void keep_house(Time wall);
+  void moved();
+  [[nodiscard]] bool over() const { return world.emulator.buses_now() >= options.duration; }
+  [[nodiscard]] std::vector<bus::Bridge*> bridges();
+  [[nodiscard]] clock::PacerEvents events();
+  void run_lockstep(const std::function<void()>& progress);
+  void run_real_time(const std::function<void()>& progress);
+
+  EmulationOptions options;
+  EmulatedWorld world;
+  clock::EventLoop loop;
+  std::vector<std::unique_ptr<Port>> ports;
+  std::vector<std::function<void()>> doors;  // told when the buses have moved
+  std::unique_ptr<FrameLog> log;
+  std::unique_ptr<CloudServer> camera;
+  std::unique_ptr<clock::LockstepPacer> lockstep;
+  std::unique_ptr<clock::RealTimePacer> real_time;
+  bool stop = false;
+  Time began{}, ended{}, housekept{};
+};
+
+Emulation::Impl::Impl(const EmulationOptions& given) : options(given), world(given.world) {
+  open_ports();
+  if (!options.log.empty()) log = std::make_unique<FrameLog>(options.log, world.emulator);
+  open_camera();
+  if (options.pacing == camera::Pacing::kLockstep) {
+    lockstep = std::make_unique<clock::LockstepPacer>(world.emulator, bridges(), options.period, events());
+  } else {
+    real_time =
+        std::make_unique<clock::RealTimePacer>(world.emulator, bridges(), options.world.bus_timing, events());
+  }
+}
+
+void Emulation::Impl::open_ports() {
+  const std::vector<bus::CanBus*> buses = world.emulator.buses();
+  for (const CanAssignment& assignment : parse_can_map(options.can, world.devices)) {
+    ports.push_back(std::make_unique<Port>(*buses[assignment.bus],
+                                           open_can(assignment.interface_name, can::device_side_options())));
+    // Programs on a virtual interface see the controller's state, and have no `ip link` to restart it.
+    bus::ControllerOptions controller;
+    controller.reports = bus::ErrorReports::kStates;
+    controller.restart_after = kRestartAfter;
+    buses[assignment.bus]->computer_end().configure(controller);
+    watch(*ports.back());
+  }
+}
+
+void Emulation::Impl::open_camera() {
+  CloudServer::Settings settings;
+  const bool named = !options.camera_socket.empty();
+  settings.path = named ? options.camera_socket : camera::default_camera_socket();
+  settings.period = options.period;
+  settings.pacing = options.pacing;
+  try {
+    camera = std::make_unique<CloudServer>(settings, world.emulator.camera());
+  } catch (const std::runtime_error& e) {
+    if (named) throw EnvironmentError(e.what());
+    std::fprintf(stderr, "walkman-hil: %s; going on without the camera\n", e.what());
+  }
+}
+
+void Emulation::Impl::watch(Port& port) {
+  if (port.watched >= 0) loop.remove(port.watched);
+  port.watched = port.socket->descriptor();
+  port.generation = port.socket->generation();
+  loop.add(port.watched, [&port] { port.readable = true; });
+}
+
+/// An interface that is down or gone is looked at now and then; one that came back has a new socket.
+void Emulation::Impl::keep_house(Time wall) {
+  housekept = wall;
+  for (const auto& port : ports) {
+    if (port->socket->link() == can::LinkState::kDown) port->readable = true;
+    if (port->socket->generation() != port->generation) watch(*port);
+  }
+}
+
+void Emulation::Impl::moved() {
+  if (log) log->commit();
+  for (const auto& door : doors) door();
+}
+
+std::vector<bus::Bridge*> Emulation::Impl::bridges() {
+  std::vector<bus::Bridge*> all;
+  for (const auto& port : ports) all.push_back(&port->bridge);
+  return all;
+}
+
+clock::PacerEvents Emulation::Impl::events() {
+  clock::PacerEvents events;
+  events.moved = [this] { moved(); };
+  events.published_at = [this](Time now) {
+    if (camera) camera->publish(now);
+  };
+  return events;
+}
+
+void Emulation::Impl::run_lockstep(const std::function<void()>& progress) {
+  lockstep->start();
+  Time wall = began;
+  while (!stop && !over()) {
+    loop.wait(std::clamp(lockstep->wake_at(wall) - wall, Time{}, kHousekeeping));
+    wall = clock::host_now();
+    bool arrived = false;
+    for (std::size_t i = 0; i < ports.size(); ++i) {
+      if (!ports[i]->readable) continue;
+      ports[i]->readable = false;
+      lockstep->receive(i, wall);
+      arrived = true;
+    }
+    // The quiet is over only if nothing came since it was waited for.
+    lockstep->run(arrived ? Time{} : wall);
+    if (wall - housekept < kHousekeeping) continue;
+    keep_house(wall);
+    progress();
+  }
+  for (std::size_t i = 0; i < ports.size(); ++i) lockstep->receive(i, wall);
+  lockstep->finish();
+}
+
+void Emulation::Impl::run_real_time(const std::function<void()>& progress) {
+  real_time->start(began);
+  Time wall = began;
+  while (!stop && !over()) {
+    loop.wait(std::max(Time{}, real_time->wake_at() - wall));
+    wall = clock::host_now();
+    for (std::size_t i = 0; i < ports.size(); ++i) {
+      if (!ports[i]->readable) continue;
+      ports[i]->readable = false;
+      real_time->note_arrival(i);
+    }
+    real_time->run(wall);
+    if (wall - housekept < kHousekeeping) continue;
+    keep_house(wall);
+    progress();
+  }
+}
+
+Emulation::Emulation(const EmulationOptions& options) : impl_(std::make_unique<Impl>(options)) {}
+
+Emulation::~Emulation() = default;
+
+Emulator& Emulation::emulator() { return impl_->world.emulator; }
+
+void Emulation::attach(int descriptor, std::function<void()> on_readable, std::function<void()> on_moved) {
+  impl_->loop.add(descriptor, std::move(on_readable));
+  impl_->doors.push_back(std::move(on_moved));
+}
+
+void Emulation::run(StopSignals& signals, const std::function<void()>& progress) {
+  impl_->began = impl_->housekept = clock::host_now();
+  impl_->loop.add(signals.descriptor(), [this, &signals] { impl_->stop = signals.arrived(); });
+  if (impl_->lockstep) {
+    impl_->run_lockstep(progress);
+  } else {
+    impl_->run_real_time(progress);
+  }
+  impl_->loop.remove(signals.descriptor());
+  impl_->ended = clock::host_now();
+}
+
+EmulationSummary Emulation::summary() const {
+  Impl& self = *impl_;
+  EmulationSummary out;
+  const Time wall = self.ended == Time{} ? clock::host_now() : self.ended;
+  out.pacing = self.options.pacing;
+  out.emulated_seconds = seconds(self.world.emulator.buses_now());
+  out.wall_seconds = seconds(wall - self.began);
+  if (self.lockstep) {
+    out.cycles = self.lockstep->cycles();
+  } else {
+    out.lateness = self.real_time->lateness();
+    out.behind_seconds = seconds(self.real_time->behind(wall));
+  }
+  if (self.camera) out.clouds = self.camera->served();
+  for (bus::CanBus* bus : self.world.emulator.buses()) {
+    BusSummary summary;
+    summary.name = bus->name();
+    summary.bus = bus->counters();
+    summary.load_now = bus->load();
+    if (out.emulated_seconds > 0) {
+      summary.load = seconds(summary.bus.busy) / out.emulated_seconds;
+    }
+    for (const auto& port : self.ports) {
+      if (&port->bridge.bus() != bus) continue;
+      summary.interface_name = std::string(port->socket->name());
+      summary.bridge = port->bridge.counters();
+      summary.receive_overflows = port->socket->receive_overflows();
+    }
+    out.buses.push_back(std::move(summary));
+  }
+  return out;
+}
+
+void Emulation::finish_log() {
+  if (impl_->log) impl_->log->finish();
+}
+
+}  // namespace walkman::apps

@@ -1,0 +1,83 @@
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "apps/can_map.h"
+#include "apps/emulated_world.h"
+#include "emulator/bus/bridge.h"
+#include "emulator/clock/event_loop.h"
+#include "emulator/clock/real_time_schedule.h"
+#include "emulator/cloud_server.h"
+
+namespace walkman::apps {
+
+class FrameLog;
+class StopSignals;
+
+struct EmulationOptions {
+  WorldOptions world;
+  std::string can;  ///< "torso=vcan0,rarm=vcan1"; the buses left out are emulated too, and served by nobody
+  camera::Pacing pacing = camera::Pacing::kRealTime;
+  Time period = std::chrono::milliseconds(5);  ///< of SYNC, in lock-step
+  std::filesystem::path log;                   ///< of every bus; none when empty
+  std::string camera_socket;                   ///< the default one when empty
+  Time duration = Time::max();                 ///< emulated; without end by default
+};
+
+/// What one bus has carried.
+struct BusSummary {
+  std::string name;
+  std::string interface_name;  ///< of the kernel; empty for one that is served by nobody
+  bus::BusCounters bus;
+  bus::BridgeCounters bridge;
+  std::uint64_t receive_overflows = 0;  ///< frames the kernel lost before they were read
+  double load = 0;                      ///< mean over the run, 0..1
+  double load_now = 0;                  ///< over the last second
+};
+
+struct EmulationSummary {
+  camera::Pacing pacing{};
+  double emulated_seconds = 0;
+  double wall_seconds = 0;
+  std::uint64_t cycles = 0;   ///< lock-step: SYNCs
+  clock::Lateness lateness;   ///< real time
+  double behind_seconds = 0;  ///< real time: of the emulated clock at the end
+  std::uint64_t clouds = 0;
+  std::vector<BusSummary> buses;
+};
+
+/// The emulated robot as one process on the kernel's CAN bus: all buses, bridges for those that are mapped,
+/// the camera's socket, a log, and the clock that moves them.
+class Emulation {
+ public:
+  /// Throws std::runtime_error for input that does not fit, EnvironmentError for an interface or socket that
+  /// is not there.
+  explicit Emulation(const EmulationOptions& options);
+  ~Emulation();
+  Emulation(const Emulation&) = delete;
+  Emulation& operator=(const Emulation&) = delete;
+
+  [[nodiscard]] Emulator& emulator();
+
+  /// One more door to the buses: `on_readable` is called when `descriptor` is, `on_moved` each time the buses
+  /// have come to a later instant, to hand out what they carried. Frames enter through an end of its own
+  /// (`CanBus::add_end`).
+  void attach(int descriptor, std::function<void()> on_readable, std::function<void()> on_moved);
+
+  /// Runs until a signal comes or the duration is over. `progress` about five times a second.
+  void run(StopSignals& signals, const std::function<void()>& progress);
+
+  [[nodiscard]] EmulationSummary summary() const;
+
+  /// Brings the log to its file. Throws std::runtime_error when any of it could not be written.
+  void finish_log();
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace walkman::apps

@@ -1,0 +1,142 @@
+#include "apps/grasp/grasp_run.h"
+
+#include <stdexcept>
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include "apps/can_map.h"
+#include "apps/exit_code.h"
+#include "apps/grasp/lockstep_cycle.h"
+#include "apps/grasp/master_bus.h"
+#include "apps/grasp/real_time_cycle.h"
+#include "apps/stop_signals.h"
+#include "drivers/camera/socket_camera.h"
+#include "urdf/scene.h"
+
+namespace walkman::apps {
+namespace {
+
+double seconds(Time t) { return std::chrono::duration<double>(t).count(); }
+
+MasterBuses open_buses(const std::string& can, const DeviceTable& devices) {
+  const std::vector<CanAssignment> assignments = parse_can_map(can, devices);
+  std::vector<std::string> missing;
+  for (std::size_t i = 0; i < devices.buses.size(); ++i) {
+    bool found = false;
+    for (const CanAssignment& assignment : assignments) found = found || assignment.bus == i;
+    if (!found) missing.push_back(devices.buses[i].name);
+  }
+  if (!missing.empty()) {
+    throw std::runtime_error(fmt::format(
+        "--can: no interface for {}, expected one for every bus of the robot", fmt::join(missing, ", ")));
+  }
+  MasterBuses buses;
+  for (const CanAssignment& assignment : assignments) {
+    buses.push_back(std::make_unique<MasterBus>(open_can(assignment.interface_name, {})));
+  }
+  return buses;
+}
+
+std::unique_ptr<camera::SocketCamera> open_camera(const std::string& path, std::function<Time()> now) {
+  try {
+    return std::make_unique<camera::SocketCamera>(path.empty() ? camera::default_camera_socket() : path,
+                                                  std::move(now));
+  } catch (const std::runtime_error& e) {
+    throw EnvironmentError(e.what());
+  }
+}
+
+/// Passes on what the pipeline learns.
+class Watcher : public regrasp::Observer {
+ public:
+  Watcher(const GraspEvents& events, GraspResult& result) : events_(events), result_(result) {}
+
+  void on_phase(std::string_view phase, Time now) override {
+    phase_ = phase;
+    report(now);
+  }
+  void on_cycle(Time now, const Wrench&, const Eigen::Isometry3d&) override { report(now); }
+  void on_weighed(const regrasp::Weighing& weighing) override {
+    result_.weighings.push_back(weighing);
+    if (events_.weighed) events_.weighed(weighing);
+  }
+
+ private:
+  void report(Time now) {
+    if (!began_) began_ = now;
+    result_.seconds = seconds(now - *began_);
+    if (events_.cycle) events_.cycle(phase_, result_.seconds);
+  }
+
+  const GraspEvents& events_;
+  GraspResult& result_;
+  std::string phase_;
+  std::optional<Time> began_;
+};
+
+camera::Pacing agreed_pacing(const GraspOptions& options, const camera::Hello& hello) {
+  const camera::Pacing pacing = options.pacing.value_or(hello.pacing);
+  if (pacing == hello.pacing) return pacing;
+  throw std::runtime_error(pacing == camera::Pacing::kLockstep
+                               ? "--lockstep: the emulator runs in real time, expected both alike"
+                               : "--realtime: the emulator runs in lock-step, expected both alike");
+}
+
+}  // namespace
+
+GraspResult run_grasp(const GraspOptions& options, StopSignals& signals, const GraspEvents& events) {
+  const Scene scene = load_scene(options.scene);
+  const RobotModel model = load_robot_model(scene.robot_urdf);
+  const DeviceTable devices = load_device_table(scene.device_table, model);
+  const regrasp::Parameters parameters = regrasp::load_parameters(options.parameters);
+  robot::RobotOptions robot_options;
+  if (!options.layout.empty()) robot_options.layout = robot::load_pdo_layout(options.layout);
+  MasterBuses buses = open_buses(options.can, devices);
+
+  std::unique_ptr<KernelLockstepCycle> lockstep;
+  std::unique_ptr<KernelRealTimeCycle> real_time;
+  const auto camera =
+      open_camera(options.camera_socket, [&] { return lockstep ? lockstep->now() : real_time->now(); });
+  GraspResult result;
+  result.pacing = agreed_pacing(options, camera->hello());
+  const bool is_lockstep = result.pacing == camera::Pacing::kLockstep;
+
+  std::vector<can::Interface*> interfaces;
+  for (const auto& bus : buses) {
+    interfaces.push_back(is_lockstep ? static_cast<can::Interface*>(&bus->restamped) : bus->socket.get());
+  }
+  if (is_lockstep) robot_options.cycle = camera->hello().period;
+  robot::Robot robot(model, devices, interfaces, robot_options);
+  const auto interrupted = [&] { return signals.arrived(); };
+  if (is_lockstep) {
+    lockstep = std::make_unique<KernelLockstepCycle>(robot, buses, robot_options.cycle, interrupted);
+  } else {
+    real_time = std::make_unique<KernelRealTimeCycle>(buses, robot_options.cycle, interrupted);
+    camera->set_waiting(camera::SocketCamera::Waiting::kPoll);
+  }
+  robot::Cycle& cycle = is_lockstep ? static_cast<robot::Cycle&>(*lockstep) : *real_time;
+
+  Watcher watcher(events, result);
+  try {
+    regrasp::Regrasp method(
+        model, robot, cycle, *camera, parameters, watcher,
+        is_lockstep ? regrasp::Thinking::kBetweenCycles : regrasp::Thinking::kWhileHolding);
+    const regrasp::Report report = method.run();
+    result.outcome = to_string(report.ending);
+    result.done = report.ending != regrasp::Ending::kRegraspLimit;
+  } catch (const std::exception& stop) {
+    result.outcome = "stopped";
+    result.reason = stop.what();
+  }
+  // Quick stop and NMT stop, and a SYNC behind them: in lock-step it is what makes them happen.
+  robot.stop();
+  robot.sync(lockstep ? lockstep->now() : real_time->now());
+  for (const auto& bus : buses) bus->socket->flush();
+  if (lockstep) result.incomplete = lockstep->incomplete();
+  if (real_time) result.overruns = real_time->overruns();
+  result.counters = robot.counters();
+  return result;
+}
+
+}  // namespace walkman::apps

@@ -1,0 +1,51 @@
+#pragma once
+
+#include <filesystem>
+#include <functional>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "adaptation/regrasp/regrasp.h"
+#include "drivers/camera/cloud_message.h"
+#include "drivers/robot/robot.h"
+
+namespace walkman::apps {
+
+class StopSignals;
+
+struct GraspOptions {
+  std::filesystem::path scene;  ///< its robot and device table; where objects lie is not looked at
+  std::filesystem::path parameters;
+  std::filesystem::path layout;          ///< PDO layout; the devices' factory mapping when empty
+  std::string can;                       ///< every bus: "torso=vcan0,rarm=vcan1,..."
+  std::string camera_socket;             ///< the default one when empty
+  std::optional<camera::Pacing> pacing;  ///< that of the camera's server if not given
+};
+
+struct GraspResult {
+  bool done = false;    ///< the method came to its end with the object in the hand
+  std::string outcome;  ///< how it ended, in the words of the experiments: "minimum torque", "stopped", ...
+  std::string reason;   ///< of a stop
+  camera::Pacing pacing{};
+  double seconds = 0;            ///< on the master's clock
+  std::uint64_t overruns = 0;    ///< real time: cycles begun too late
+  std::uint64_t incomplete = 0;  ///< lock-step: cycles in which not everything came
+  std::vector<regrasp::Weighing> weighings;
+  robot::Counters counters;
+};
+
+/// Told while the method runs.
+struct GraspEvents {
+  std::function<void(std::string_view phase, double seconds)> cycle;
+  std::function<void(const regrasp::Weighing&)> weighed;
+};
+
+/// Runs the method against whatever robot is on the kernel's CAN interfaces. Knows the drivers, the camera's
+/// socket and the robot's description, nothing of an emulator.
+/// Throws std::runtime_error for input that does not fit, EnvironmentError for an interface or socket that is
+/// not there; what goes wrong on the run is a result.
+[[nodiscard]] GraspResult run_grasp(const GraspOptions& options, StopSignals& signals,
+                                    const GraspEvents& events);
+
+}  // namespace walkman::apps

@@ -1,0 +1,39 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <filesystem>
+#include <map>
+#include <string>
+
+#include "apps/emulated_world.h"
+
+namespace walkman::apps {
+
+struct ReplayOptions {
+  std::filesystem::path log;
+  WorldOptions world;
+  std::map<std::string, std::string> interfaces;  ///< the log's name of an interface → a bus's name
+};
+
+/// How the answers of the nodes compare with those in the log, each with the n-th of the same identifier on
+/// the same bus.
+struct ReplayResult {
+  std::uint64_t given = 0;      ///< frames of the master that were played
+  std::uint64_t equal = 0;      ///< answers with the same bytes
+  std::uint64_t different = 0;  ///< answers with other bytes
+  std::uint64_t missing = 0;    ///< in the log only
+  std::uint64_t extra = 0;      ///< in the replay only
+  Time latest{};                ///< largest difference in time between equal answers
+  std::string first;            ///< the first difference, for people; empty if there is none
+  double seconds = 0;           ///< emulated
+
+  [[nodiscard]] bool same() const { return different == 0 && missing == 0 && extra == 0; }
+};
+
+/// Plays what the computer sent, as a log has it, to a freshly powered-on emulated robot on the embedded bus,
+/// and compares what the robot answers. Each frame is offered to the bus so that it can begin when it began
+/// in the log. Throws std::runtime_error for a log or scene that does not fit: file, line, what was found.
+[[nodiscard]] ReplayResult replay_into_emulator(const ReplayOptions& options);
+
+}  // namespace walkman::apps

@@ -1,0 +1,60 @@
+#include "apps/replay/kernel_replay.h"
+
+#include <chrono>
+#include <memory>
+#include <optional>
+#include <thread>
+
+#include "apps/can_map.h"
+#include "apps/replay/master_frames.h"
+#include "apps/stop_signals.h"
+#include "emulator/bus/candump_reader.h"
+
+namespace walkman::apps {
+namespace {
+
+using Wall = std::chrono::steady_clock;
+
+constexpr auto kLongestSleep = std::chrono::milliseconds(100);  // between two looks for a signal
+constexpr auto kRetry = std::chrono::milliseconds(1);
+
+}  // namespace
+
+KernelReplayResult replay_onto_kernel(const KernelReplayOptions& options, StopSignals& signals) {
+  bus::CandumpReader reader(options.log);
+  std::map<std::string, std::unique_ptr<can::SocketCan>> ends;
+  for (const auto& [logged, interface] : options.interfaces) ends[logged] = open_can(interface, {});
+
+  KernelReplayResult result;
+  const Wall::time_point began = Wall::now();
+  std::optional<Time> first;
+  bus::LoggedFrame logged;
+  while (reader.next(logged) && !signals.arrived()) {
+    const auto end = ends.find(logged.interface_name);
+    const can::Frame& frame = logged.stamped.frame;
+    if (end == ends.end() || frame.error || (options.master_only && !is_from_master(frame))) {
+      ++result.skipped;
+      continue;
+    }
+    if (!first) first = logged.stamped.time;
+    if (options.speed > 0) {
+      const std::chrono::duration<double, std::nano> offset(
+          static_cast<double>((logged.stamped.time - *first).count()) / options.speed);
+      const Wall::time_point due = began + std::chrono::duration_cast<Wall::duration>(offset);
+      while (Wall::now() < due && !signals.arrived()) {
+        std::this_thread::sleep_until(std::min(due, Wall::now() + kLongestSleep));
+      }
+    }
+    can::SendResult sent = end->second->send(frame);
+    while (sent == can::SendResult::kQueueFull && !signals.arrived()) {
+      std::this_thread::sleep_for(kRetry);
+      sent = end->second->send(frame);
+    }
+    end->second->flush();
+    ++(sent == can::SendResult::kQueued ? result.sent : result.refused);
+  }
+  result.seconds = std::chrono::duration<double>(Wall::now() - began).count();
+  return result;
+}
+
+}  // namespace walkman::apps

@@ -1,0 +1,78 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "drivers/canopen/pdo_settings.h"
+
+namespace walkman::cia402 {
+
+/// What a field of a drive's PDO is to the driver.
+enum class DriveValue : std::uint8_t {
+  // TPDO
+  kStatusword,
+  kModeDisplay,
+  kTorque,
+  kPosition,
+  kVelocity,
+  kErrorCode,
+  kTemperature,
+  kCycleCounter,
+  // RPDO
+  kControlword,
+  kMode,
+  kTargetTorque,
+  kTargetPosition,
+  kTargetVelocity,
+  kTorqueOffset,
+  kMaxTorque,
+  kKept,  ///< of no use here: what the drive had at boot is sent back
+};
+
+/// One value and its place in a PDO's bytes.
+struct DriveField {
+  DriveValue value{};
+  std::uint8_t offset = 0;
+  std::uint8_t bytes = 0;
+  std::uint8_t kept = 0;  ///< number among `DrivePdos::kept`
+};
+
+/// Where a drive's values lie in its PDOs, worked out once from the mapping so that the cycle only copies
+/// bytes.
+class DrivePdos {
+ public:
+  /// Throws std::runtime_error with one sentence: the mapping lacks what the driver needs (6040h and 607Ah;
+  /// 6041h, 6064h and 6077h in TPDOs that come with SYNC), an object has another size than CiA 402 gives it,
+  /// or the PDOs that go with SYNC go with different ones.
+  explicit DrivePdos(const canopen::DevicePdos& pdos);
+
+  [[nodiscard]] std::span<const DriveField> transmit(int number) const noexcept {
+    return transmit_[static_cast<std::size_t>(number - 1)];
+  }
+  /// Empty for an RPDO that is off.
+  [[nodiscard]] std::span<const DriveField> receive(int number) const noexcept {
+    return receive_[static_cast<std::size_t>(number - 1)];
+  }
+  [[nodiscard]] bool has(DriveValue value) const noexcept {
+    return (present_ >> static_cast<unsigned>(value) & 1U) != 0;
+  }
+  /// The PDOs travel with every n-th SYNC.
+  [[nodiscard]] int sync_divider() const noexcept { return sync_divider_; }
+  /// Mapped objects the driver has no value for.
+  [[nodiscard]] const std::vector<canopen::MappedObject>& kept() const noexcept { return kept_; }
+
+ private:
+  void take(canopen::PdoDirection direction, const canopen::PdoSettings& settings,
+            std::vector<DriveField>& fields);
+  void check_dividers(const canopen::DevicePdos& pdos);
+  void check_presence(const canopen::DevicePdos& pdos) const;
+
+  std::array<std::vector<DriveField>, 4> transmit_, receive_;
+  std::vector<canopen::MappedObject> kept_;
+  std::uint32_t present_ = 0;
+  int sync_divider_ = 1;
+};
+
+}  // namespace walkman::cia402

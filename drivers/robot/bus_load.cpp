@@ -1,0 +1,99 @@
+#include "drivers/robot/bus_load.h"
+
+#include <cmath>
+#include <stdexcept>
+
+#include <fmt/format.h>
+
+#include "drivers/can/fd_length.h"
+
+namespace walkman::robot {
+namespace {
+
+constexpr std::size_t kClassicalBytes = 8;
+constexpr std::size_t kFdShortCrcBytes = 16;
+
+double seconds(Time time) { return std::chrono::duration<double>(time).count(); }
+
+/// Bus time of one direction's PDOs: what goes with every SYNC, and what goes by timers a second.
+struct Traffic {
+  double frames = 0;     // a cycle
+  double cyclic = 0;     // s a cycle
+  double by_events = 0;  // s a second
+};
+
+void add(Traffic& traffic, const std::array<canopen::PdoSettings, 4>& pdos, bool commands, const Bus& bus) {
+  double pace = 1;
+  for (const canopen::PdoSettings& pdo : pdos) {
+    if (pdo.cyclic()) pace = 1.0 / pdo.type;
+  }
+  for (const canopen::PdoSettings& pdo : pdos) {
+    if (!pdo.enabled) continue;
+    const double time = seconds(worst_frame_time(pdo.bytes(), bus.bit_rate, bus.data_bit_rate));
+    // The master sends a drive's commands together, whether they take effect at SYNC or at once.
+    if (pdo.cyclic() || commands) {
+      traffic.frames += pace;
+      traffic.cyclic += pace * time;
+    } else if (pdo.event_ms.value_or(0) > 0) {
+      traffic.by_events += time * 1000 / *pdo.event_ms;
+    }
+  }
+}
+
+}  // namespace
+
+Time worst_frame_time(std::size_t bytes, std::uint32_t bit_rate, std::uint32_t data_bit_rate) {
+  double time = 0;
+  if (bytes <= kClassicalBytes) {
+    // Start of frame to CRC sequence is stuffed; delimiters, acknowledgement, end and intermission are not.
+    const std::size_t stuffed = 34 + 8 * bytes;
+    time = static_cast<double>(stuffed + (stuffed - 1) / 4 + 13) / bit_rate;
+  } else {
+    const std::size_t padded = can::fd_length(bytes);
+    const std::size_t dynamic = 1 + 4 + 8 * padded;
+    const std::size_t crc = padded <= kFdShortCrcBytes ? 17 + 6 : 21 + 7;
+    const std::size_t data_bits = dynamic + dynamic / 4 + 4 + crc + 1;
+    constexpr std::size_t kNominalBits = 17 + 4 + 12;
+    time = static_cast<double>(kNominalBits) / bit_rate + static_cast<double>(data_bits) / data_bit_rate;
+  }
+  return Time(std::llround(time * 1e9));
+}
+
+std::vector<BusLoad> bus_loads(const DeviceTable& table, const PdoLayout& layout, Time cycle,
+                               Time heartbeat) {
+  std::vector<BusLoad> loads;
+  for (const Bus& bus : table.buses) {
+    Traffic traffic;
+    traffic.frames = 1;
+    traffic.cyclic = seconds(worst_frame_time(0, bus.bit_rate, bus.data_bit_rate));
+    for (const Device& device : bus.devices) {
+      const canopen::DevicePdos& pdos = layout.of(device.kind);
+      add(traffic, pdos.receive, true, bus);
+      add(traffic, pdos.transmit, false, bus);
+    }
+    const auto beats = static_cast<double>(bus.devices.size() + 1) / seconds(heartbeat);
+    traffic.by_events += beats * seconds(worst_frame_time(1, bus.bit_rate, bus.data_bit_rate));
+    BusLoad load;
+    load.bus = bus.name;
+    load.frames = static_cast<int>(std::lround(traffic.frames));
+    load.cyclic = Time(std::llround(traffic.cyclic * 1e9));
+    load.load = traffic.cyclic / seconds(cycle);
+    load.with_events = load.load + traffic.by_events;
+    load.highest_rate_hz = static_cast<int>(std::floor(1 / traffic.cyclic));
+    loads.push_back(load);
+  }
+  return loads;
+}
+
+void require_capacity(const DeviceTable& table, const PdoLayout& layout, Time cycle) {
+  for (const BusLoad& load : bus_loads(table, layout, cycle, std::chrono::milliseconds(100))) {
+    if (load.load <= 1) continue;
+    throw std::runtime_error(fmt::format(
+        "bus {}: overload, the {} frames of a cycle in layout {} need up to {} us of {} us ({:.0f} %), "
+        "expected at most {} Hz",
+        load.bus, load.frames, layout.name, load.cyclic.count() / 1000, cycle.count() / 1000, 100 * load.load,
+        load.highest_rate_hz));
+  }
+}
+
+}  // namespace walkman::robot

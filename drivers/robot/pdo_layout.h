@@ -1,0 +1,28 @@
+#pragma once
+
+#include <filesystem>
+#include <string>
+
+#include "drivers/canopen/pdo_settings.h"
+#include "urdf/device_table.h"
+
+namespace walkman::robot {
+
+/// Which values travel in which PDOs, for every kind of device (docs/protocol.md has the layouts this robot
+/// uses).
+struct PdoLayout {
+  std::string name;
+  bool fd = false;  ///< PDOs may exceed 8 bytes and then travel in CAN FD frames
+  canopen::DevicePdos joint_drive, hand_drive, force_torque, imu;
+
+  [[nodiscard]] const canopen::DevicePdos& of(DeviceKind kind) const noexcept;
+};
+
+/// The devices' factory mapping, layout A: nothing is written to them.
+[[nodiscard]] PdoLayout factory_layout();
+
+/// Reads a layout from a YAML file (`drivers/robot/pdo_layouts/`); the master writes it to the nodes at boot.
+/// Throws std::runtime_error with file, line, place, what was found and what was expected.
+[[nodiscard]] PdoLayout load_pdo_layout(const std::filesystem::path& yaml_file);
+
+}  // namespace walkman::robot

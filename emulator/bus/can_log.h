@@ -1,0 +1,60 @@
+#pragma once
+
+#include <filesystem>
+#include <fstream>
+#include <memory>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "drivers/can/frame.h"
+
+namespace walkman::bus {
+
+/// A file of the frames of one or more buses, in order of time. Times are those of the emulated clock; a
+/// frame's is the end of its last bit.
+class CanLog {
+ public:
+  virtual ~CanLog() = default;
+  CanLog(const CanLog&) = delete;
+  CanLog& operator=(const CanLog&) = delete;
+
+  /// Adds a frame, or a controller's error report, to the present batch. `interface_name` must stay valid
+  /// until `commit`.
+  void write(std::string_view interface_name, const can::StampedFrame& frame) {
+    batch_.push_back({interface_name, frame});
+  }
+
+  /// Writes the batch in order of time; frames of the same time in the order they came. To be called when
+  /// every bus has reached the same instant, so that the whole file is in order. Does not report errors:
+  /// `flush` does.
+  void commit();
+
+  /// Commits and brings everything to the file. Throws std::runtime_error when anything so far could not be
+  /// written.
+  void flush();
+
+ protected:
+  /// Creates or truncates the file. Throws std::runtime_error with the file and the system's reason.
+  explicit CanLog(std::filesystem::path file);
+
+  virtual void put(std::string_view interface_name, const can::StampedFrame& frame) = 0;
+  [[nodiscard]] std::ostream& stream() noexcept { return stream_; }
+
+ private:
+  struct Record {
+    std::string_view interface_name;
+    can::StampedFrame frame;
+  };
+
+  std::filesystem::path file_;
+  std::ofstream stream_;
+  std::vector<Record> batch_;
+  std::vector<std::pair<Time, std::size_t>> order_;  // by time, then by place in the batch
+};
+
+/// The log that the file's suffix asks for: ".log" the text of `candump -L`, ".pcapng" a capture for
+/// Wireshark. Throws std::runtime_error for any other suffix, or when the file cannot be created.
+[[nodiscard]] std::unique_ptr<CanLog> open_can_log(const std::filesystem::path& file);
+
+}  // namespace walkman::bus

@@ -1,0 +1,31 @@
+#pragma once
+
+#include "drivers/can/frame.h"
+#include "emulator/bus/fault_confinement.h"
+#include "emulator/bus/wire_bits.h"
+
+namespace walkman::bus {
+
+/// What a controller saw go wrong on the bus.
+struct BusError {
+  enum class Kind { kBit, kStuff, kForm, kNoAcknowledge };
+  Kind kind = Kind::kBit;
+  bool sending = false;  ///< in a frame of its own
+  unsigned level = 0;    ///< kBit of a sender: what the bus showed instead of the bit it sent
+  FrameField field = FrameField::kStartOfFrame;
+};
+
+/// Error frames as SocketCAN reports them (linux/can/error.h), 8 bytes, the counters in bytes 6 (transmit)
+/// and 7 (receive).
+
+/// Class "protocol violation, bus error", or without an acknowledgement that class as well.
+[[nodiscard]] can::Frame bus_error_report(const BusError& error, const FaultConfinement& controller) noexcept;
+
+/// The state that has just been entered: class "controller" with warning, passive or active again of the
+/// counter that is higher; class "bus-off".
+[[nodiscard]] can::Frame state_report(const FaultConfinement& controller) noexcept;
+
+/// Class "restarted": bus-off is over.
+[[nodiscard]] can::Frame restart_report() noexcept;
+
+}  // namespace walkman::bus

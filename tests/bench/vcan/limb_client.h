@@ -1,0 +1,41 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+
+#include "tests/bench/vcan/bus_socket.h"
+
+namespace walkman::bench {
+
+/// The right arm's nodes by their node-IDs: joints 11 to 17, wrist sensor 18, hand 19.
+constexpr std::array<int, 9> kNodes{11, 12, 13, 14, 15, 16, 17, 18, 19};
+constexpr int kDrive = 11;
+constexpr int kHand = 19;
+
+/// What a master says to the limb, byte by byte.
+class LimbClient {
+ public:
+  explicit LimbClient(BusSocket& bus) : bus_(bus) {}
+
+  /// Resets all nodes and waits for their boot-up messages; throws std::runtime_error if one is missing for
+  /// `seconds`. `alive` may throw to end the waiting.
+  void boot(double seconds, const std::function<void()>& alive);
+  void start(int node);
+  /// The hand answers every SYNC like the others.
+  void hand_answers_every_sync();
+  /// One expedited upload of the statusword; throws on an abort.
+  void upload_statusword(int node);
+  /// One SYNC and the wait for `count` TPDO1 and TPDO2 of any node.
+  void sync_and_await(int count);
+
+ private:
+  void write(int node, int index, int sub, int size, std::uint32_t value);
+  void await_sdo(int node, int expected);
+
+  BusSocket& bus_;
+};
+
+/// TPDO1 or TPDO2 of a node of the limb.
+bool is_cyclic_tpdo(const can_frame& frame);
+
+}  // namespace walkman::bench

@@ -1,0 +1,151 @@
+"""The product's own master and what befalls it: killed, a node that reboots, bus-off, an interface down or made again,
+a receive queue that overflows. In lock-step, so that nothing depends on how busy the host is."""
+import functools
+import os
+import signal
+import struct
+import time
+
+import drive
+from can_socket import Bus
+from checks import equal, test, that, within
+from limb import RESET_NODE
+from robot import MASTER, RIGHT_ARM, Robot, ip
+from sdo import Sdo
+
+OWN_PROCESSES = True
+PERIOD_MS = 5
+
+
+def with_robot(function):
+    @functools.wraps(function)
+    def run(under_test):
+        robot = Robot(under_test)
+        try:
+            robot.start_master()
+            robot.running()
+            note = function(robot)
+            robot.emulator.alive()
+        finally:
+            status = robot.stop()
+        equal(status, 0, "exit status of the emulator")
+        return note
+    return run
+
+
+@test(seconds=240)
+@with_robot
+def killed_master_and_the_drives_stop(robot):
+    """kill -9: the arm's drives quick-stop by their heartbeat consumer, within its time and one cycle. From the kill
+    on, SYNC is the test's: a cycle of 5 ms each."""
+    robot.master.process.send_signal(signal.SIGKILL)
+    robot.master.process.wait()
+    robot.master = None
+    since_beat = 0
+    while (frame := robot.arm.receive(0.3)) is not None:  # what it still sent, in order
+        robot.note(frame)
+        if frame.id == 0x700 + MASTER:
+            since_beat = 0
+        elif frame.id == 0x080:
+            since_beat += 1
+    that(robot.all_enabled(), f"states before the loss: {[drive.state(word) for word in robot.words.values()]}")
+    buses = [Bus(f"vcan{at}", filters=[]) for at in range(5)]
+    first_sign, lost, configured = {}, {}, 250
+    for cycle in range(since_beat + 1, since_beat + 101):
+        for bus in buses:
+            bus.send(0x080)
+        began = time.monotonic()
+        while time.monotonic() - began < 0.5:
+            frame = robot.arm.receive(0.03)
+            if frame is None:
+                break
+            robot.note(frame)
+            node = frame.id & 0x7F
+            if frame.id & 0x780 == 0x180 and node in RIGHT_ARM and drive.state(robot.words[node]) != "operation enabled":
+                first_sign.setdefault(node, (cycle, drive.state(robot.words[node])))
+            if frame.id & 0x780 == 0x080 and node in RIGHT_ARM and struct.unpack_from("<H", frame.data)[0] == 0x8130:
+                lost.setdefault(node, cycle)
+        if len(lost) == len(RIGHT_ARM):
+            break
+    equal(sorted(lost), sorted(RIGHT_ARM), "drives that told EMCY 8130h")
+    for node in RIGHT_ARM:
+        within(lost[node] * PERIOD_MS, configured, configured + 2 * PERIOD_MS, f"ms of emulated time to EMCY 8130h of node {node}")
+    for node in RIGHT_ARM:
+        sdo = Sdo(robot.arm, node)
+        equal(sdo.u32(0x1016, 1), MASTER << 16 | configured, f"1016h:1 of node {node}")
+        state = drive.state(sdo.u16(0x6041))
+        that(state in ("quick stop active", "switch on disabled"), f"node {node} is in state '{state}'")
+    for bus in buses:
+        bus.close()
+    told = sorted({state for _, state in first_sign.values()}) or "none, the drives left NMT operational"
+    return f"EMCY 8130h {min(lost.values())} to {max(lost.values())} cycles after the last heartbeat; by TPDO1: {told}"
+
+
+@test(seconds=240)
+@with_robot
+def a_node_reboots_in_the_middle(robot):
+    with Bus("vcan1", filters=[]) as intruder:
+        intruder.send(0x000, bytes([RESET_NODE, 13]))
+    result, status = robot.result()
+    if status == 0:
+        return f"recovered, and done: {result['outcome']}"
+    equal(status, 1, "exit status of the master")
+    that("13" in result.get("reason", "") or "RShYaw" in result.get("reason", ""), f"the reason does not name node 13: {result}")
+    return f"ended safe: {result['reason']}"
+
+
+@test(seconds=240)
+@with_robot
+def bus_off_and_back(robot):
+    """Error frames as a controller makes them: bus-off, half a second later restarted (can/error.h)."""
+    with Bus("vcan1", filters=[]) as controller:
+        controller.send(0x040, bytes(8), error=True)
+        time.sleep(0.5)
+        controller.send(0x100, bytes(8), error=True)
+    result, status = robot.result()
+    within(status, 0, 1, "exit status of the master")
+    if status == 0:
+        return f"recovered, and done: {result['outcome']}"
+    that("bus-off" in result.get("reason", ""), f"the reason does not tell of bus-off: {result}")
+    return f"ended safe: {result['reason']}"
+
+
+@test(seconds=240)
+@with_robot
+def interface_down_and_up(robot):
+    ip("link", "set", "vcan1", "down")
+    time.sleep(0.5)
+    ip("link", "set", "vcan1", "up")
+    result, status = robot.result()
+    within(status, 0, 1, "exit status of the master")
+    return result.get("reason") or result["outcome"]
+
+
+@test(seconds=240)
+@with_robot
+def interface_deleted_and_made_again(robot):
+    ip("link", "delete", "vcan1")
+    time.sleep(0.5)
+    ip("link", "add", "dev", "vcan1", "type", "vcan")
+    ip("link", "set", "vcan1", "mtu", "72")
+    ip("link", "set", "vcan1", "up")
+    robot.arm.close()
+    robot.arm = Bus("vcan1")
+    result, status = robot.result()
+    within(status, 0, 1, "exit status of the master")
+    return result.get("reason") or result["outcome"]
+
+
+@test(seconds=240)
+@with_robot
+def receive_overflow_is_counted(robot):
+    """The master stopped, more frames than its socket keeps, and on."""
+    os.kill(robot.master.process.pid, signal.SIGSTOP)
+    with Bus("vcan1", filters=[]) as flood:
+        for at in range(20000):
+            flood.send(0x181 + at % 8 + 10, bytes(8))
+    os.kill(robot.master.process.pid, signal.SIGCONT)
+    result, status = robot.result()
+    within(status, 0, 1, "exit status of the master")
+    that(result["receive_overflows"] > 0, f"no lost frame counted: {result}")
+    return f"{result['receive_overflows']} lost; {result.get('reason') or result['outcome']}"

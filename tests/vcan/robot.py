@@ -1,0 +1,102 @@
+"""The whole robot: the emulator on five vcan buses, and the product's own master as another process."""
+import json
+import os
+import struct
+import subprocess
+import time
+
+import drive
+from can_socket import Bus
+from checks import that
+from limb import Process
+
+BUSES = ("torso", "rarm", "larm", "rleg", "lleg")
+CAN = ",".join(f"{name}=vcan{at}" for at, name in enumerate(BUSES))
+RIGHT_ARM = (11, 12, 13, 14, 15, 16, 17, 19)
+MASTER = 127
+CAMERA = "/run/camera.sock"
+# What a test looks at on an arm's bus: SYNC and EMCY, TPDO1, boot-up and heartbeats. The rest would cost this one
+# processor too much.
+FILTERS = ((0x080, 0x780), (0x180, 0x780), (0x700, 0x780), (0x580, 0x780))
+
+
+class Robot:
+    """`walkman-hil emulate` with all buses and `walkman-hil grasp`, in lock-step."""
+
+    def __init__(self, under_test, *options):
+        program, scene = under_test
+        self.program, self.scene = program, scene
+        self.arm = Bus("vcan1", filters=FILTERS)
+        if os.path.exists(CAMERA):
+            os.unlink(CAMERA)
+        self.emulator = Process([program, "emulate", "--scene", scene, "--can", CAN, "--lockstep", "--camera-socket", CAMERA,
+                                 *options], "emulate")
+        self.master = None
+        self.words = {}  # node: newest statusword
+        self.await_socket()
+
+    def await_socket(self):
+        ends = time.monotonic() + 60
+        while not os.path.exists(CAMERA):
+            self.emulator.alive()
+            that(time.monotonic() < ends, "the emulator does not open the camera's socket")
+            time.sleep(0.05)
+
+    def start_master(self):
+        self.master = Process([self.program, "grasp", "--scene", self.scene, "--can", CAN, "--lockstep", "--camera-socket", CAMERA,
+                               "--json"], "grasp")
+
+    def note(self, frame):
+        if frame.id & 0x780 == 0x180 and len(frame.data) == 5:
+            self.words[frame.id - 0x180] = struct.unpack_from("<H", frame.data)[0]
+
+    def watch(self, done, timeout, what):
+        """Takes the arm bus's frames until `done` says so."""
+        ends = time.monotonic() + timeout
+        while not done():
+            self.emulator.alive()
+            if self.master is not None:
+                self.master.alive()
+            that(time.monotonic() < ends, f"{what} not within {timeout:g} s; master: {self.master and self.master.output()[-300:]!r}")
+            frame = self.arm.receive(0.2)
+            if frame is not None:
+                self.note(frame)
+
+    def all_enabled(self):
+        return all(drive.state(self.words.get(node, 0)) == "operation enabled" for node in RIGHT_ARM)
+
+    def running(self, cycles=100):
+        """The master's drives are in operation enabled, and some cycles have passed so."""
+        self.watch(self.all_enabled, 120, "the arm's drives in operation enabled")
+        left = [cycles]
+
+        def passed():
+            left[0] -= 1
+            return left[0] < 0
+        self.watch(passed, 60, f"{cycles} frames")
+
+    def result(self, timeout=240):
+        """What the master printed at its end."""
+        while self.master.process.poll() is None:
+            self.emulator.alive()
+            that(timeout > 0, f"the master does not end: {self.master.output()[-500:]!r}")
+            self.arm.receive(0.2)
+            while self.arm.receive(0) is not None:
+                pass
+            timeout -= 0.2
+        text = self.master.output()
+        that("{" in text, f"the master ended with {self.master.process.returncode} and no result: {text[-500:]!r}")
+        return json.loads(text[text.index("{"):]), self.master.process.returncode
+
+    def stop(self):
+        if self.master is not None and self.master.process.poll() is None:
+            self.master.process.kill()
+            self.master.process.wait()
+        self.arm.close()
+        if self.emulator.process.poll() is None:
+            return self.emulator.stop()
+        return self.emulator.process.returncode
+
+
+def ip(*words):
+    subprocess.run(["ip", *words], check=True)
