@@ -111,7 +111,7 @@ void Plant::Impl::add_robot(const Scene& scene, const DeviceTable& devices) {
     const bool starts_hand = std::find(cuts.begin(), cuts.end(), joint.name) != cuts.end();
     surfaces[i] = starts_hand ? Surface{kHandFriction, true} : surfaces[parent];
   }
-  for (const std::string& frame : joint_names_of(devices, DeviceKind::kForceTorque)) {
+  for (const std::string& frame : names_of(devices, DeviceKind::kForceTorque)) {
     const Link& link = robot->links[static_cast<std::size_t>(robot->link_index(frame))];
     if (link.parent_joint < 0) continue;
     const Joint& joint = robot->joints[static_cast<std::size_t>(link.parent_joint)];
