@@ -37,7 +37,7 @@ EmulationOptions emulation_options(const Options& options) {
   EmulationOptions out;
   out.world.scene = options.scene.empty() ? data / "urdf" / "scenes" / "experiment_1.yaml"
                                           : std::filesystem::path(options.scene);
-  out.world.actuators = data / "emulator" / "plant" / "actuators.yaml";
+  out.world.actuators = data / "emulator" / "plant" / "actuators";
   if (options.seed) out.world.seed = static_cast<std::uint64_t>(*options.seed);
   out.world.bus_timing = options.timing == "bus";
   out.can = options.can;

@@ -55,7 +55,7 @@ int run_experiment(const Options& options) {
     repetition.scene = scene;
     repetition.parameters = options.parameters.empty() ? data / "adaptation" / "parameters.yaml"
                                                        : std::filesystem::path(options.parameters);
-    repetition.actuators = data / "emulator" / "plant" / "actuators.yaml";
+    repetition.actuators = data / "emulator" / "plant" / "actuators";
     repetition.seed = seed + static_cast<std::uint64_t>(i);
     repetition.out = folder_of(out, i);
     repetition.robot = robot_options;

@@ -27,7 +27,7 @@ int run_export(const Options& options, Writer write) {
   const RobotModel robot = load_robot_model(scene.robot_urdf);
   const DeviceTable devices = load_device_table(scene.device_table, robot);
   EmulatorOptions emulator_options;
-  emulator_options.actuators = data / "emulator" / "plant" / "actuators.yaml";
+  emulator_options.actuators = data / "emulator" / "plant" / "actuators";
   Emulator emulator(robot, devices, scene, emulator_options);
   const Files files = write(device_files::wired_buses(devices, emulator.buses()), options.out);
   if (options.as_json) {

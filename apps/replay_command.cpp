@@ -78,7 +78,7 @@ int replay_emulated(const Options& options) {
   replay.log = options.log;
   replay.world.scene = options.scene.empty() ? data / "urdf" / "scenes" / "experiment_1.yaml"
                                              : std::filesystem::path(options.scene);
-  replay.world.actuators = data / "emulator" / "plant" / "actuators.yaml";
+  replay.world.actuators = data / "emulator" / "plant" / "actuators";
   if (options.seed) replay.world.seed = static_cast<std::uint64_t>(*options.seed);
   replay.world.bus_timing = options.timing == "bus";
   for (const auto& [bus, interface] : parse_pairs("--from", options.from, "rarm=vcan1")) {

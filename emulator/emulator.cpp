@@ -45,6 +45,9 @@ nodes::DriveParameters drive_parameters(const Device& device, const RobotModel& 
   parameters.spring_constant = actuator.spring_constant;
   parameters.motor_inertia = actuator.motor_inertia;
   parameters.position_bandwidth_hz = actuator.position_bandwidth_hz;
+  parameters.rated_current = rated_torque / actuator.torque_constant;
+  parameters.lowest_supply = 0.75 * actuator.supply_voltage;
+  parameters.highest_supply = 1.25 * actuator.supply_voltage;
   parameters.lower = joint.limits.lower;
   parameters.upper = joint.limits.upper;
   parameters.max_velocity = joint.limits.velocity;
@@ -114,6 +117,10 @@ nodes::ServoFeedback feedback(const plant::ActuatorReadings& readings) {
   out.link_position = readings.link_position;
   out.link_velocity = readings.link_velocity;
   out.spring_torque = readings.spring_torque;
+  out.motor_temperature_c = readings.winding_temperature_c;
+  out.board_temperature_c = readings.case_temperature_c;
+  out.supply_voltage = readings.supply_voltage;
+  out.motor_current = readings.current;
   return out;
 }
 

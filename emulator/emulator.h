@@ -18,7 +18,7 @@
 namespace walkman {
 
 struct EmulatorOptions {
-  std::filesystem::path actuators;  ///< YAML file of actuator classes
+  std::filesystem::path actuators;  ///< folder of actuator classes, a YAML file each
   sensors::StereoOptions camera;
   double camera_rate_hz = 15;
   std::uint64_t seed = 1;  ///< of the sensors' noise

@@ -2,6 +2,7 @@
 
 #include <cmath>
 #include <limits>
+#include <map>
 #include <set>
 #include <string>
 
@@ -70,9 +71,13 @@ void read_robot(const YamlMap& map, Scene& scene) {
   scene.device_table = map.existing_file("devices");
   scene.posture = map.text("posture");
   const YamlMap base = map.map("base", {"kind", "xyz_m", "rpy_rad"});
-  if (const std::string kind = base.text("kind"); kind != "fixed")
-    base.fail("kind", fmt::format("found \"{}\", expected \"fixed\"", kind));
-  scene.base = BaseKind::kFixed;
+  static const std::map<std::string, BaseKind> kKinds = {
+      {"fixed", BaseKind::kFixed}, {"floating", BaseKind::kFloating}, {"hoisted", BaseKind::kHoisted}};
+  const std::string kind = base.text("kind");
+  const auto known = kKinds.find(kind);
+  if (known == kKinds.end())
+    base.fail("kind", fmt::format("found \"{}\", expected fixed, floating or hoisted", kind));
+  scene.base = known->second;
   scene.X_WB = base.pose();
 }
 

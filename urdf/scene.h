@@ -12,7 +12,12 @@
 
 namespace walkman {
 
-enum class BaseKind { kFixed };
+/// What carries the robot's root link.
+enum class BaseKind {
+  kFixed,     ///< held in space
+  kFloating,  ///< nothing: the robot stands on its feet, or falls
+  kHoisted,   ///< floating, with a slack rope from above that holds it when it falls
+};
 
 /// A weight clamped on an object: a URDF of its own, fixed at a distance along the object's x axis from its
 /// left end (the end at negative x).

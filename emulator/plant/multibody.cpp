@@ -116,6 +116,7 @@ void Multibody::add_colliders(const RobotModel& model, const std::vector<Surface
     collider->setCollisionShape(shapes_.back().get());
     collider->setFriction(surface.friction);
     collider->setActivationState(DISABLE_DEACTIVATION);
+    if (surface.stiffness > 0) collider->setContactStiffnessAndDamping(surface.stiffness, surface.damping);
     if (surface.anchored) {
       collider->setCollisionFlags(collider->getCollisionFlags() | btCollisionObject::CF_HAS_FRICTION_ANCHOR);
     }

@@ -19,6 +19,8 @@ enum CollisionGroup : int { kObjectGroup = 1, kFixedGroup = 2, kRobotGroup = 4 }
 struct Surface {
   double friction = 0.8;  ///< Coulomb coefficient; a pair has the product of both
   bool anchored = false;  ///< friction anchor: no creep under a steady load (Bullet's CF_HAS_FRICTION_ANCHOR)
+  double stiffness = 0;   ///< of the contact, N/m; 0: rigid
+  double damping = 0;     ///< with it, N·s/m
 };
 
 /// A URDF tree as one Bullet multibody. Owns the multibody, its colliders and their shapes; removes them from

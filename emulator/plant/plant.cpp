@@ -20,6 +20,9 @@ namespace {
 // rubbered fingers: estimates within published ranges.
 constexpr double kHandFriction = 1.0;
 constexpr double kBodyFriction = 0.8;
+// Rubber soles, and what keeps the resting feet of a well-converged solver from hopping by 0.1 mm.
+constexpr double kFootStiffness = 5e6;  // N/m
+constexpr double kFootDamping = 5e3;    // N·s/m
 constexpr double kObjectFriction = 0.8;
 constexpr double kFixedFriction = 0.75;
 
@@ -107,6 +110,15 @@ void Plant::Impl::add_robot(const Scene& scene, const DeviceTable& devices) {
     const auto parent = static_cast<std::size_t>(joint.parent_link);
     const bool starts_hand = std::find(cuts.begin(), cuts.end(), joint.name) != cuts.end();
     surfaces[i] = starts_hand ? Surface{kHandFriction, true} : surfaces[parent];
+  }
+  for (const std::string& frame : names_of(devices, DeviceKind::kForceTorque)) {
+    const Link& link = robot->links[static_cast<std::size_t>(robot->link_index(frame))];
+    if (link.parent_joint < 0) continue;
+    const Joint& joint = robot->joints[static_cast<std::size_t>(link.parent_joint)];
+    // A sensor nothing hangs below sits in a foot.
+    if (std::find(cuts.begin(), cuts.end(), joint.name) != cuts.end()) continue;
+    surfaces[static_cast<std::size_t>(joint.parent_link)] = {kBodyFriction, false, kFootStiffness,
+                                                             kFootDamping};
   }
   body = std::make_unique<Multibody>(world, *robot, std::move(tree), scene.base == BaseKind::kFixed,
                                      scene.X_WB, kRobotGroup, kObjectGroup | kFixedGroup, surfaces);

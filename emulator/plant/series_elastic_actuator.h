@@ -1,43 +1,28 @@
 #pragma once
 
-#include <filesystem>
-#include <map>
-#include <string>
+#include "emulator/plant/motor.h"
 
 namespace walkman::plant {
 
-/// Parameters of one actuator class, all reflected to the joint side of the gearbox.
-struct ActuatorParameters {
-  double motor_inertia = 0;          ///< kg·m²
-  double motor_damping = 0;          ///< viscous, N·m·s/rad
-  double coulomb_friction = 0;       ///< N·m
-  double spring_constant = 0;        ///< series spring, N·m/rad
-  double spring_damping = 0;         ///< N·m·s/rad
-  double peak_torque = 0;            ///< current limit, N·m
-  double no_load_speed = 0;          ///< supply limit, rad/s: torque falls linearly to zero there
-  double position_bandwidth_hz = 0;  ///< of the drive's position loop
-  double motor_encoder_step = 0;     ///< rad
-  double link_encoder_step = 0;      ///< rad
-};
-
-/// Reads every actuator class of a YAML file. Throws std::runtime_error with file, line and key.
-[[nodiscard]] std::map<std::string, ActuatorParameters> load_actuators(
-    const std::filesystem::path& yaml_file);
-
-/// What a drive's electronics read from its encoders.
+/// What a drive's electronics read from encoders, thermistors and power stage.
 struct ActuatorReadings {
   double motor_position = 0;  ///< rad, on the encoder's lattice
   double motor_velocity = 0;  ///< rad/s, filtered difference of the encoder's counts
   double link_position = 0;   ///< rad, on the encoder's lattice
   double link_velocity = 0;   ///< rad/s, filtered difference
   double spring_torque = 0;   ///< N·m on the link, from both encoders and the spring constant
+  double current = 0;         ///< A, torque-producing
+  double winding_temperature_c = kAmbient;
+  double case_temperature_c = kAmbient;
+  double supply_voltage = 0;  ///< V
+  double overload = 0;        ///< share of the I²t allowance used up, 0..1
 };
 
 /// Whether the transmission can push as well as pull.
 enum class Transmission { kSpring, kTendon };
 
-/// A geared motor, a series spring and two encoders. The link itself belongs to the multibody; its motion
-/// comes in, the spring's torque goes out.
+/// A geared motor, free play, a series spring and an encoder on either side of both. The link itself belongs
+/// to the multibody; its motion comes in, the spring's torque goes out.
 class SeriesElasticActuator {
  public:
   explicit SeriesElasticActuator(const ActuatorParameters& parameters,
@@ -52,19 +37,17 @@ class SeriesElasticActuator {
   double advance(double link_position, double link_velocity, double wanted_torque, bool locked, double dt);
 
   [[nodiscard]] const ActuatorReadings& readings() const { return readings_; }
-  [[nodiscard]] double motor_position() const { return position_; }  ///< ground truth, rad
-  [[nodiscard]] double motor_torque() const { return torque_; }      ///< after limits, N·m
+  [[nodiscard]] const Motor& motor() const { return motor_; }  ///< ground truth
+  void set_supply_voltage(double volts) { motor_.set_supply_voltage(volts); }
   [[nodiscard]] const ActuatorParameters& parameters() const { return parameters_; }
 
  private:
-  [[nodiscard]] double limited(double torque) const;
   [[nodiscard]] double transmitted(double link_position, double link_velocity) const;
-  void move_motor(double net_torque, double dt);
-  void read_encoders(double link_position, double dt);
+  void read_sensors(double link_position, double dt);
 
   ActuatorParameters parameters_;
   Transmission transmission_;
-  double position_ = 0, velocity_ = 0, torque_ = 0;
+  Motor motor_;
   ActuatorReadings readings_;
 };
 

@@ -15,7 +15,7 @@ namespace {
 using namespace walkman;
 
 const std::filesystem::path kUrdf = WALKMAN_URDF_DIR;
-const std::filesystem::path kActuators = kUrdf / "../emulator/plant/actuators.yaml";
+const std::filesystem::path kActuators = kUrdf / "../emulator/plant/actuators";
 
 const rigs::RobotFiles& files() {
   static const rigs::RobotFiles instance(kUrdf);

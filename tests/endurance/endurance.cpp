@@ -64,7 +64,7 @@ Subject without_plant(const rigs::RobotFiles& files, Time start) {
 
 Subject with_plant(const rigs::RobotFiles& files, const std::filesystem::path& source) {
   EmulatorOptions options;
-  options.actuators = source / "emulator/plant/actuators.yaml";
+  options.actuators = source / "emulator/plant/actuators";
   auto emulator = std::make_shared<Emulator>(files.robot, files.devices, files.scene, options);
   Subject subject;
   subject.interfaces = emulator->interfaces();

@@ -22,7 +22,7 @@ RepetitionOptions options(std::uint64_t seed) {
   RepetitionOptions o;
   o.scene = tree / "urdf/scenes/experiment_1.yaml";
   o.parameters = tree / "adaptation/parameters.yaml";
-  o.actuators = tree / "emulator/plant/actuators.yaml";
+  o.actuators = tree / "emulator/plant/actuators";
   o.seed = seed;
   return o;
 }

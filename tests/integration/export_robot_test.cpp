@@ -18,7 +18,7 @@ class WholeRobot : public testing::Test {
  protected:
   static EmulatorOptions options() {
     EmulatorOptions out;
-    out.actuators = std::filesystem::path(WALKMAN_SOURCE_TREE) / "emulator/plant/actuators.yaml";
+    out.actuators = std::filesystem::path(WALKMAN_SOURCE_TREE) / "emulator/plant/actuators";
     return out;
   }
 

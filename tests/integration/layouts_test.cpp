@@ -37,7 +37,7 @@ struct OnTheWire {
 WorldOptions world_options(const std::string& scene) {
   WorldOptions options;
   options.scene = kTree / "urdf/scenes" / scene;
-  options.actuators = kTree / "emulator/plant/actuators.yaml";
+  options.actuators = kTree / "emulator/plant/actuators";
   return options;
 }
 

@@ -54,7 +54,7 @@ void run(const std::filesystem::path& tree, const std::filesystem::path& out, in
   const walkman::RobotModel robot = walkman::load_robot_model(scene.robot_urdf);
   const walkman::DeviceTable table = walkman::load_device_table(scene.device_table, robot);
   walkman::EmulatorOptions options;
-  options.actuators = tree / "emulator/plant/actuators.yaml";
+  options.actuators = tree / "emulator/plant/actuators";
   walkman::Emulator emulator(robot, table, scene, options);
   const auto wired = walkman::device_files::wired_buses(table, emulator.buses());
 

@@ -12,7 +12,7 @@ const std::filesystem::path kTree = WALKMAN_SOURCE_TREE;
 
 EmulatorOptions options(bool bus_timing) {
   EmulatorOptions out;
-  out.actuators = kTree / "emulator/plant/actuators.yaml";
+  out.actuators = kTree / "emulator/plant/actuators";
   out.bus_timing = bus_timing;
   return out;
 }

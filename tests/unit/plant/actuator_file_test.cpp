@@ -1,41 +1,71 @@
+#include <filesystem>
 #include <fstream>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "emulator/plant/series_elastic_actuator.h"
+#include "emulator/plant/actuator_parameters.h"
 
 namespace walkman::plant {
 namespace {
 
 using ::testing::HasSubstr;
 
-std::string refusal(const std::string& text) {
-  const std::string file = ::testing::TempDir() + "actuators.yaml";
-  std::ofstream(file) << text;
-  try {
-    (void)load_actuators(file);
-  } catch (const std::runtime_error& e) {
-    return e.what();
+/// The folder of the product's classes with one file changed.
+class ActuatorFiles : public ::testing::Test {
+ protected:
+  ActuatorFiles() {
+    std::filesystem::remove_all(folder_);
+    std::filesystem::copy(shipped(), folder_);
   }
-  return "accepted";
-}
+  ~ActuatorFiles() override { std::filesystem::remove_all(folder_); }
 
-TEST(ActuatorFile, ShippedOneHasEveryClassOfTheRobot) {
-  const auto classes = load_actuators(std::string(WALKMAN_URDF_DIR) + "/../emulator/plant/actuators.yaml");
+  static std::filesystem::path shipped() {
+    return std::filesystem::path(WALKMAN_URDF_DIR) / "../emulator/plant/actuators";
+  }
+  /// `small.yaml` with the line of `key` replaced (or, without a key, `line` added).
+  std::string refusal(const std::string& key, const std::string& line) {
+    std::ifstream in(shipped() / "small.yaml");
+    std::ofstream out(folder_ / "small.yaml");
+    for (std::string text; std::getline(in, text);) {
+      const bool chosen = !key.empty() && text.rfind(key + ":", 0) == 0;
+      if (!chosen || !line.empty()) out << (chosen ? line : text) << '\n';
+    }
+    if (key.empty()) out << line << '\n';
+    out.close();
+    try {
+      (void)load_actuators(folder_);
+    } catch (const std::runtime_error& e) {
+      return e.what();
+    }
+    return "accepted";
+  }
+  std::filesystem::path folder_ = std::filesystem::path(::testing::TempDir()) /
+                                  ::testing::UnitTest::GetInstance()->current_test_info()->name();
+};
+
+TEST_F(ActuatorFiles, ShippedFolderHasEveryClassOfTheRobot) {
+  const auto classes = load_actuators(shipped());
   for (const char* name : {"big", "medium", "medium2", "small", "hand"})
     EXPECT_TRUE(classes.contains(name)) << name;
   EXPECT_DOUBLE_EQ(classes.at("medium2").spring_constant, 1300);
 }
 
-TEST(ActuatorFile, NamesFileLineAndKeyOfWhatIsWrong) {
-  EXPECT_THAT(refusal("small:\n  motor_inertai: 0.1\n"),
-              HasSubstr("actuators.yaml:2: actuator class 'small': unknown "
-                        "key 'motor_inertai'"));
-  EXPECT_THAT(refusal("small:\n  motor_inertia: .nan\n"), HasSubstr("motor_inertia must be a finite number"));
-  EXPECT_THAT(refusal("small:\n  motor_inertia: 0.1\n"), HasSubstr("has 1 of 10 keys"));
-  EXPECT_THAT(refusal("- small\n"), HasSubstr("expected a map"));
-  EXPECT_THAT(refusal("small: [1, 2\n"), HasSubstr("cannot read"));
+TEST_F(ActuatorFiles, RefusalsNameFileLineAndKey) {
+  EXPECT_THAT(refusal("backlash", "backlsah: 0"), HasSubstr("unknown key 'backlsah'"));
+  EXPECT_THAT(refusal("backlash", "backlsah: 0"), ::testing::ContainsRegex("small.yaml:[0-9]+: "));
+  EXPECT_THAT(refusal("backlash", ""), HasSubstr("key 'backlash' is missing"));
+  EXPECT_THAT(refusal("motor_inertia", "motor_inertia: .nan"), HasSubstr("must be a finite number"));
+  EXPECT_THAT(refusal("motor_inertia", "motor_inertia: 0"), HasSubstr("motor_inertia must be positive"));
+  EXPECT_THAT(refusal("motor_inertia", "motor_inertia: heavy"), HasSubstr("must be a finite number"));
+  EXPECT_THAT(refusal("", "backlash: 0"), HasSubstr("backlash is there twice"));
+  EXPECT_THAT(refusal("static_friction", "static_friction: 0"), HasSubstr("below coulomb_friction"));
+  EXPECT_THAT(refusal("continuous_torque", "continuous_torque: 1000"), HasSubstr("above peak_torque"));
+  EXPECT_THAT(refusal("backlash", "- 1"), HasSubstr("cannot read"));
+}
+
+TEST_F(ActuatorFiles, MissingFolderIsNamed) {
+  EXPECT_THROW((void)load_actuators(folder_ / "nowhere"), std::runtime_error);
 }
 
 }  // namespace

@@ -15,7 +15,7 @@ class WholePlant : public ::testing::Test {
   RobotModel robot_ = load_robot_model(scene_.robot_urdf);
   DeviceTable devices_ = load_device_table(scene_.device_table, robot_);
   std::map<std::string, ActuatorParameters> actuators_ =
-      load_actuators(urdf_ + "/../emulator/plant/actuators.yaml");
+      load_actuators(urdf_ + "/../emulator/plant/actuators");
 
   [[nodiscard]] std::unique_ptr<Plant> build() const {
     return std::make_unique<Plant>(robot_, scene_, devices_, actuators_);
