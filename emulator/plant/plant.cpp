@@ -10,6 +10,7 @@
 #include "emulator/plant/multibody.h"
 #include "emulator/plant/row_space_solver.h"
 #include "emulator/plant/soft_hand.h"
+#include "emulator/plant/standing_load.h"
 #include "emulator/plant/world_objects.h"
 #include "emulator/plant/wrench_probe.h"
 
@@ -73,6 +74,7 @@ struct Plant::Impl {
   std::vector<DriveSlot> drives;
   std::vector<std::unique_ptr<WrenchProbe>> probes;
   std::vector<std::unique_ptr<InertialProbe>> inertial_probes;
+  std::vector<int> feet;       // Bullet's links a floating robot starts out standing on
   std::vector<int> sub_steps;  // taken since the last step, a drive
   double time = 0;
 
@@ -80,7 +82,6 @@ struct Plant::Impl {
   void add_drives(const DeviceTable& devices, const std::map<std::string, ActuatorParameters>& actuators);
   void add_probes(const DeviceTable& devices);
   void set_posture(const std::map<std::string, double>& posture);
-  [[nodiscard]] double holding_torque(int bullet_link) const;
   [[nodiscard]] std::string name_of(const btCollisionObject* object) const;
 };
 
@@ -111,6 +112,7 @@ void Plant::Impl::add_robot(const Scene& scene, const DeviceTable& devices) {
     const bool starts_hand = std::find(cuts.begin(), cuts.end(), joint.name) != cuts.end();
     surfaces[i] = starts_hand ? Surface{kHandFriction, true} : surfaces[parent];
   }
+  std::vector<int> foot_links;
   for (const std::string& frame : names_of(devices, DeviceKind::kForceTorque)) {
     const Link& link = robot->links[static_cast<std::size_t>(robot->link_index(frame))];
     if (link.parent_joint < 0) continue;
@@ -119,9 +121,12 @@ void Plant::Impl::add_robot(const Scene& scene, const DeviceTable& devices) {
     if (std::find(cuts.begin(), cuts.end(), joint.name) != cuts.end()) continue;
     surfaces[static_cast<std::size_t>(joint.parent_link)] = {kBodyFriction, false, kFootStiffness,
                                                              kFootDamping};
+    foot_links.push_back(joint.parent_link);
   }
   body = std::make_unique<Multibody>(world, *robot, std::move(tree), scene.base == BaseKind::kFixed,
                                      scene.X_WB, kRobotGroup, kObjectGroup | kFixedGroup, surfaces);
+  if (scene.base != BaseKind::kFloating) return;
+  for (const int link : foot_links) feet.push_back(body->tree().group_of(link) - 1);
 }
 
 void Plant::Impl::add_drives(const DeviceTable& devices,
@@ -162,26 +167,6 @@ void Plant::Impl::add_probes(const DeviceTable& devices) {
   }
 }
 
-double Plant::Impl::holding_torque(int bullet_link) const {
-  const btMultiBody& mb = body->bullet();
-  const btMultibodyLink& joint = mb.getLink(bullet_link);
-  const btMatrix3x3& R = joint.m_cachedWorldTransform.getBasis();
-  const btVector3 pivot = joint.m_cachedWorldTransform.getOrigin() - R * joint.m_dVector;
-  const btVector3 axis = R * joint.m_axes[0].m_topVec;
-  std::vector<bool> distal(static_cast<std::size_t>(mb.getNumLinks()), false);
-  double torque = 0;
-  for (int i = bullet_link; i < mb.getNumLinks(); ++i) {
-    const int parent = mb.getParent(i);
-    const bool below =
-        i == bullet_link || (parent >= bullet_link && distal[static_cast<std::size_t>(parent)]);
-    distal[static_cast<std::size_t>(i)] = below;
-    if (!below) continue;
-    const btVector3 weight(0, 0, -kGravity * mb.getLinkMass(i));
-    torque -= axis.dot((mb.getLink(i).m_cachedWorldTransform.getOrigin() - pivot).cross(weight));
-  }
-  return torque;
-}
-
 void Plant::Impl::set_posture(const std::map<std::string, double>& posture) {
   for (const HandDrive& drive : hands) drive.hand->reset();
   for (const auto& [name, value] : posture) {
@@ -189,8 +174,10 @@ void Plant::Impl::set_posture(const std::map<std::string, double>& posture) {
     if (link >= 0) body->bullet().setJointPos(link, value);
   }
   body->update_poses();
+  const std::vector<double> torques = holding_torques(*body, feet, kGravity);
   for (JointDrive& drive : joints) {
-    drive.actuator.reset(body->bullet().getJointPos(drive.bullet_link), holding_torque(drive.bullet_link));
+    drive.actuator.reset(body->bullet().getJointPos(drive.bullet_link),
+                         torques[static_cast<std::size_t>(drive.bullet_link)]);
   }
 }
 
