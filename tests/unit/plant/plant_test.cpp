@@ -9,9 +9,14 @@ namespace {
 
 class WholePlant : public ::testing::Test {
  protected:
+  static Scene with_held_base(Scene scene) {
+    scene.base = BaseKind::kFixed;
+    scene.X_WB.translation().z() += 0.002;  // the soles are free of the floor
+    return scene;
+  }
   static constexpr double kGravity = Plant::kGravity;
   const std::string urdf_ = WALKMAN_URDF_DIR;
-  Scene scene_ = load_scene(urdf_ + "/scenes/experiment_1.yaml");
+  Scene scene_ = with_held_base(load_scene(urdf_ + "/scenes/experiment_1.yaml"));
   RobotModel robot_ = load_robot_model(scene_.robot_urdf);
   DeviceTable devices_ = load_device_table(scene_.device_table, robot_);
   std::map<std::string, ActuatorParameters> actuators_ =
