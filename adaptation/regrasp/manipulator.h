@@ -42,6 +42,9 @@ class Manipulator {
 
   void hold(double seconds);
 
+  /// The reference the set-points come from; to be asked after `start` only.
+  [[nodiscard]] const motion::HandMotion& motion() const { return *motion_; }
+
  private:
   void carry(const Wrench& F_Ho_T);
   void move_to(const Eigen::Isometry3d& X_TH, double speed);
