@@ -33,8 +33,7 @@ class Feet {
  private:
   [[nodiscard]] std::array<Eigen::Vector2d, 2> now() const {
     const auto sole = [&](const char* name) {
-      return Eigen::Vector2d(
-          robot_.plant().X_WL(robot_.model().link_index(name)).translation().head<2>());
+      return Eigen::Vector2d(robot_.plant().X_WL(robot_.model().link_index(name)).translation().head<2>());
     };
     return {sole("l_sole"), sole("r_sole")};
   }

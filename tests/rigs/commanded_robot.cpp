@@ -1,5 +1,6 @@
 #include "tests/rigs/commanded_robot.h"
 
+#include <stdexcept>
 #include <utility>
 
 namespace walkman::rigs {
@@ -19,8 +20,18 @@ void CommandedRobot::start() {
   manipulator_.start();
 }
 
-double CommandedRobot::seconds() const {
-  return std::chrono::duration<double>(emulator_.now()).count();
+double CommandedRobot::seconds() const { return std::chrono::duration<double>(emulator_.now()).count(); }
+
+int CommandedRobot::sensor(const std::string& frame) const {
+  int place = 0;
+  for (const Bus& bus : devices_.buses) {
+    for (const Device& device : bus.devices) {
+      if (device.kind != DeviceKind::kForceTorque) continue;
+      if (device.name == frame) return place;
+      ++place;
+    }
+  }
+  throw std::runtime_error("no force/torque sensor '" + frame + "'");
 }
 
 Eigen::Vector3d CommandedRobot::p_Wcm() const {

@@ -32,6 +32,8 @@ class CommandedRobot : private regrasp::Observer {
   /// Where the frame of the stance is in the world, by the plant.
   [[nodiscard]] const Eigen::Isometry3d& X_WT() const { return X_WT_; }
   [[nodiscard]] double seconds() const;  ///< emulated
+  /// Place of a force/torque frame among the plant's sensors.
+  [[nodiscard]] int sensor(const std::string& frame) const;
 
   /// Centre of mass of the robot in W, by the plant's link poses and the model's masses, m.
   [[nodiscard]] Eigen::Vector3d p_Wcm() const;
