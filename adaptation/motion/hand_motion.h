@@ -43,7 +43,7 @@ struct HandMotionOptions {
                                          "LHipLat", "LHipYaw", "LHipSag", "LKneeSag", "LAnkSag", "LAnkLat"};
   JointRates rates;
   double feet_damping = 1e-9;  ///< see WholeBodyIk::next_level: the feet do not give
-  double feet_gain = 20;       ///< 1/s, of the rounding of many steps
+  double feet_gain = 100;      ///< 1/s, of the rounding of many steps
   double com_damping = 1e-4;
   double com_gain = 3;  ///< 1/s, of the centre of mass over the feet
   /// How far from the middle between the feet the centre of mass may be kept, m: where it is at `reset` if
