@@ -85,8 +85,12 @@ void HandMotion::reset(const Eigen::VectorXd& q) {
   if (!stance_) return;
   state_.X_WB = stance_->X_TB(kinematics_);
   pose();
-  const Eigen::Vector2d ahead = kinematics_.com().head<2>() - stance_->centre();
-  p_Wcm_ = stance_->centre() + ahead.cwiseMax(-options_.com_range).cwiseMin(options_.com_range);
+  const auto at = [](const Eigen::Vector2d& p) {
+    return Eigen::Isometry3d(Eigen::Translation3d(p.x(), p.y(), 0));
+  };
+  state_.balance =
+      PoseTrajectory(at(kinematics_.com().head<2>()), at(stance_->centre()), options_.com_limits);
+  state_.balance_time = 0;
   legs_.clear();
   for (const std::string& joint_name : options_.leg_joints) {
     const int dof = kinematics_.dof_of(joint_name);
@@ -137,6 +141,7 @@ double HandMotion::limit_margin() const noexcept {
 }
 
 void HandMotion::advance(double dt) noexcept {
+  if (state_.status == Status::kIkFailed) return;
   const bool tracks_hand = state_.status == Status::kMoving || state_.status == Status::kReached;
   const bool moving = state_.status == Status::kMoving;
 
@@ -166,7 +171,9 @@ void HandMotion::advance(double dt) noexcept {
   }
   if (stance_) {
     ik_.next_level(options_.com_damping);
-    ik_.track_com(p_Wcm_, options_.com_gain);
+    state_.balance_time += dt;
+    const PoseTrajectory::Sample com = state_.balance.at(state_.balance_time);
+    ik_.track_com(com.X_W.translation().head<2>(), com.V_W.segment<2>(3), options_.com_gain);
   }
   // Once the hand is where it should be, the null space comes to rest too: weighing needs an arm that stands
   // still.
@@ -181,6 +188,7 @@ void HandMotion::advance(double dt) noexcept {
 
   if (ik_.solve() != QpStatus::kSolved) {
     state_.status = Status::kIkFailed;
+    ik_.reset_rates();
     return;
   }
   integrate(dt);

@@ -46,9 +46,8 @@ struct HandMotionOptions {
   double feet_gain = 100;      ///< 1/s, of the rounding of many steps
   double com_damping = 1e-4;
   double com_gain = 3;  ///< 1/s, of the centre of mass over the feet
-  /// How far from the middle between the feet the centre of mass may be kept, m: where it is at `reset` if
-  /// that is nearer.
-  Eigen::Vector2d com_range{0.05, 0.02};
+  /// How the centre of mass goes over the middle between the feet after `reset`: slowly, for the robot sways.
+  MotionLimits com_limits{0.04, 1, 0.06, 1};
   double hand_damping = 1e-4;  ///< see WholeBodyIk::next_level
   double hand_gain = 10;       ///< 1/s, feedback of the hand's pose error in the reference
   double upright_gain = 2;     ///< 1/s
@@ -84,7 +83,7 @@ class HandMotion {
     kMoving,
     kReached,   ///< hand on the target within the tolerances; it stays there
     kBlocked,   ///< limits or the table keep the hand from the target; it came to rest on the way
-    kIkFailed,  ///< no solution was found; the reference stayed where it was
+    kIkFailed,  ///< no solution was found; the reference stays where it was until `go_to`, `hold` or `reset`
   };
 
   /// A base that is held. `joint_names` are the set-points' order and must contain the active joints; `X_WB`
@@ -146,8 +145,12 @@ class HandMotion {
   [[nodiscard]] double trunk_clearance() const noexcept { return clearance(kinematics_, guards_, trunk_); }
   /// Least distance of an active joint to a position limit now, rad.
   [[nodiscard]] double limit_margin() const noexcept;
-  /// Where the centre of mass of a standing robot is kept, horizontal.
-  [[nodiscard]] const Eigen::Vector2d& com_target() const { return p_Wcm_; }
+  /// Where the centre of mass of a standing robot is to be now, horizontal.
+  [[nodiscard]] Eigen::Vector2d com_target() const {
+    return state_.balance.at(state_.balance_time).X_W.translation().head<2>();
+  }
+  /// The centre of mass has come where it stays.
+  [[nodiscard]] bool balanced() const { return state_.balance_time >= state_.balance.duration(); }
   [[nodiscard]] const Kinematics& kinematics() const { return kinematics_; }
 
  private:
@@ -161,6 +164,8 @@ class HandMotion {
     Status status = Status::kHolding;
     PoseTrajectory path;
     double path_time = 0;
+    PoseTrajectory balance;  // of the centre of mass, as the translation
+    double balance_time = 0;
     double waited = 0;
   };
 
@@ -179,7 +184,6 @@ class HandMotion {
   int hand_;
   std::vector<int> active_;
   std::vector<Target> upright_, posture_, legs_;
-  Eigen::Vector2d p_Wcm_ = Eigen::Vector2d::Zero();  // where the centre of mass is kept
   std::vector<GuardSphere> guards_;
   std::vector<GuardCapsule> trunk_;
   WholeBodyIk ik_;

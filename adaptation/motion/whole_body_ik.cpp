@@ -106,7 +106,8 @@ void WholeBodyIk::track_orientation(int link, const Eigen::Matrix3d& R_WL, const
   append(0, 3, velocity);
 }
 
-void WholeBodyIk::track_com(const Eigen::Vector2d& p_Wcm, double gain) noexcept {
+void WholeBodyIk::track_com(const Eigen::Vector2d& p_Wcm, const Eigen::Vector2d& v_Wcm,
+                            double gain) noexcept {
   auto J_com = J_full_.topRows<3>();
   if (base_ == BaseMotion::kFloating)
     kinematics_->floating_com_jacobian(J_com);
@@ -117,7 +118,7 @@ void WholeBodyIk::track_com(const Eigen::Vector2d& p_Wcm, double gain) noexcept 
   for (std::size_t i = 0; i < active_.size(); ++i)
     J_.col(first_joint_ + static_cast<int>(i)).head<2>() = J_com.col(first_joint_ + active_[i]).head<2>();
   Eigen::Matrix<double, 6, 1> velocity = Eigen::Matrix<double, 6, 1>::Zero();
-  velocity.head<2>() = gain * (p_Wcm - kinematics_->com().head<2>());
+  velocity.head<2>() = v_Wcm + gain * (p_Wcm - kinematics_->com().head<2>());
   append(0, 2, velocity);
 }
 

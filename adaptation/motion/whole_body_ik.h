@@ -54,8 +54,8 @@ class WholeBodyIk {
                       const Eigen::Vector3d& v_WP, double gain) noexcept;
   void track_orientation(int link, const Eigen::Matrix3d& R_WL, const Eigen::Vector3d& w_WL,
                          double gain) noexcept;
-  /// Horizontal position of the centre of mass in W.
-  void track_com(const Eigen::Vector2d& p_Wcm, double gain) noexcept;
+  /// Horizontal position and velocity of the centre of mass in W.
+  void track_com(const Eigen::Vector2d& p_Wcm, const Eigen::Vector2d& v_Wcm, double gain) noexcept;
   /// One joint, by degree of freedom, to a position. Ignored for a joint that is not active.
   void track_joint(int dof, double position, double gain) noexcept;
 

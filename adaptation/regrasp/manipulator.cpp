@@ -41,6 +41,7 @@ void Manipulator::start() {
     motion_.emplace(model_, joints, Eigen::Isometry3d::Identity(), options);
   }
   motion_->reset(session_.link_positions());
+  while (!motion_->balanced()) session_.tick(motion_->step(session_.period()));
   hold(parameters_.settle_time);
   X_TH_start_ = motion_->X_WH();
 }

@@ -86,7 +86,7 @@ void floating_whole_body_solve(benchmark::State& state) {
     ik.next_level();
     ik.track_pose(hand, origin, X_WH, still, 1);
     ik.next_level();
-    ik.track_com(kinematics.com().head<2>(), 4);
+    ik.track_com(kinematics.com().head<2>(), Eigen::Vector2d::Zero(), 4);
     ik.next_level();
     ik.track_orientation(robot().model.link_index("DWYTorso"), Eigen::Matrix3d::Identity(), origin, 2);
     ik.next_level();

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
+#include <numbers>
 #include <vector>
 
 #include <gtest/gtest.h>
@@ -70,6 +72,43 @@ TEST(Standing, SixtySecondsAtHome) {
   std::printf("feet %.4f mm, centre of mass off by %.3f mm, moved by %.4f mm in the last 30 s\n", 1e3 * slide,
               1e3 * away, 1e3 * (most - least).norm());
 }
+
+/// A push at the chest from one of eight directions.
+class Pushed : public testing::TestWithParam<int> {};
+
+TEST_P(Pushed, RobotStaysOnItsFeet) {
+  constexpr double kPush = 300, kDuration = 0.1, kAt = 3;  // N, s, s
+  const double direction = GetParam() * std::numbers::pi / 4;
+  Scene world = scene();
+  world.objects.clear();
+  std::erase_if(world.fixed,
+                [](const FixedBody& body) { return body.name != "room"; });  // nothing to lean on
+  PushEvent push;
+  push.link = "DWYTorso";
+  push.force_W = kPush * Eigen::Vector3d(std::cos(direction), std::sin(direction), 0);
+  push.p_LP = Eigen::Vector3d(0, 0, 0.2);
+  push.duration = kDuration;
+  world.events.push_back({kAt, 0, push});
+  rigs::CommandedRobot robot(world, emulator_options());
+  const Feet feet(robot);
+  robot.start();
+  const double height = robot.p_Wcm().z();
+  const Eigen::Vector3d com = robot.p_Wcm();
+  double excursion = 0, lowest = height;
+  robot.each_cycle = [&] {
+    excursion = std::max(excursion, (robot.p_Wcm() - com).head<2>().norm());
+    lowest = std::min(lowest, robot.p_Wcm().z());
+  };
+  robot.manipulator().hold(10);
+  EXPECT_GT(excursion, 0.005);  // it was pushed
+  EXPECT_GT(lowest, height - 0.05);
+  EXPECT_LT((robot.p_Wcm() - com).head<2>().norm(), 0.06);  // it may still sway
+  std::printf("%3.0f deg: centre of mass %.1f mm away at most, %.2f mm at the end; feet moved by %.2f mm\n",
+              direction * 180 / std::numbers::pi, 1e3 * excursion, 1e3 * (robot.p_Wcm() - com).norm(),
+              1e3 * feet.slide());
+}
+
+INSTANTIATE_TEST_SUITE_P(FromEightDirections, Pushed, testing::Range(0, 8));
 
 }  // namespace
 }  // namespace walkman

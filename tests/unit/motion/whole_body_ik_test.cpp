@@ -68,7 +68,7 @@ TEST_F(WholeBodyIkTest, FloatingBaseReachesWithFeetInPlaceAndBalance) {
     ik.next_level();
     ik.track_pose(hand, Eigen::Vector3d::Zero(), X_WH, kStill(), 4);
     ik.next_level();
-    ik.track_com(p_balance, 4);
+    ik.track_com(p_balance, Eigen::Vector2d::Zero(), 4);
     ik.next_level(0.1);
     ik.track_orientation(robot.model.link_index("DWYTorso"), Eigen::Matrix3d::Identity(),
                          Eigen::Vector3d::Zero(), 2);
