@@ -2,6 +2,7 @@
 
 #include <cmath>
 
+#include <BulletCollision/BroadphaseCollision/btCollisionAlgorithm.h>
 #include <BulletCollision/CollisionShapes/btCompoundShape.h>
 #include <BulletDynamics/Featherstone/btMultiBodyLinkCollider.h>
 
