@@ -13,6 +13,7 @@
 #include "emulator/plant/multibody.h"
 #include "emulator/plant/row_space_solver.h"
 #include "emulator/plant/self_collision.h"
+#include "emulator/plant/self_collision_dispatcher.h"
 #include "emulator/plant/soft_hand.h"
 #include "emulator/plant/standing_load.h"
 #include "emulator/plant/world_objects.h"
@@ -68,7 +69,7 @@ struct Plant::Impl {
 
   const RobotModel* robot = nullptr;
   btDefaultCollisionConfiguration configuration;
-  btCollisionDispatcher dispatcher{&configuration};
+  SelfCollisionDispatcher dispatcher{&configuration};
   btDbvtBroadphase broadphase;
   std::unique_ptr<SelfCollision> self_collision;
   std::unique_ptr<SelfCollisionFilter> self_collision_filter;

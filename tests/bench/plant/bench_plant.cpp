@@ -68,7 +68,7 @@ int main(int argc, char** argv) {
     measure("contact-free", 0, steps, *plant, [&] { scenes.step(*plant, 0); });
     plant = scenes.standing();
     measure("standing", 200, steps, *plant, [&] { scenes.step(*plant, 0); });
-    plant = scenes.holding();
+    plant = scenes.gripping();
     measure("both hands", 330, steps, *plant,
             [&] { scenes.step(*plant, walkman::bench::PlantScenes::kGrip); });
     return 0;

@@ -18,8 +18,9 @@ class PlantScenes {
   [[nodiscard]] std::unique_ptr<plant::Plant> contact_free() const;
   /// On its feet at home, floating, drives holding.
   [[nodiscard]] std::unique_ptr<plant::Plant> standing() const;
-  /// On its feet with the bar in both hands, the fingers closed by `kGrip` of motor torque.
-  [[nodiscard]] std::unique_ptr<plant::Plant> holding() const;
+  /// On its feet, each hand closed by `kGrip` round a bar of 7 cm that is held in space, another bar on the
+  /// table: at least the contacts of a lift with both hands.
+  [[nodiscard]] std::unique_ptr<plant::Plant> gripping() const;
 
   static constexpr double kGrip = 2.0;  ///< N·m of the hands' motors
 
@@ -30,7 +31,7 @@ class PlantScenes {
  private:
   [[nodiscard]] std::unique_ptr<plant::Plant> build(const Scene& scene) const;
 
-  Scene scene_;
+  Scene scene_, alone_;  // alone: without table and bar
   RobotModel robot_;
   DeviceTable devices_;
   std::map<std::string, plant::ActuatorParameters> actuators_;

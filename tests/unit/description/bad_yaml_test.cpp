@@ -49,7 +49,7 @@ INSTANTIATE_TEST_SUITE_P(
         Bad{"bad_scene_nan.yaml", 10, {"jitter.x_m", "\"nan\" is not finite"}},
         Bad{"bad_scene_dot_nan.yaml", 10, {"jitter.x_m", ".nan"}},
         Bad{"bad_scene_negative_jitter.yaml", 10, {"jitter.x_m", "negative"}},
-        Bad{"bad_scene_base_kind.yaml", 6, {"robot.base.kind", "\"floating\"", "\"fixed\""}},
+        Bad{"bad_scene_base_kind.yaml", 6, {"robot.base.kind", "\"flying\"", "fixed, floating or hoisted"}},
         Bad{"bad_scene_urdf_missing.yaml", 2, {"robot.urdf", "no file", "nowhere.urdf"}},
         Bad{"bad_scene_weight_off.yaml",
             16,

@@ -45,17 +45,17 @@ TEST_F(Events, AWristSensorReadsAPushBeyondIt) {
   const auto calm = build();
   const Eigen::Vector3d force_W(3, -4, 5);
   const Eigen::Vector3d p_LP(0.02, 0.03, -0.2);
-  scene_.events = {{2.0, 0, PushEvent{"RSoftHandLink", force_W, p_LP, 1.0}}};
+  scene_.events = {{0.5, 0, PushEvent{"RSoftHandLink", force_W, p_LP, 2.0}}};
   const auto pushed = build();
-  run(*calm, 2000);
-  run(*pushed, 2000);
+  run(*calm, 500);
+  run(*pushed, 500);
   EXPECT_EQ(calm->state_hash(), pushed->state_hash());
   run(*calm, 1);
   run(*pushed, 1);
-  // In the push's first step nothing has moved yet: the difference is inertia's share and the push. Over the
-  // rest the arm comes to a new balance, and the whole push is in the reading.
-  run(*calm, 900);
-  run(*pushed, 900);
+  EXPECT_NE(calm->state_hash(), pushed->state_hash());
+  // The arm comes to a new balance, and the whole push is in the reading.
+  run(*calm, 1500);
+  run(*pushed, 1500);
   const auto reading = [&](const Plant& plant) { return plant.F_So_S(0); };
   const Eigen::Isometry3d X_WS = pushed->X_WL(robot_.link_index("r_arm_ft"));
   const Eigen::Matrix3d R_SW = X_WS.linear().transpose();
@@ -65,7 +65,7 @@ TEST_F(Events, AWristSensorReadsAPushBeyondIt) {
   EXPECT_NEAR((extra - R_SW * force_W).norm(), 0, 0.3);
   EXPECT_NEAR((extra_torque - R_SW * (p_WP - X_WS.translation()).cross(force_W)).norm(), 0, 0.08);
   // The other wrist feels none of it but the shaking.
-  EXPECT_NEAR((pushed->F_So_S(1).force - calm->F_So_S(1).force).norm(), 0, 0.1);
+  EXPECT_NEAR((pushed->F_So_S(1).force - calm->F_So_S(1).force).norm(), 0, 0.3);
 }
 
 TEST_F(Events, AWeightThatMovesTakesTheCentreOfMassAlong) {

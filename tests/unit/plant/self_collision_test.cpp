@@ -1,7 +1,9 @@
 // Which bodies of the robot meet each other, and that they do.
 
+#include <random>
 #include <set>
 
+#include "emulator/plant/self_collision_dispatcher.h"
 #include "tests/unit/plant/whole_plant.h"
 
 namespace walkman::plant {
@@ -36,6 +38,48 @@ class SelfCollisionOfTheRobot : public WholePlant {
     return plant.joint_position(robot_.joint_index(name));
   }
 };
+
+/// Smallest distance of the corners, edges and faces of two boxes' surfaces, by sampling: an upper bound.
+double sampled_distance(const btTransform& A, const btVector3& a, const btTransform& B, const btVector3& b) {
+  double nearest = 1e9;
+  constexpr int kSteps = 12;
+  for (int i = 0; i <= kSteps; ++i) {
+    for (int j = 0; j <= kSteps; ++j) {
+      for (int k = 0; k <= kSteps; ++k) {
+        const btVector3 unit(2.0 * i / kSteps - 1, 2.0 * j / kSteps - 1, 2.0 * k / kSteps - 1);
+        const btVector3 in_b = B.inverse() * (A * (unit * a));
+        btVector3 beyond(0, 0, 0);
+        for (int x = 0; x < 3; ++x) beyond[x] = std::max(0.0, std::abs(in_b[x]) - b[x]);
+        nearest = std::min(nearest, static_cast<double>(beyond.length()));
+      }
+    }
+  }
+  return nearest;
+}
+
+TEST(BoxesApart, AgreesWithSampledBoxes) {
+  std::mt19937_64 random(3);
+  std::uniform_real_distribution<double> draw(-1, 1);
+  int apart = 0, together = 0;
+  for (int n = 0; n < 400; ++n) {
+    const auto pose = [&](double spread) {
+      btQuaternion q(draw(random), draw(random), draw(random), draw(random));
+      return btTransform(q.normalized(), btVector3(draw(random), draw(random), draw(random)) * spread);
+    };
+    const btTransform A = pose(0.1), B = pose(0.35);
+    const btVector3 a(0.05 + 0.05 * std::abs(draw(random)), 0.1, 0.15), b(0.12, 0.06, 0.1);
+    const double distance = sampled_distance(A, a, B, b);
+    if (boxes_apart(A, a, B, b)) {
+      EXPECT_GT(distance, 0) << n;  // never apart when a point of one is in the other
+      ++apart;
+    } else {
+      EXPECT_LT(distance, 0.04) << n;  // the sampling's own step
+      ++together;
+    }
+  }
+  EXPECT_GT(apart, 50);
+  EXPECT_GT(together, 50);
+}
 
 TEST_F(SelfCollisionOfTheRobot, ExcusesNeighboursAndOverlapsOnly) {
   const auto plant = build();
@@ -81,7 +125,7 @@ TEST_F(SelfCollisionOfTheRobot, ArmsStopAtEachOther) {
   for (const Contact& contact : plant->contacts()) {
     met.insert(std::minmax(contact.body_a, contact.body_b));
   }
-  for (const auto& [a, b] : met) printf("%s %s\n", a.c_str(), b.c_str());
+
   const bool arms = std::any_of(met.begin(), met.end(), [](const Pair& pair) {
     return (pair.first[0] == 'L' || pair.first[0] == 'l') && (pair.second[0] == 'R' || pair.second[0] == 'r');
   });
