@@ -56,12 +56,6 @@ nodes::DriveParameters drive_parameters(const Device& device, const RobotModel& 
   return parameters;
 }
 
-// Residuals of an unloaded sensor after power-on, and noise as large as the 45 mm sensor's effective
-// resolution: estimates, WALK-MAN's own sensors are not documented.
-constexpr double kForceResidual = 2.0;    // N, uniform within plus or minus
-constexpr double kTorqueResidual = 0.05;  // N·m
-constexpr double kNoise = 1.0;            // resolutions
-
 /// Every sensor has its own stream of the scene's seed.
 std::mt19937_64 sensor_stream(const Device& device, std::uint64_t seed) {
   std::seed_seq sequence{static_cast<std::uint32_t>(seed), static_cast<std::uint32_t>(seed >> 32U),
@@ -69,19 +63,19 @@ std::mt19937_64 sensor_stream(const Device& device, std::uint64_t seed) {
   return std::mt19937_64(sequence);
 }
 
-nodes::ForceTorqueParameters force_torque_parameters(const Device& device, std::uint64_t seed) {
-  nodes::ForceTorqueParameters parameters;
-  parameters.node_id = device.node_id;
+nodes::ForceTorqueParameters force_torque_parameters(const Device& device, const ForceTorqueKind& kind,
+                                                     const EmulatorOptions& options) {
+  nodes::ForceTorqueParameters parameters =
+      draw_sensor(kind, options.sensor_errors, options.seed, device.node_id);
   parameters.name = device.name;
   parameters.serial = device.node_id;
-  parameters.noise = kNoise;
-  std::mt19937_64 generator = sensor_stream(device, seed);
-  std::uniform_real_distribution<double> spread(-1, 1);
-  for (std::size_t i = 0; i < parameters.residual.size(); ++i) {
-    parameters.residual[i] = spread(generator) * (i < 3 ? kForceResidual : kTorqueResidual);
-  }
-  parameters.noise_seed = generator();
   return parameters;
+}
+
+/// The kind of force/torque sensor `options` names, or the one beside the actuators.
+ForceTorqueKind force_torque_kind(const EmulatorOptions& options) {
+  if (!options.force_torque.empty()) return load_force_torque_kind(options.force_torque);
+  return load_force_torque_kind(options.actuators.parent_path() / "sensors" / "force_torque_45mm.yaml");
 }
 
 // Errors of an inertial unit, uniform within plus or minus, and noise of a sample: estimates in the range of
@@ -153,6 +147,7 @@ Emulator::Impl::Impl(const RobotModel& robot, const DeviceTable& devices, const 
     : plant(robot, scene, devices, actuators),
       multisense(robot, scene, robot.link_index(kOpticalFrame), options.camera, options.camera_rate_hz,
                  options.seed) {
+  const ForceTorqueKind sensor_kind = force_torque_kind(options);
   const std::uint32_t model_hash = hash_of(scene.robot_urdf);
   for (const Bus& wiring : devices.buses) {
     buses.push_back(std::make_unique<bus::CanBus>(
@@ -161,7 +156,7 @@ Emulator::Impl::Impl(const RobotModel& robot, const DeviceTable& devices, const 
     for (const Device& device : wiring.devices) {
       if (device.kind == DeviceKind::kForceTorque) {
         sensors.push_back(
-            std::make_unique<nodes::ForceTorqueNode>(force_torque_parameters(device, options.seed)));
+            std::make_unique<nodes::ForceTorqueNode>(force_torque_parameters(device, sensor_kind, options)));
         attach(*sensors.back(), wiring);
       } else if (device.kind == DeviceKind::kInertialUnit) {
         inertials.push_back(std::make_unique<nodes::InertialNode>(inertial_parameters(device, options.seed)));
