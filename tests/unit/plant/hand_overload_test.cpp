@@ -66,7 +66,7 @@ Overload overload(Load kind, double tension, double friction) {
     const double last_speed = speed;
     speed = (world.X_PO().translation().x() - x) / HandWorld::kStep;
     x = world.X_PO().translation().x();
-    if (by > 0.2 * limit && by < limit) {
+    if (result.at_slip == 0 && by > 0.2 * limit && by < limit) {
       result.grip += world.grip();
       // The right palm's x is the world's.
       result.friction += load - grasp.mass * (speed - last_speed) / HandWorld::kStep;
