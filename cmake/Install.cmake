@@ -24,7 +24,8 @@ install(TARGETS walkman-hil RUNTIME DESTINATION "${CMAKE_INSTALL_BINDIR}")
 install(DIRECTORY "${WALKMAN_ROOT}/urdf/" DESTINATION "${share}/urdf"
         FILES_MATCHING REGEX "\\.(urdf|srdf|yaml|stl|obj|dae)$")
 install(FILES "${WALKMAN_ROOT}/adaptation/parameters.yaml" DESTINATION "${share}/adaptation")
-install(DIRECTORY "${WALKMAN_ROOT}/emulator/plant/actuators" DESTINATION "${share}/emulator/plant")
+install(DIRECTORY "${WALKMAN_ROOT}/emulator/plant/actuators" "${WALKMAN_ROOT}/emulator/plant/sensors"
+        DESTINATION "${share}/emulator/plant")
 install(FILES "${WALKMAN_ROOT}/drivers/robot/identities.yaml" DESTINATION "${share}/drivers/robot")
 install(DIRECTORY "${WALKMAN_ROOT}/drivers/robot/pdo_layouts" DESTINATION "${share}/drivers/robot")
 install(DIRECTORY "${device_files}/eds" "${device_files}/dbc" DESTINATION "${share}")

@@ -56,12 +56,6 @@ nodes::DriveParameters drive_parameters(const Device& device, const RobotModel& 
   return parameters;
 }
 
-// Residuals of an unloaded sensor after power-on, and noise as large as the 45 mm sensor's effective
-// resolution: estimates, WALK-MAN's own sensors are not documented.
-constexpr double kForceResidual = 2.0;    // N, uniform within plus or minus
-constexpr double kTorqueResidual = 0.05;  // N·m
-constexpr double kNoise = 1.0;            // resolutions
-
 /// Every sensor has its own stream of the scene's seed.
 std::mt19937_64 sensor_stream(const Device& device, std::uint64_t seed) {
   std::seed_seq sequence{static_cast<std::uint32_t>(seed), static_cast<std::uint32_t>(seed >> 32U),
@@ -69,38 +63,33 @@ std::mt19937_64 sensor_stream(const Device& device, std::uint64_t seed) {
   return std::mt19937_64(sequence);
 }
 
-// In an ankle the 45 mm sensor would be over its range when the robot leans by 6 cm on one foot: the torques
-// a sole of this size can bring about under the whole weight, and the resolution in proportion, are an
-// estimate.
-constexpr nodes::ChannelRating kAnkleBending{200, 0.03};  // N·m
-constexpr nodes::ChannelRating kAnkleTwist{100, 0.015};   // N·m
-
-/// A sensor nothing hangs below sits in a foot.
-bool in_foot(const RobotModel& robot, const std::string& frame) {
-  const int link = robot.link_index(frame);
-  return std::none_of(robot.joints.begin(), robot.joints.end(),
-                      [&](const Joint& joint) { return joint.parent_link == link; });
-}
-
-nodes::ForceTorqueParameters force_torque_parameters(const Device& device, const RobotModel& robot,
-                                                     std::uint64_t seed) {
-  nodes::ForceTorqueParameters parameters;
-  if (in_foot(robot, device.name)) {
-    parameters.channels[3] = parameters.channels[4] = kAnkleBending;
-    parameters.channels[5] = kAnkleTwist;
-  }
-  parameters.node_id = device.node_id;
+nodes::ForceTorqueParameters force_torque_parameters(const Device& device, const ForceTorqueKind& kind,
+                                                     const EmulatorOptions& options) {
+  nodes::ForceTorqueParameters parameters =
+      draw_sensor(kind, options.sensor_errors, options.seed, device.node_id);
   parameters.name = device.name;
   parameters.serial = device.node_id;
-  parameters.noise = kNoise;
-  std::mt19937_64 generator = sensor_stream(device, seed);
-  std::uniform_real_distribution<double> spread(-1, 1);
-  for (std::size_t i = 0; i < parameters.residual.size(); ++i) {
-    parameters.residual[i] = spread(generator) * (i < 3 ? kForceResidual : kTorqueResidual);
-  }
-  parameters.noise_seed = generator();
   return parameters;
 }
+
+/// The kinds of force/torque sensor there are.
+struct ForceTorqueKinds {
+  explicit ForceTorqueKinds(const EmulatorOptions& options)
+      : wrist(load(options, "force_torque_45mm.yaml")), ankle(load(options, "force_torque_ankle.yaml")) {}
+  static ForceTorqueKind load(const EmulatorOptions& options, const char* file) {
+    const bool given = !options.sensors.empty();
+    return load_force_torque_kind((given ? options.sensors : options.actuators.parent_path() / "sensors") /
+                                  file);
+  }
+  /// A sensor nothing hangs below sits in a foot.
+  [[nodiscard]] const ForceTorqueKind& of(const RobotModel& robot, const std::string& frame) const {
+    const int link = robot.link_index(frame);
+    const bool foot = std::none_of(robot.joints.begin(), robot.joints.end(),
+                                   [&](const Joint& joint) { return joint.parent_link == link; });
+    return foot ? ankle : wrist;
+  }
+  ForceTorqueKind wrist, ankle;
+};
 
 // Errors of an inertial unit, uniform within plus or minus, and noise of a sample: estimates in the range of
 // MEMS attitude sensors.
@@ -171,6 +160,7 @@ Emulator::Impl::Impl(const RobotModel& robot, const DeviceTable& devices, const 
     : plant(robot, scene, devices, actuators),
       multisense(robot, scene, robot.link_index(kOpticalFrame), options.camera, options.camera_rate_hz,
                  options.seed) {
+  const ForceTorqueKinds kinds(options);
   const std::uint32_t model_hash = hash_of(scene.robot_urdf);
   for (const Bus& wiring : devices.buses) {
     buses.push_back(std::make_unique<bus::CanBus>(
@@ -178,8 +168,8 @@ Emulator::Impl::Impl(const RobotModel& robot, const DeviceTable& devices, const 
         bus::BusOptions{wiring.bit_rate, wiring.fd, wiring.data_bit_rate, options.bus_timing}));
     for (const Device& device : wiring.devices) {
       if (device.kind == DeviceKind::kForceTorque) {
-        sensors.push_back(
-            std::make_unique<nodes::ForceTorqueNode>(force_torque_parameters(device, robot, options.seed)));
+        sensors.push_back(std::make_unique<nodes::ForceTorqueNode>(
+            force_torque_parameters(device, kinds.of(robot, device.name), options)));
         attach(*sensors.back(), wiring);
       } else if (device.kind == DeviceKind::kInertialUnit) {
         inertials.push_back(std::make_unique<nodes::InertialNode>(inertial_parameters(device, options.seed)));

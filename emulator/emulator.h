@@ -9,6 +9,7 @@
 #include "drivers/camera/range_camera.h"
 #include "drivers/can/interface.h"
 #include "emulator/bus/can_bus.h"
+#include "emulator/force_torque_kind.h"
 #include "emulator/multisense.h"
 #include "emulator/plant/plant.h"
 #include "sensors/stereo_camera.h"
@@ -19,6 +20,8 @@ namespace walkman {
 
 struct EmulatorOptions {
   std::filesystem::path actuators;  ///< folder of actuator classes, a YAML file each
+  std::filesystem::path sensors;    ///< folder of force/torque sensor kinds; empty: beside `actuators`
+  SensorErrors sensor_errors = SensorErrors::kAll;  ///< of the force/torque sensors
   sensors::StereoOptions camera;
   double camera_rate_hz = 15;
   std::uint64_t seed = 1;  ///< of the sensors' noise

@@ -20,7 +20,8 @@ constexpr auto kMap = Mappable::kYes;
 
 constexpr std::uint32_t kTaraSignature = 0x61726174;
 constexpr std::uint32_t kZeroSignature = 0x6F72657A;
-constexpr std::uint8_t kLowPass = 1;
+constexpr std::uint8_t kFirstOrder = 1;
+constexpr std::uint8_t kSecondOrder = 2;
 constexpr std::uint16_t kFilterConstantMs = 10;
 
 }  // namespace
@@ -92,7 +93,7 @@ void AnalogueChannel::add_adjustment(ObjectDictionary& d) {
   factor_ = d.add<float>(0x6126, channel_, kRw, 1);
   scaling_offset_ = d.add<float>(0x6127, channel_, kRw, 0);
   tare_ = d.add<float>(object::kTare, channel_, kRw, 0);
-  filter_type_ = d.add<std::uint8_t>(0x61A0, channel_, kRw, 0).limits(0, kLowPass);
+  filter_type_ = d.add<std::uint8_t>(0x61A0, channel_, kRw, 0).limits(0, kSecondOrder);
   filter_constant_ = d.add<std::uint16_t>(0x61A1, channel_, kRw, kFilterConstantMs);
 
   const auto adjusts = [this](Object<float>& parameter) {
@@ -132,17 +133,28 @@ std::uint8_t AnalogueChannel::sample(double reading) noexcept {
   if (reading > range) status |= measuring_status::kPositiveOverload;
   if (reading < -range) status |= measuring_status::kNegativeOverload;
   const double inside = std::clamp(reading, -range, range);
-  const double resolved = std::round(inside / description_.resolution) * description_.resolution;
-
-  double weight = 1;
-  if (description_.adjustable && filter_type_.get() == kLowPass && settled_ && filter_constant_.get() > 0) {
-    weight = 1 - std::exp(-sample_period_ / (filter_constant_.get() * kMilli));
-  }
-  filtered_ += weight * (resolved - filtered_);
+  const double step = description_.resolution;
+  const double resolved = step > 0 ? std::round(inside / step) * step : inside;
+  filter(resolved);
   settled_ = true;
   fresh_ = true;
   publish();
   return status;
+}
+
+void AnalogueChannel::filter(double resolved) noexcept {
+  const bool on = description_.adjustable && filter_type_.get() != 0 && filter_constant_.get() > 0;
+  if (!on || !settled_) {
+    first_stage_ = filtered_ = resolved;
+    return;
+  }
+  const double weight = 1 - std::exp(-sample_period_ / (filter_constant_.get() * kMilli));
+  first_stage_ += weight * (resolved - first_stage_);
+  if (filter_type_.get() == kFirstOrder) {
+    filtered_ = first_stage_;
+  } else {
+    filtered_ += weight * (first_stage_ - filtered_);
+  }
 }
 
 void AnalogueChannel::publish() noexcept {

@@ -18,7 +18,7 @@ inline constexpr std::uint8_t kNegativeOverload = 4;
 /// One channel of an analogue input device as built.
 struct ChannelDescription {
   double range = 0;                    ///< readings beyond +-range are an overload, SI unit
-  double resolution = 0;               ///< step of a reading, SI unit
+  double resolution = 0;               ///< step of a reading, SI unit; 0: none
   double wire_unit = 1;                ///< of the integer process values 7130h and 9130h, SI unit
   std::uint16_t sensor_type = 0;       ///< 6110h; from 10000 on the manufacturer's own
   std::uint32_t unit_code = 0;         ///< 6131h (CiA 303-2: prefix, numerator, denominator)
@@ -29,8 +29,9 @@ struct ChannelDescription {
 
 /// One channel of an analogue input (CiA 404-2), the sub-index of every object below.
 ///
-/// A reading passes range, resolution and filter 61A0h (0 none, 1 first-order low-pass with the time constant
-/// 61A1h in ms) and is then the field value 6100h (real32; 7100h i16). The process value is
+/// A reading passes range, resolution and filter 61A0h (0 none; 1 a first-order low-pass with the time
+/// constant 61A1h in ms; 2 two of them in a row) and is then the field value 6100h (real32; 7100h i16). The
+/// process value is
 ///     6126h * field value + 6127h + 6124h - 6138h,
 /// scaling factor, scaling offset, input offset and tare: 6130h real32, 7130h i16 and 9130h i32. It is the
 /// net one, 6140h repeats it. Writing "zero" to 6125h sets the input offset, and "tara" to 6139h the tare, so
@@ -69,6 +70,7 @@ class AnalogueChannel {
   void add_measurement(ObjectDictionary& dictionary, std::uint32_t sample_period_us);
   void add_events(ObjectDictionary& dictionary);
   void add_adjustment(ObjectDictionary& dictionary);
+  void filter(double resolved) noexcept;
   void publish() noexcept;
 
   std::uint8_t channel_;
@@ -85,7 +87,7 @@ class AnalogueChannel {
   Object<std::uint8_t> filter_type_;
   Object<std::uint16_t> filter_constant_;
 
-  double filtered_ = 0;
+  double first_stage_ = 0, filtered_ = 0;
   bool settled_ = false;  // the filter has a value to start from
   bool fresh_ = false;    // a sample has come since the last question for an event
   float last_event_ = 0;  // process value

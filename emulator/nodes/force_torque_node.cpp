@@ -1,6 +1,7 @@
 #include "emulator/nodes/force_torque_node.h"
 
 #include "drivers/canopen/objects.h"
+#include "emulator/nodes/wire_units.h"
 
 namespace walkman::nodes {
 
@@ -29,13 +30,19 @@ std::array<ChannelDescription, ForceTorqueNode::kChannels> describe(const ForceT
   return channels;
 }
 
+std::int16_t wire_temperature(const ForceTorqueTransducer& transducer) {
+  return to_wire<std::int16_t>(transducer.temperature_c(), kDeci);
+}
+
 }  // namespace
 
 ForceTorqueNode::ForceTorqueNode(const ForceTorqueParameters& parameters)
     : MeasuringNode({parameters.node_id, kAnalogueInputType, parameters.name, kProduct, parameters.serial},
                     describe(parameters), parameters.sample_period_us),
-      parameters_(parameters),
-      generator_(parameters.noise_seed) {
+      transducer_(parameters.transducer, parameters.sample_period_us * kMicro) {
+  objects().add<std::uint8_t>(object::kSensorTemperature, 0, Access::kConst, 1);
+  temperature_ = objects().add<std::int16_t>(object::kSensorTemperature, 1, Access::kReadOnly,
+                                             wire_temperature(transducer_), Mappable::kYes);
   constexpr std::uint16_t kValue = object::kProcessValueInt16;
   PdoSet transmit;
   transmit[0] = {true,
@@ -52,13 +59,10 @@ ForceTorqueNode::ForceTorqueNode(const ForceTorqueParameters& parameters)
 }
 
 void ForceTorqueNode::sample(const Wrench& F_So_S) noexcept {
+  const Vector6 measured = transducer_.measure(F_So_S);
   std::array<double, kChannels> readings{};
-  for (std::size_t i = 0; i < kChannels; ++i) {
-    const auto axis = static_cast<Eigen::Index>(i % 3);
-    const double load = i < 3 ? F_So_S.force[axis] : F_So_S.torque[axis];
-    const double noise = parameters_.noise * parameters_.channels[i].resolution * normal_(generator_);
-    readings[i] = load + parameters_.residual[i] + noise;
-  }
+  for (std::size_t i = 0; i < kChannels; ++i) readings[i] = measured[static_cast<Eigen::Index>(i)];
+  temperature_.set(wire_temperature(transducer_));
   take_sample(readings);
 }
 

@@ -2,9 +2,9 @@
 
 #include <array>
 #include <cstdint>
-#include <random>
 #include <string>
 
+#include "emulator/nodes/force_torque_transducer.h"
 #include "emulator/nodes/measuring_node.h"
 #include "urdf/wrench.h"
 
@@ -12,12 +12,12 @@ namespace walkman::nodes {
 
 /// One channel of a force/torque sensor: full scale and effective resolution, in N or N m.
 struct ChannelRating {
-  double range = 0;
-  double resolution = 0;
+  double range = 0;       ///< infinity: none
+  double resolution = 0;  ///< 0: none
 };
 
-/// A six-axis force/torque sensor as built. The default ratings are those of IIT's 45 mm sensor (WALK-MAN's
-/// own have not been published); channels Fx, Fy, Fz, Tx, Ty, Tz.
+/// A six-axis force/torque sensor as built; channels Fx, Fy, Fz, Tx, Ty, Tz. The default ratings are those of
+/// IIT's 45 mm sensor, with a transducer that adds nothing.
 struct ForceTorqueParameters {
   std::uint8_t node_id = 0;
   std::string name;
@@ -25,16 +25,15 @@ struct ForceTorqueParameters {
   std::array<ChannelRating, 6> channels{
       {{1500, 0.25}, {1500, 0.25}, {2000, 0.25}, {35, 0.005}, {35, 0.005}, {25, 0.004}}};
   std::uint32_t sample_period_us = 1000;  ///< 6114h
-  double noise = 0;                       ///< standard deviation of a sample, in resolutions of its channel
-  std::array<double, 6> residual{};       ///< what the unloaded sensor reads, N or N m
-  std::uint64_t noise_seed = 0;
+  TransducerParameters transducer;
 };
 
 /// A six-axis force/torque sensor (CiA 404, device type 00020194h). Sub-index = channel, Fx Fy Fz Tx Ty Tz,
 /// in N and N m; 7130h and 9130h in 0.1 N and 0.01 N m.
 ///
-/// To the load a sample adds residual and noise, then it goes through its `AnalogueChannel`. TPDO1: 7130h:1-3
-/// and the sample counter 2050h:1; TPDO2: 7130h:4-6 and the status 6150h:1; every SYNC.
+/// A sample goes through the `ForceTorqueTransducer`, then each component through its `AnalogueChannel`.
+/// TPDO1: 7130h:1-3 and the sample counter 2050h:1; TPDO2: 7130h:4-6 and the status 6150h:1; every SYNC.
+/// 2034h:1 is the sensor's temperature in 0.1 degC.
 class ForceTorqueNode : public MeasuringNode {
  public:
   static constexpr std::size_t kChannels = 6;
@@ -46,9 +45,8 @@ class ForceTorqueNode : public MeasuringNode {
   void sample(const Wrench& F_So_S) noexcept;
 
  private:
-  ForceTorqueParameters parameters_;
-  std::mt19937_64 generator_;
-  std::normal_distribution<double> normal_;
+  ForceTorqueTransducer transducer_;
+  Object<std::int16_t> temperature_;
 };
 
 }  // namespace walkman::nodes

@@ -42,6 +42,8 @@ struct JointDrive {
 
 struct HandDrive {
   std::unique_ptr<SoftHand> hand;
+  int palm_link;
+  std::vector<SlipMeter> slips;  // of each object
 };
 
 /// Which of the two kinds a drive of the device table is, and its place among them.
@@ -165,8 +167,11 @@ void Plant::Impl::add_drives(const DeviceTable& devices,
       }
       if (device.kind == DeviceKind::kHandDrive) {
         drives.push_back({true, static_cast<int>(hands.size())});
+        const auto synergy = static_cast<std::size_t>(robot->joint_index(device.name));
         hands.push_back(
-            {std::make_unique<SoftHand>(*robot, *body, device.name, found->second, SoftHandParameters{})});
+            {std::make_unique<SoftHand>(*robot, *body, device.name, found->second, SoftHandParameters{}),
+             robot->joints[synergy].parent_link,
+             {}});
         continue;
       }
       const int index = robot->joint_index(device.name);
@@ -246,6 +251,7 @@ Plant::Plant(const RobotModel& robot, const Scene& scene, const DeviceTable& dev
   for (const SceneObject& object : scene.objects) {
     p.objects.push_back(make_object(p.world, object, kObjectFriction));
     p.object_models.push_back(object);
+    for (HandDrive& drive : p.hands) drive.slips.emplace_back(*p.body, drive.palm_link, *p.objects.back());
   }
   p.set_posture(posture);
   if (scene.base == BaseKind::kHoisted) p.hoist = std::make_unique<Hoist>(scene, robot, *p.body);
@@ -253,6 +259,7 @@ Plant::Plant(const RobotModel& robot, const Scene& scene, const DeviceTable& dev
       scene, robot, *p.body, kStep, [&p](std::size_t object, const std::vector<AttachedWeight>& weights) {
         p.object_models[object].weights = weights;
         rebuild_object(p.world, p.object_models[object], kObjectFriction, p.objects[object]);
+        for (HandDrive& drive : p.hands) drive.slips[object].follow(*p.objects[object]);
       });
 }
 
@@ -294,6 +301,9 @@ void Plant::step() {
   p.events->play(p.steps++);
   std::fill(p.sub_steps.begin(), p.sub_steps.end(), 0);
   p.world.stepSimulation(kStep, 0);
+  for (HandDrive& drive : p.hands) {
+    for (SlipMeter& meter : drive.slips) meter.update(p.dispatcher);
+  }
   p.time += kStep;
 }
 
@@ -378,6 +388,15 @@ bool Plant::object_touches_fixed(int object) const {
 
 double Plant::tendon_tension(int hand) const {
   return impl_->hands[static_cast<std::size_t>(hand)].hand->tension();
+}
+
+const Slip& Plant::slip(int hand, int object) const {
+  const auto& slips = impl_->hands[static_cast<std::size_t>(hand)].slips;
+  return slips[static_cast<std::size_t>(object)].slip();
+}
+
+int Plant::constraint_count() const {
+  return impl_->world.getNumConstraints() + impl_->world.getNumMultiBodyConstraints();
 }
 
 std::uint64_t Plant::state_hash() const {

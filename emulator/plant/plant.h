@@ -10,6 +10,7 @@
 
 #include "emulator/plant/inertial_motion.h"
 #include "emulator/plant/series_elastic_actuator.h"
+#include "emulator/plant/slip_meter.h"
 #include "urdf/device_table.h"
 #include "urdf/scene.h"
 #include "urdf/wrench.h"
@@ -80,6 +81,10 @@ class Plant {
   [[nodiscard]] std::vector<AllowedOverlap> allowed_overlaps() const;
   [[nodiscard]] bool object_touches_fixed(int object) const;
   [[nodiscard]] double tendon_tension(int hand) const;  ///< N
+  /// How far an object has slipped in a hand since the world was built.
+  [[nodiscard]] const Slip& slip(int hand, int object) const;
+  /// Bullet's constraints other than contacts: welds, locks, joint springs.
+  [[nodiscard]] int constraint_count() const;
   /// FNV-1a hash of all positions and velocities, for reproducibility checks.
   [[nodiscard]] std::uint64_t state_hash() const;
   [[nodiscard]] long solver_fallbacks() const;

@@ -128,6 +128,39 @@ TEST_F(ForceTorqueNodeTest, LowPassHasItsTimeConstant) {
   EXPECT_FLOAT_EQ(real(0x6130, 1), 0);
 }
 
+TEST_F(ForceTorqueNodeTest, SecondOrderLowPassIsTwoOfTheFirst) {
+  talk.ask("612#2FA0610302000000");
+  EXPECT_THAT(talk.ask("612#2FA0610303000000"), ElementsAre("592#80A0610331000906"));  // there is no third
+  talk.ask("612#2BA1610314000000");                                                    // 20 ms
+  sample(0, 0, 0, 0, 0, 0);
+  double slope = 0;
+  double last = 0;
+  for (int i = 0; i < 40; ++i) {
+    sample(0, 0, 1000, 0, 0, 0);
+    slope = std::max(slope, real(0x6130, 3) - last);
+    last = real(0x6130, 3);
+  }
+  // Step response 1 - (1 + t/T) exp(-t/T), here one sample late at most in each of the two.
+  EXPECT_NEAR(last, 1000 * (1 - 3 * std::exp(-2.0)), 1000 * std::exp(-2.0) * 2 / 20 + 1);
+  EXPECT_NEAR(slope, 1000 / 20.0 * std::exp(-1.0), 1);  // steepest at t = T
+}
+
+TEST_F(ForceTorqueNodeTest, TemperatureOverSdo) {
+  EXPECT_THAT(talk.ask("612#4034200100000000"), ElementsAre("592#4B342001FA000000"));  // 25.0 degC
+  ForceTorqueParameters p;
+  p.node_id = 18;
+  p.transducer.ambient_c = -5;
+  p.transducer.warm_up = 30;
+  p.transducer.warm_up_time = 0.5;
+  ForceTorqueNode warming(p);
+  Conversation other{warming};
+  other.listen(milliseconds(2));
+  EXPECT_THAT(other.ask("612#4034200100000000"), ElementsAre("592#4B342001CEFF0000"));  // -5.0 degC
+  for (int i = 0; i < 500; ++i) warming.sample({});
+  // -5 + 30 (1 - 1/e) = 13.96: 140 = 8Ch.
+  EXPECT_THAT(other.ask("612#4034200100000000"), ElementsAre("592#4B3420018C000000"));
+}
+
 TEST_F(ForceTorqueNodeTest, ScalingZeroAndTareAddUp) {
   sample(100, 0, 0, 0, 0, 0);
   // Factor 2 (40000000h), scaling offset -30 (C1F00000h), input offset 5 (40A00000h): 2 x 100 - 30 + 5.
@@ -208,16 +241,16 @@ struct NoisyForceTorqueNodeTest : ForceTorqueNodeTest {
     p.node_id = 18;
     p.name = "RWrist FT";
     p.serial = 18;
-    p.noise = 1;
-    p.residual = {1.3, -0.7, 0, 0.021, 0, 0};
-    p.noise_seed = 5;
+    p.transducer.noise << 0.25, 0.25, 0.25, 0.005, 0.005, 0.004;
+    p.transducer.bias << 1.3, -0.7, 0, 0.021, 0, 0;
+    p.transducer.noise_seed = 5;
     return p;
   }
   ForceTorqueNode noisy{noisy_parameters()};
   Conversation noisy_talk{noisy};
 };
 
-TEST_F(NoisyForceTorqueNodeTest, NoiseAndResidualAverageToLoadAndResidual) {
+TEST_F(NoisyForceTorqueNodeTest, NoiseAndBiasAverageToLoadAndBias) {
   constexpr int kSamples = 4000;
   double sum = 0;
   double squares = 0;

@@ -1,6 +1,7 @@
 #include "tests/unit/plant/kdl_wrist.h"
 
 #include <algorithm>
+#include <cmath>
 
 namespace walkman::tests {
 namespace {
@@ -30,12 +31,21 @@ KDL::RigidBodyInertia inertia_below(const RobotModel& model, int link) {
 
 }  // namespace
 
-KDL::Chain wrist_chain(const RobotModel& model, const std::string& sensor_frame, std::vector<int>& moving) {
+KDL::Chain sensor_chain(const RobotModel& model, const std::string& sensor_frame,
+                        const std::string& first_carried, std::vector<int>& moving) {
+  Eigen::Isometry3d X_CS = Eigen::Isometry3d::Identity();  // the sensor in what it carries
+  const int carried = model.link_index(first_carried);
   std::vector<int> path;  // joints from the sensor back to the root
   for (int link = model.link_index(sensor_frame);
        model.links[static_cast<std::size_t>(link)].parent_joint >= 0;) {
     path.push_back(model.links[static_cast<std::size_t>(link)].parent_joint);
     link = model.joints[static_cast<std::size_t>(path.back())].parent_link;
+  }
+  for (int link = model.link_index(sensor_frame); link != carried;) {
+    const Joint& joint =
+        model.joints[static_cast<std::size_t>(model.links[static_cast<std::size_t>(link)].parent_joint)];
+    X_CS = joint.X_PJ * X_CS;
+    link = joint.parent_link;
   }
   std::reverse(path.begin(), path.end());
   KDL::Chain chain;
@@ -56,8 +66,48 @@ KDL::Chain wrist_chain(const RobotModel& model, const std::string& sensor_frame,
     chain.addSegment(KDL::Segment(KDL::Joint(type)));
   }
   chain.addSegment(KDL::Segment(KDL::Joint(KDL::Joint::RotZ), KDL::Frame::Identity(),
-                                inertia_below(model, model.link_index(sensor_frame))));
+                                frame(X_CS.inverse()) * inertia_below(model, carried)));
   return chain;
+}
+
+KDL::Chain on_free_base(const KDL::Chain& chain, const Eigen::Isometry3d& X_MR) {
+  KDL::Chain free;
+  for (const auto type : {KDL::Joint::TransX, KDL::Joint::TransY, KDL::Joint::TransZ, KDL::Joint::RotZ,
+                          KDL::Joint::RotY, KDL::Joint::RotX}) {
+    free.addSegment(KDL::Segment(KDL::Joint(type)));
+  }
+  free.addSegment(KDL::Segment(KDL::Joint(KDL::Joint::None), frame(X_MR)));
+  free.addChain(chain);
+  return free;
+}
+
+void base_joints(const BaseMotion& motion, KDL::JntArray& q, KDL::JntArray& qd, KDL::JntArray& qdd) {
+  const Eigen::Matrix3d R = motion.X_WM.linear();
+  // R = Rz(a) Ry(b) Rx(c).
+  const double a = std::atan2(R(1, 0), R(0, 0));
+  const double b = std::atan2(-R(2, 0), std::hypot(R(0, 0), R(1, 0)));
+  const double c = std::atan2(R(2, 1), R(2, 2));
+  const Eigen::Vector3d z = Eigen::Vector3d::UnitZ();
+  const Eigen::Vector3d y(-std::sin(a), std::cos(a), 0);
+  const Eigen::Vector3d x = R.col(0);
+  Eigen::Matrix3d axes;
+  axes << z, y, x;
+  const auto solve = axes.partialPivLu();
+  const Eigen::Vector3d rate = solve.solve(motion.w);
+  const Eigen::Vector3d turning_y = rate[0] * z;
+  const Eigen::Vector3d turning_x = turning_y + rate[1] * y;
+  const Eigen::Vector3d second =
+      solve.solve(motion.w_rate - turning_y.cross(y) * rate[1] - turning_x.cross(x) * rate[2]);
+  const Eigen::Vector3d angles(a, b, c);
+  for (unsigned i = 0; i < 3; ++i) {
+    const auto k = static_cast<Eigen::Index>(i);
+    q(i) = motion.X_WM.translation()[k];
+    qd(i) = motion.v[k];
+    qdd(i) = motion.v_rate[k];
+    q(i + 3) = angles[k];
+    qd(i + 3) = rate[k];
+    qdd(i + 3) = second[k];
+  }
 }
 
 }  // namespace walkman::tests

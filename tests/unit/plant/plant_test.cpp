@@ -90,6 +90,17 @@ TEST_F(WholePlant, AnInertialUnitOnAMovingHandFeelsWhatItsPathSays) {
   EXPECT_LT(worst_rate, 0.001 * fastest);
 }
 
+TEST_F(WholePlant, NothingIsWeldedAndABarOnTheTableIsHeldByNoHand) {
+  const auto plant = build();
+  run(*plant, 1500, drive("r_handj_synergy"), 2.0);
+  EXPECT_EQ(plant->constraint_count(), 0);
+  for (const int hand : {0, 1}) {
+    EXPECT_FALSE(plant->slip(hand, 0).held);
+    EXPECT_EQ(plant->slip(hand, 0).travel, 0);
+    EXPECT_EQ(plant->slip(hand, 0).turn, 0);
+  }
+}
+
 TEST_F(WholePlant, TendonPullsWithTheMotorsTorqueOverThePulleysRadius) {
   const auto plant = build();
   run(*plant, 8000, drive("r_handj_synergy"), 1.0);        // closes on itself and stalls

@@ -1,4 +1,4 @@
-// The wrist's wrench against KDL's recursive Newton–Euler on the same motion.
+// What the sensors of wrists and ankles read, against KDL's recursive Newton–Euler on the same motion.
 
 #include "emulator/plant/wrench_probe.h"
 
@@ -8,6 +8,7 @@
 #include <gtest/gtest.h>
 #include <kdl/chainidsolver_recursive_newton_euler.hpp>
 
+#include "emulator/plant/bullet_types.h"
 #include "emulator/plant/row_space_solver.h"
 #include "tests/unit/plant/kdl_wrist.h"
 
@@ -38,9 +39,16 @@ RobotModel loaded_robot() {
   return model;
 }
 
-class WristWrench : public ::testing::Test {
+/// A sensor of the robot, the first link it carries, and whether the robot's base is free.
+struct SensorCase {
+  const char* sensor;
+  const char* first_carried;
+  bool free_base;
+};
+
+class SensorWrench : public ::testing::TestWithParam<SensorCase> {
  protected:
-  WristWrench() {
+  SensorWrench() {
     world_.setGravity(btVector3(0, 0, -kGravity));
     std::vector<std::string> frozen;
     for (const Joint& joint : model_.joints) {
@@ -49,14 +57,20 @@ class WristWrench : public ::testing::Test {
         frozen.push_back(joint.name);
       }
     }
-    const int sensor = model_.link_index("r_arm_ft");
-    const int cut = model_.links[static_cast<std::size_t>(sensor)].parent_joint;
-    RigidTree tree(model_, {model_.joints[static_cast<std::size_t>(cut)].name}, frozen);
-    body_ = std::make_unique<Multibody>(world_, model_, std::move(tree), true, Eigen::Isometry3d::Identity(),
-                                        kRobotGroup, 0, std::vector<Surface>(model_.links.size()));
+    const SensorCase& c = GetParam();
+    const int sensor = model_.link_index(c.sensor);
+    std::vector<std::string> cuts;
+    if (std::string(c.sensor) == c.first_carried) {
+      const int cut = model_.links[static_cast<std::size_t>(sensor)].parent_joint;
+      cuts.push_back(model_.joints[static_cast<std::size_t>(cut)].name);
+    }
+    body_ = std::make_unique<Multibody>(world_, model_, RigidTree(model_, cuts, frozen), !c.free_base,
+                                        Eigen::Isometry3d::Identity(), kRobotGroup, 0,
+                                        std::vector<Surface>(model_.links.size()));
     probe_ = std::make_unique<WrenchProbe>(*body_, sensor, body_->tree().group_of(sensor));
     world_.add_probe(*probe_);
-    chain_ = tests::wrist_chain(model_, "r_arm_ft", moving_);
+    chain_ = tests::sensor_chain(model_, c.sensor, c.first_carried, moving_);
+    if (c.free_base) chain_ = tests::on_free_base(chain_, body_->tree().X_ML(0));
     for (const auto& [name, q] :
          load_posture(std::string(WALKMAN_URDF_DIR) + "/walkman.srdf", "home", model_)) {
       const int link = body_->bullet_link(model_.joint_index(name));
@@ -75,16 +89,30 @@ class WristWrench : public ::testing::Test {
       mb.addJointTorque(i, 60 * (home_[static_cast<std::size_t>(i)] - mb.getJointPos(i)) -
                                8 * mb.getJointVel(i) + extra * std::sin(7 * time + i));
     }
+    const bool free_base = GetParam().free_base;
     const auto n = static_cast<unsigned>(chain_.getNrOfJoints());
+    const unsigned first_joint = free_base ? 6 : 0;
     KDL::JntArray q(n), qd(n), qdd(n), torque(n);
     for (std::size_t i = 0; i < moving_.size(); ++i) {
       const int link = body_->bullet_link(moving_[i]);
-      q(static_cast<unsigned>(i)) = mb.getJointPos(link);
-      qd(static_cast<unsigned>(i)) = mb.getJointVel(link);
+      q(first_joint + static_cast<unsigned>(i)) = mb.getJointPos(link);
+      qd(first_joint + static_cast<unsigned>(i)) = mb.getJointVel(link);
+    }
+    tests::BaseMotion base;
+    base.X_WM = body_->X_WM(0);
+    base.v = from_bullet(mb.getBaseVel());
+    base.w = from_bullet(mb.getBaseOmega());
+    if (free_base) {
+      mb.addBaseForce(extra * btVector3(60 * std::sin(9 * time), 40, mb_weight_ / extra));
+      mb.addBaseTorque(extra * btVector3(4 * std::sin(11 * time), 3 * std::cos(8 * time), 2));
     }
     world_.stepSimulation(kStep, 0);
+    base.v_rate = (from_bullet(mb.getBaseVel()) - base.v) / kStep;
+    base.w_rate = (from_bullet(mb.getBaseOmega()) - base.w) / kStep;
+    if (free_base) tests::base_joints(base, q, qd, qdd);
+    turned_ = std::max(turned_, base.w.norm());
     for (std::size_t i = 0; i < moving_.size(); ++i) {
-      const auto k = static_cast<unsigned>(i);
+      const auto k = first_joint + static_cast<unsigned>(i);
       qdd(k) = (mb.getJointVel(body_->bullet_link(moving_[i])) - qd(k)) / kStep;
       fastest_ = std::max(fastest_, std::abs(qd(k)));
     }
@@ -112,28 +140,49 @@ class WristWrench : public ::testing::Test {
   std::vector<double> home_;
   std::vector<int> moving_;
   KDL::Chain chain_;
-  double fastest_ = 0, force_ = 0;
+  double fastest_ = 0, turned_ = 0, force_ = 0;
+  const double mb_weight_ = kGravity * model_.total_mass();
 };
 
-TEST_F(WristWrench, OfALoadHeldStillIsKdls) {
+TEST_P(SensorWrench, InMotionIsKdls) {
+  double squares = 0;
+  double most = 0, least = 1e9;
+  constexpr int kSteps = 3000;
+  for (int i = 0; i < kSteps; ++i) {
+    const double difference = step(i * kStep, 12);
+    squares += difference * difference;
+    most = std::max(most, force_);
+    least = std::min(least, force_);
+  }
+  EXPECT_LT(std::sqrt(squares / kSteps), 1e-9);
+  EXPECT_GT(fastest_, 1.0);     // rad/s: there was motion
+  EXPECT_GT(most - least, 10);  // N: and it loaded the sensor
+  if (GetParam().free_base) {
+    EXPECT_GT(turned_, 0.5);
+  }  // rad/s
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    EverySensor, SensorWrench,
+    ::testing::Values(SensorCase{"r_arm_ft", "r_arm_ft", false}, SensorCase{"l_arm_ft", "l_arm_ft", false},
+                      SensorCase{"r_leg_ft", "RFoot", false}, SensorCase{"l_leg_ft", "LFoot", false},
+                      SensorCase{"r_arm_ft", "r_arm_ft", true}, SensorCase{"l_arm_ft", "l_arm_ft", true},
+                      SensorCase{"r_leg_ft", "RFoot", true}, SensorCase{"l_leg_ft", "LFoot", true}),
+    [](const auto& test) {
+      return std::string(test.param.sensor) + (test.param.free_base ? "_on_a_free_base" : "_on_a_fixed_base");
+    });
+
+class WristWrench : public SensorWrench {};
+
+TEST_P(WristWrench, OfALoadHeldStillIsKdls) {
   double worst = 0;
   for (int i = 0; i < 8000; ++i) worst = std::max(worst, step(i * kStep, 0));
   EXPECT_LT(worst, 1e-9);
   EXPECT_NEAR(force_, 2.7 * kGravity, 0.2);  // hand 1.2 kg and load 1.5 kg, nearly at rest by now
 }
 
-TEST_F(WristWrench, OfALoadInMotionIsKdls) {
-  double worst = 0;
-  double most = 0, least = 1e9;
-  for (int i = 0; i < 3000; ++i) {
-    worst = std::max(worst, step(i * kStep, 12));
-    most = std::max(most, force_);
-    least = std::min(least, force_);
-  }
-  EXPECT_LT(worst, 1e-9);
-  EXPECT_GT(fastest_, 1.0);     // rad/s: there was motion
-  EXPECT_GT(most - least, 10);  // N: and it loaded the wrist
-}
+INSTANTIATE_TEST_SUITE_P(FixedBase, WristWrench,
+                         ::testing::Values(SensorCase{"r_arm_ft", "r_arm_ft", false}));
 
 }  // namespace
 }  // namespace walkman::plant

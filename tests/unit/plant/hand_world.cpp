@@ -1,0 +1,141 @@
+#include "tests/unit/plant/hand_world.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+namespace walkman::tests {
+namespace {
+
+/// The part of a model from `root` on, as a model of its own.
+RobotModel part_of(const RobotModel& whole, const std::string& root) {
+  RobotModel part;
+  part.file = whole.file;
+  std::vector<int> new_index(whole.links.size(), -1);
+  const auto take = [&](int link) {
+    new_index[static_cast<std::size_t>(link)] = static_cast<int>(part.links.size());
+    part.links.push_back(whole.links[static_cast<std::size_t>(link)]);
+  };
+  take(whole.link_index(root));
+  part.links.front().parent_joint = -1;
+  bool more = true;
+  while (more) {
+    more = false;
+    for (const Joint& joint : whole.joints) {
+      const int parent = new_index[static_cast<std::size_t>(joint.parent_link)];
+      if (parent < 0 || new_index[static_cast<std::size_t>(joint.child_link)] >= 0) continue;
+      take(joint.child_link);
+      part.links.back().parent_joint = static_cast<int>(part.joints.size());
+      part.joints.push_back(joint);
+      part.joints.back().parent_link = parent;
+      part.joints.back().child_link = static_cast<int>(part.links.size()) - 1;
+      more = true;
+    }
+  }
+  return part;
+}
+
+RobotModel cylinder(const Grasp& grasp) {
+  const double r = grasp.diameter / 2;
+  const double across = grasp.mass * (3 * r * r + grasp.length * grasp.length) / 12;
+  RobotModel model;
+  Link link;
+  link.name = "cylinder";
+  link.mass = grasp.mass;
+  link.I_LLcm_L = Eigen::Vector3d(grasp.mass * r * r / 2, across, across).asDiagonal();
+  LinkGeometry geometry;
+  geometry.shape = CylinderShape{r, grasp.length};
+  geometry.X_LG.linear() =
+      Eigen::AngleAxisd(std::numbers::pi / 2, Eigen::Vector3d::UnitY()).toRotationMatrix();
+  link.collisions.push_back(geometry);
+  model.links.push_back(link);
+  return model;
+}
+
+}  // namespace
+
+HandWorld::HandWorld(const Grasp& grasp)
+    : hand_model_(part_of(load_robot_model(std::string(WALKMAN_URDF_DIR) + "/walkman.urdf"),
+                          std::string(1, grasp.side) + "SoftHandLink")),
+      cylinder_model_(cylinder(grasp)) {
+  using plant::kObjectGroup;
+  using plant::kRobotGroup;
+  const std::string synergy = grasp.side == 'R' ? "r_handj_synergy" : "l_handj_synergy";
+  const double outwards = grasp.side == 'R' ? 1 : -1;  // of the palm, along its link's y
+  world_.setGravity(btVector3(0, 0, 0));
+  world_.getSolverInfo().m_numIterations = 50;
+  world_.getSolverInfo().m_linearSlop = 1e-5;
+  Eigen::Isometry3d X_WR = Eigen::Isometry3d::Identity();
+  X_WR.linear() =
+      Eigen::AngleAxisd(-outwards * std::numbers::pi / 2, Eigen::Vector3d::UnitX()).toRotationMatrix();
+  const std::vector<plant::Surface> skin(hand_model_.links.size(), plant::Surface{1.0, true});
+  body_ =
+      std::make_unique<plant::Multibody>(world_, hand_model_, plant::RigidTree(hand_model_, {}, {synergy}),
+                                         true, X_WR, kRobotGroup, kObjectGroup, skin);
+  const std::string face = std::string(1, grasp.side) + "SoftHand";
+  const auto found = std::find_if(hand_model_.links.begin(), hand_model_.links.end(),
+                                  [&](const Link& link) { return link.name == face; });
+  palm_face_ = static_cast<int>(found - hand_model_.links.begin());
+  Eigen::Isometry3d X_PO = Eigen::Isometry3d::Identity();
+  X_PO.translation() = Eigen::Vector3d(0, outwards * (grasp.diameter / 2 + 2e-4), 0);
+  cylinder_ =
+      std::make_unique<plant::Multibody>(world_, cylinder_model_, plant::RigidTree(cylinder_model_, {}, {}),
+                                         false, body_->X_WL(palm_face_) * X_PO, kObjectGroup, kRobotGroup,
+                                         std::vector<plant::Surface>{plant::Surface{grasp.friction, false}});
+  const auto actuators =
+      plant::load_actuators(std::string(WALKMAN_URDF_DIR) + "/../emulator/plant/actuators");
+  hand_ = std::make_unique<plant::SoftHand>(hand_model_, *body_, synergy, actuators.at("hand"),
+                                            plant::SoftHandParameters{});
+  hand_->reset();
+  body_->update_poses();
+  meter_ = std::make_unique<plant::SlipMeter>(*body_, 0, *cylinder_);
+}
+
+void HandWorld::step(double torque, const Eigen::Vector3d& f_W, const Eigen::Vector3d& t_W) {
+  constexpr int kSubSteps = 4;
+  for (int i = 0; i < kSubSteps; ++i) hand_->advance(torque, false, i * kStep / kSubSteps, kStep / kSubSteps);
+  hand_->apply();
+  cylinder_->bullet().addBaseForce(btVector3(f_W.x(), f_W.y(), f_W.z()));
+  cylinder_->bullet().addBaseTorque(btVector3(t_W.x(), t_W.y(), t_W.z()));
+  world_.stepSimulation(kStep, 0);
+  meter_->update(dispatcher_);
+}
+
+void HandWorld::run(double seconds, double torque) {
+  const int steps = static_cast<int>(std::lround(seconds / kStep));
+  for (int i = 0; i < steps; ++i) step(torque);
+}
+
+template <typename Visit>
+void HandWorld::for_each_contact(Visit visit) {
+  for (int i = 0; i < dispatcher_.getNumManifolds(); ++i) {
+    const btPersistentManifold* manifold = dispatcher_.getManifoldByIndexInternal(i);
+    for (int k = 0; k < manifold->getNumContacts(); ++k) {
+      const btManifoldPoint& point = manifold->getContactPoint(k);
+      if (point.getAppliedImpulse() > 0) visit(*manifold, point.getAppliedImpulse() / kStep);
+    }
+  }
+}
+
+double HandWorld::grip() {
+  double sum = 0;
+  for_each_contact([&](const btPersistentManifold&, double force) { sum += force; });
+  return sum;
+}
+
+std::set<std::string> HandWorld::touching() {
+  std::set<std::string> names;
+  for_each_contact([&](const btPersistentManifold& manifold, double) {
+    for (const btCollisionObject* object : {manifold.getBody0(), manifold.getBody1()}) {
+      const auto* collider = btMultiBodyLinkCollider::upcast(object);
+      if (collider == nullptr || collider->m_multiBody != &body_->bullet()) continue;
+      const auto group = static_cast<std::size_t>(collider->m_link + 1);
+      names.insert(hand_model_.links[static_cast<std::size_t>(body_->tree().groups()[group].root_link)].name);
+    }
+  });
+  return names;
+}
+
+Eigen::Isometry3d HandWorld::X_PO() const { return body_->X_WL(palm_face_).inverse() * cylinder_->X_WL(0); }
+
+}  // namespace walkman::tests
