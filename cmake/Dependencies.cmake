@@ -10,6 +10,7 @@ find_package(nlohmann_json REQUIRED)
 find_package(yaml-cpp REQUIRED)
 find_package(assimp REQUIRED)
 find_package(embree 3 REQUIRED)
+find_package(PNG REQUIRED)
 find_package(GTest)
 find_package(benchmark)
 

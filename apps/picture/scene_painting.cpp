@@ -1,0 +1,89 @@
+#include "apps/picture/scene_painting.h"
+
+#include <array>
+
+#include "emulator/plant/world_objects.h"
+#include "urdf/kinematics.h"
+
+namespace walkman::apps {
+namespace {
+
+using sensors::Paint;
+
+// Reflectances, linear.
+const std::array<Paint, 5> kRobotPaints{Paint{{0.150F, 0.165F, 0.185F}, 0.10F, false},    // graphite
+                                        Paint{{0.480F, 0.490F, 0.500F}, 0.12F, false},    // aluminium
+                                        Paint{{0.085F, 0.150F, 0.235F}, 0.10F, false},    // slate blue
+                                        Paint{{0.330F, 0.345F, 0.365F}, 0.12F, false},    // grey
+                                        Paint{{0.300F, 0.060F, 0.050F}, 0.10F, false}};   // oxide red
+const std::array<Paint, 3> kObjectPaints{Paint{{0.640F, 0.360F, 0.090F}, 0.08F, false},   // ochre
+                                         Paint{{0.060F, 0.062F, 0.066F}, 0.20F, false},   // steel
+                                         Paint{{0.120F, 0.230F, 0.130F}, 0.08F, false}};  // green
+const Paint kFurniture{{0.520F, 0.440F, 0.350F}, 0.03F, false};
+const Paint kGround{{0.560F, 0.570F, 0.570F}, 0, true};
+
+constexpr double kBelow = 0.01;  // m, how far above the robot's lowest point a ground may reach
+
+/// Number of moving joints between each link and the root.
+std::vector<std::size_t> depths(const RobotModel& model) {
+  std::vector<std::size_t> depth(model.links.size(), 0);
+  for (std::size_t i = 0; i < model.links.size(); ++i) {
+    if (model.links[i].parent_joint < 0) continue;
+    const Joint& joint = model.joints[static_cast<std::size_t>(model.links[i].parent_joint)];
+    depth[i] = depth[static_cast<std::size_t>(joint.parent_link)] + (joint.type == JointType::kFixed ? 0 : 1);
+  }
+  return depth;
+}
+
+void paint_robot(const EmulatedWorld& world, const Snapshot& snapshot, ScenePainting& painting) {
+  const std::vector<std::size_t> depth = depths(world.robot);
+  for (std::size_t i = 0; i < world.robot.links.size(); ++i) {
+    const std::vector<LinkGeometry>& visuals = world.robot.links[i].visuals;
+    painting.bodies.add(visuals, snapshot.X_WL[i], kRobotPaints[depth[i] % kRobotPaints.size()]);
+    painting.subject_W.extend(sensors::bounds_W(visuals, snapshot.X_WL[i]));
+  }
+}
+
+void paint_objects(const EmulatedWorld& world, const Snapshot& snapshot, ScenePainting& painting) {
+  for (std::size_t o = 0; o < world.scene.objects.size(); ++o) {
+    const SceneObject& object = world.scene.objects[o];
+    const RobotModel model = plant::with_weights(object);
+    const std::vector<Eigen::Isometry3d> X_OL = link_poses(model, {});
+    for (std::size_t i = 0; i < model.links.size(); ++i) {
+      const std::vector<LinkGeometry>& visuals = model.links[i].visuals;
+      const Eigen::Isometry3d X_WL = snapshot.X_WO[o] * X_OL[i];
+      const bool weight = i >= object.model.links.size();
+      painting.bodies.add(visuals, X_WL, kObjectPaints[weight ? 1 : 2 * (o % 2)]);
+      painting.subject_W.extend(sensors::bounds_W(visuals, X_WL));
+    }
+  }
+}
+
+void paint_fixed(const FixedBody& body, const Eigen::AlignedBox3d& robot_W, ScenePainting& painting) {
+  const std::vector<Eigen::Isometry3d> X_FL = link_poses(body.model, {});
+  Eigen::AlignedBox3d all;
+  for (std::size_t i = 0; i < X_FL.size(); ++i) {
+    all.extend(sensors::bounds_W(body.model.links[i].visuals, body.X_WF * X_FL[i]));
+  }
+  const bool surrounds = (all.min().head<2>().array() < robot_W.min().head<2>().array()).all() &&
+                         (all.max().head<2>().array() > robot_W.max().head<2>().array()).all();
+  for (std::size_t i = 0; i < X_FL.size(); ++i) {
+    for (const LinkGeometry& geometry : body.model.links[i].visuals) {
+      const Eigen::Isometry3d X_WL = body.X_WF * X_FL[i];
+      const bool below = sensors::bounds_W({geometry}, X_WL).max().z() <= robot_W.min().z() + kBelow;
+      if (surrounds && !below) continue;
+      painting.bodies.add({geometry}, X_WL, surrounds ? kGround : kFurniture);
+    }
+  }
+}
+
+}  // namespace
+
+void paint_scene(const EmulatedWorld& world, const Snapshot& snapshot, ScenePainting& painting) {
+  paint_robot(world, snapshot, painting);
+  const Eigen::AlignedBox3d robot_W = painting.subject_W;
+  paint_objects(world, snapshot, painting);
+  for (const FixedBody& body : world.scene.fixed) paint_fixed(body, robot_W, painting);
+}
+
+}  // namespace walkman::apps
