@@ -26,7 +26,7 @@ constexpr double kSunElevation = 0.95;  // rad
 constexpr double kDegree = std::numbers::pi / 180;
 
 struct Options {
-  std::string out, scene, size = "1200x900", view = "-40,14", phase;
+  std::string out, scene, size = "1200x900", view = "-55,12", phase;
   int experiment = 0;
   std::optional<double> at;
   std::optional<std::int64_t> seed;
@@ -151,7 +151,7 @@ void add_picture_command(CLI::App& app, std::function<int()>& run) {
   command->add_option("--size", options->size, "WIDTHxHEIGHT in pixels (1200x900)");
   command->add_option("--view", options->view,
                       "AZIMUTH,ELEVATION of the camera in degrees, 0,0 in front, 90,0 to the robot's left "
-                      "(-40,14)");
+                      "(-55,12)");
   command->add_option("--samples", options->samples, "Rays a pixel (64)")->check(CLI::Range(1, 4096));
   command
       ->add_option("--threads", options->threads,

@@ -20,17 +20,17 @@ using Colour = Eigen::Vector3f;
 constexpr float kPi = std::numbers::pi_v<float>;
 constexpr float kOffSurface = 1e-4F;  // m, keeps a ray from meeting the surface it starts on
 
-const Colour kSun(1.55F, 1.47F, 1.36F);
-const Colour kSkyLight(0.62F, 0.68F, 0.76F);
+const Colour kSun(1.30F, 1.24F, 1.16F);
+const Colour kSkyLight(0.54F, 0.60F, 0.68F);
 const Colour kGroundLight(0.34F, 0.32F, 0.30F);
-const Colour kHorizon(0.80F, 0.83F, 0.86F);
-const Colour kZenith(0.50F, 0.60F, 0.70F);
+const Colour kHorizon(0.66F, 0.70F, 0.74F);
+const Colour kZenith(0.36F, 0.45F, 0.56F);
 constexpr float kHeadLight = 0.16F;
 constexpr float kHighlightPower = 48;
 constexpr float kGridSpacing = 0.25F;  // m
 constexpr float kGridLine = 0.006F;    // m, wide
 constexpr float kMetreLine = 0.014F;   // m, every fourth line
-constexpr float kGridShade = 0.82F;
+constexpr float kGridShade = 0.72F;
 
 /// Where the rays of one sample go within a pixel, on the sun's disc and on the sky, all in [0, 1).
 struct Sample {

@@ -11,16 +11,17 @@ namespace {
 using sensors::Paint;
 
 // Reflectances, linear.
-const std::array<Paint, 5> kRobotPaints{Paint{{0.150F, 0.165F, 0.185F}, 0.10F, false},    // graphite
-                                        Paint{{0.480F, 0.490F, 0.500F}, 0.12F, false},    // aluminium
+const std::array<Paint, 6> kRobotPaints{Paint{{0.150F, 0.165F, 0.185F}, 0.10F, false},    // graphite
+                                        Paint{{0.400F, 0.415F, 0.430F}, 0.12F, false},    // aluminium
                                         Paint{{0.085F, 0.150F, 0.235F}, 0.10F, false},    // slate blue
-                                        Paint{{0.330F, 0.345F, 0.365F}, 0.12F, false},    // grey
-                                        Paint{{0.300F, 0.060F, 0.050F}, 0.10F, false}};   // oxide red
+                                        Paint{{0.250F, 0.265F, 0.285F}, 0.12F, false},    // grey
+                                        Paint{{0.300F, 0.060F, 0.050F}, 0.10F, false},    // oxide red
+                                        Paint{{0.200F, 0.190F, 0.170F}, 0.10F, false}};   // warm grey
 const std::array<Paint, 3> kObjectPaints{Paint{{0.640F, 0.360F, 0.090F}, 0.08F, false},   // ochre
                                          Paint{{0.060F, 0.062F, 0.066F}, 0.20F, false},   // steel
                                          Paint{{0.120F, 0.230F, 0.130F}, 0.08F, false}};  // green
-const Paint kFurniture{{0.520F, 0.440F, 0.350F}, 0.03F, false};
-const Paint kGround{{0.560F, 0.570F, 0.570F}, 0, true};
+const Paint kFurniture{{0.400F, 0.310F, 0.220F}, 0.03F, false};
+const Paint kGround{{0.370F, 0.385F, 0.400F}, 0, true};
 
 constexpr double kBelow = 0.01;  // m, how far above the robot's lowest point a ground may reach
 
@@ -73,6 +74,7 @@ void paint_fixed(const FixedBody& body, const Eigen::AlignedBox3d& robot_W, Scen
       const bool below = sensors::bounds_W({geometry}, X_WL).max().z() <= robot_W.min().z() + kBelow;
       if (surrounds && !below) continue;
       painting.bodies.add({geometry}, X_WL, surrounds ? kGround : kFurniture);
+      if (!surrounds) painting.subject_W.extend(sensors::bounds_W({geometry}, X_WL));
     }
   }
 }
