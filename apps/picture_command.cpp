@@ -26,7 +26,7 @@ constexpr double kSunElevation = 0.95;  // rad
 constexpr double kDegree = std::numbers::pi / 180;
 
 struct Options {
-  std::string out, scene, size = "1200x900", view = "-55,12", phase;
+  std::string out, scene, size = "1200x900", view = "-60,12", phase;
   int experiment = 0;
   std::optional<double> at;
   std::optional<std::int64_t> seed;
@@ -90,8 +90,10 @@ sensors::Lighting lighting_for(const ScenePainting& painting, double azimuth) {
   lighting.p_to_sun = Eigen::Vector3d(std::cos(kSunElevation) * std::cos(sun),
                                       std::cos(kSunElevation) * std::sin(sun), std::sin(kSunElevation))
                           .cast<float>();
-  lighting.shadow_reach = static_cast<float>(2 * painting.subject_W.diagonal().norm());
-  lighting.ground_centre = painting.subject_W.center().cast<float>();
+  Eigen::AlignedBox3d subject_W;
+  for (const Eigen::Vector3d& corner : painting.subject_W) subject_W.extend(corner);
+  lighting.shadow_reach = static_cast<float>(2 * subject_W.diagonal().norm());
+  lighting.ground_centre = subject_W.center().cast<float>();
   return lighting;
 }
 
@@ -151,7 +153,7 @@ void add_picture_command(CLI::App& app, std::function<int()>& run) {
   command->add_option("--size", options->size, "WIDTHxHEIGHT in pixels (1200x900)");
   command->add_option("--view", options->view,
                       "AZIMUTH,ELEVATION of the camera in degrees, 0,0 in front, 90,0 to the robot's left "
-                      "(-55,12)");
+                      "(-60,12)");
   command->add_option("--samples", options->samples, "Rays a pixel (64)")->check(CLI::Range(1, 4096));
   command
       ->add_option("--threads", options->threads,

@@ -33,9 +33,5 @@ endforeach()
 target_link_libraries(walkman_pcl INTERFACE Eigen3::Eigen Threads::Threads)
 add_library(PCL::PCL ALIAS walkman_pcl)
 
-# Optional: another engine, to compare with. Debian's package exports its include folder as an ordinary one.
+# Optional: another engine, to compare with.
 find_package(mujoco QUIET)
-if(mujoco_FOUND)
-  add_library(walkman_mujoco INTERFACE)
-  target_link_libraries(walkman_mujoco INTERFACE mujoco::mujoco)
-endif()

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <vector>
+
 #include <Eigen/Geometry>
 
 namespace walkman::sensors {
@@ -12,14 +14,14 @@ struct PictureCamera {
   double focal_px = 0;
 };
 
-/// The camera that looks at the middle of `box` from the direction given, upright in a world whose z points
-/// up, as near as lets all of the box be seen with a margin around it.
+/// The camera that looks from the direction given, upright in a world whose z points up, placed as near as
+/// lets all `points_W` be seen, m, with a margin around them and in the middle of the picture.
 ///
 /// `azimuth` turns from W's x axis to its y axis, `elevation` up from the horizontal, rad, both of the
-/// direction from the box to the camera; `height_angle` is the full angle of view over the picture's height,
-/// rad. Throws std::invalid_argument for an empty box, sizes that are not positive, or a camera that would
-/// look straight up or down.
-[[nodiscard]] PictureCamera camera_around(const Eigen::AlignedBox3d& box, double azimuth, double elevation,
-                                          double height_angle, int width, int height);
+/// direction towards the camera; `height_angle` is the full angle of view over the picture's height, rad.
+/// Throws std::invalid_argument without finite points, for sizes that are not positive, and for a camera that
+/// would look straight up or down.
+[[nodiscard]] PictureCamera camera_around(const std::vector<Eigen::Vector3d>& points_W, double azimuth,
+                                          double elevation, double height_angle, int width, int height);
 
 }  // namespace walkman::sensors

@@ -36,12 +36,23 @@ std::vector<std::size_t> depths(const RobotModel& model) {
   return depth;
 }
 
+/// Wants a body in the picture: the box around it along its own axes.
+void show(const LinkGeometry& geometry, const Eigen::Isometry3d& X_WL, ScenePainting& painting) {
+  LinkGeometry upright = geometry;
+  upright.X_LG = Eigen::Isometry3d::Identity();
+  const Eigen::AlignedBox3d box_G = sensors::bounds_W({upright}, Eigen::Isometry3d::Identity());
+  for (int i = 0; i < 8; ++i) {
+    painting.subject_W.emplace_back(X_WL * geometry.X_LG *
+                                    box_G.corner(static_cast<Eigen::AlignedBox3d::CornerType>(i)));
+  }
+}
+
 void paint_robot(const EmulatedWorld& world, const Snapshot& snapshot, ScenePainting& painting) {
   const std::vector<std::size_t> depth = depths(world.robot);
   for (std::size_t i = 0; i < world.robot.links.size(); ++i) {
     const std::vector<LinkGeometry>& visuals = world.robot.links[i].visuals;
     painting.bodies.add(visuals, snapshot.X_WL[i], kRobotPaints[depth[i] % kRobotPaints.size()]);
-    painting.subject_W.extend(sensors::bounds_W(visuals, snapshot.X_WL[i]));
+    for (const LinkGeometry& geometry : visuals) show(geometry, snapshot.X_WL[i], painting);
   }
 }
 
@@ -55,7 +66,7 @@ void paint_objects(const EmulatedWorld& world, const Snapshot& snapshot, ScenePa
       const Eigen::Isometry3d X_WL = snapshot.X_WO[o] * X_OL[i];
       const bool weight = i >= object.model.links.size();
       painting.bodies.add(visuals, X_WL, kObjectPaints[weight ? 1 : 2 * (o % 2)]);
-      painting.subject_W.extend(sensors::bounds_W(visuals, X_WL));
+      for (const LinkGeometry& geometry : visuals) show(geometry, X_WL, painting);
     }
   }
 }
@@ -74,7 +85,7 @@ void paint_fixed(const FixedBody& body, const Eigen::AlignedBox3d& robot_W, Scen
       const bool below = sensors::bounds_W({geometry}, X_WL).max().z() <= robot_W.min().z() + kBelow;
       if (surrounds && !below) continue;
       painting.bodies.add({geometry}, X_WL, surrounds ? kGround : kFurniture);
-      if (!surrounds) painting.subject_W.extend(sensors::bounds_W({geometry}, X_WL));
+      if (!surrounds) show(geometry, X_WL, painting);
     }
   }
 }
@@ -83,7 +94,8 @@ void paint_fixed(const FixedBody& body, const Eigen::AlignedBox3d& robot_W, Scen
 
 void paint_scene(const EmulatedWorld& world, const Snapshot& snapshot, ScenePainting& painting) {
   paint_robot(world, snapshot, painting);
-  const Eigen::AlignedBox3d robot_W = painting.subject_W;
+  Eigen::AlignedBox3d robot_W;
+  for (const Eigen::Vector3d& corner : painting.subject_W) robot_W.extend(corner);
   paint_objects(world, snapshot, painting);
   for (const FixedBody& body : world.scene.fixed) paint_fixed(body, robot_W, painting);
 }

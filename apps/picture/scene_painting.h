@@ -8,7 +8,7 @@ namespace walkman::apps {
 /// A snapshot as bodies with colours, and what a picture of it should show.
 struct ScenePainting {
   sensors::PaintedScene bodies;
-  Eigen::AlignedBox3d subject_W;  ///< around all but what surrounds the robot
+  std::vector<Eigen::Vector3d> subject_W;  ///< corners of boxes around all but what surrounds the robot
 };
 
 /// Paints what the plant holds where the snapshot has it: the links' visual geometry, which is that of the

@@ -29,9 +29,15 @@ void fill(PaintedScene& scene) {
   scene.add({{Eigen::Isometry3d::Identity(), BoxShape{{4, 4, 0.1}}, "plate"}}, X_WP, kWhite);
 }
 
+std::vector<Eigen::Vector3d> corners(const Eigen::Vector3d& least, const Eigen::Vector3d& most) {
+  const Eigen::AlignedBox3d box(least, most);
+  std::vector<Eigen::Vector3d> points;
+  for (int i = 0; i < 8; ++i) points.push_back(box.corner(static_cast<Eigen::AlignedBox3d::CornerType>(i)));
+  return points;
+}
+
 PictureCamera camera_beside() {
-  return camera_around(Eigen::AlignedBox3d(Eigen::Vector3d(-0.6, -0.6, -0.1), Eigen::Vector3d(0.6, 0.6, 1.1)),
-                       0.7, 0.4, 0.5, 320, 240);
+  return camera_around(corners({-0.6, -0.6, -0.1}, {0.6, 0.6, 1.1}), 0.7, 0.4, 0.5, 320, 240);
 }
 
 /// A sun straight above, without a disc.
@@ -124,24 +130,31 @@ TEST(Pictures, ShadowOfTheSunLiesWhereItsRaysAreCutOff) {
   EXPECT_GT(bright, 5000);
 }
 
-TEST(Pictures, CameraSeesAllOfTheBoxAndNoMoreThanItMust) {
-  const Eigen::AlignedBox3d box(Eigen::Vector3d(-0.2, -0.9, 0), Eigen::Vector3d(1.3, 0.8, 1.9));
+TEST(Pictures, CameraSeesAllPointsAndIsNoFartherThanItMust) {
+  const std::vector<Eigen::Vector3d> points = corners({-0.2, -0.9, 0}, {1.3, 0.8, 1.9});
   for (const double azimuth : {0.0, 0.7, -2.5, 3.1}) {
     for (const double elevation : {-0.3, 0.0, 0.6, 1.4}) {
       for (const auto& [width, height] : {std::pair(400, 300), std::pair(300, 500)}) {
-        const PictureCamera camera = camera_around(box, azimuth, elevation, 0.5, width, height);
-        double fullest = 0;
-        for (int i = 0; i < 8; ++i) {
-          const Eigen::Vector3d c =
-              camera.X_WC.inverse() * box.corner(static_cast<Eigen::AlignedBox3d::CornerType>(i));
-          ASSERT_GT(c.z(), 0);
-          fullest = std::max({fullest, std::abs(c.x() / c.z()) * camera.focal_px / (0.5 * width),
-                              std::abs(c.y() / c.z()) * camera.focal_px / (0.5 * height)});
+        const PictureCamera camera = camera_around(points, azimuth, elevation, 0.5, width, height);
+        Eigen::Array2d least(1, 1), most(-1, -1);  // of the picture's half width and height
+        for (const Eigen::Vector3d& p_W : points) {
+          const Eigen::Vector3d p = camera.X_WC.inverse() * p_W;
+          ASSERT_GT(p.z(), 0);
+          const Eigen::Array2d seen =
+              p.head<2>().array() / p.z() * camera.focal_px * 2 / Eigen::Array2d(width, height);
+          least = least.min(seen);
+          most = most.max(seen);
         }
-        EXPECT_LE(fullest, 1);
-        EXPECT_GT(fullest, 0.85);
+        EXPECT_LE(std::max(-least.minCoeff(), most.maxCoeff()), 0.9201);
+        // One of the two directions is filled from margin to margin.
+        const Eigen::Array2d filled = (-least).min(most);
+        EXPECT_NEAR(filled.maxCoeff(), 0.92, 1e-9);
+        const Eigen::Vector3d towards = camera.X_WC.linear().col(2);
+        EXPECT_NEAR(towards.z(), -std::sin(elevation), 1e-12);
+        EXPECT_NEAR(std::remainder(std::atan2(-towards.y(), -towards.x()) - azimuth, 2 * M_PI), 0, 1e-12);
         EXPECT_NEAR(camera.X_WC.linear().determinant(), 1, 1e-12);
         EXPECT_GT(-camera.X_WC.linear().col(1).z(), 0);  // up is up
+        EXPECT_NEAR(camera.X_WC.linear().col(0).z(), 0, 1e-12);
       }
     }
   }
@@ -183,8 +196,8 @@ TEST(Pictures, RefuseWhatCannotBeDone) {
   EXPECT_THROW((void)render(scene, camera, {}, 1, 0), std::invalid_argument);
   camera.width = 0;
   EXPECT_THROW((void)render(scene, camera, {}, 1, 1), std::invalid_argument);
-  const Eigen::AlignedBox3d box(Eigen::Vector3d::Zero(), Eigen::Vector3d::Ones());
-  EXPECT_THROW((void)camera_around(Eigen::AlignedBox3d(), 0, 0, 0.5, 10, 10), std::invalid_argument);
+  const std::vector<Eigen::Vector3d> box = corners({0, 0, 0}, {1, 1, 1});
+  EXPECT_THROW((void)camera_around({}, 0, 0, 0.5, 10, 10), std::invalid_argument);
   EXPECT_THROW((void)camera_around(box, 0, 1.57, 0.5, 10, 10), std::invalid_argument);
   EXPECT_THROW((void)camera_around(box, std::nan(""), 0, 0.5, 10, 10), std::invalid_argument);
   EXPECT_THROW((void)camera_around(box, 0, 0, 0, 10, 10), std::invalid_argument);
