@@ -87,7 +87,6 @@ TEST_F(BesideMujoco, WrenchesOfARigidLoadInMotionAgree) {
   for (std::size_t s = 0; s < 4; ++s) {
     EXPECT_LT(force[s].rms(), 1e-6) << "N, sensor " << s;
     EXPECT_LT(torque[s].rms(), 1e-6) << "N·m, sensor " << s;
-    RecordProperty("force_rms_" + std::to_string(s), std::to_string(force[s].rms()));
     std::printf("sensor %zu: rms %.1e N, %.1e N·m; largest %.1e N, %.1e N·m\n", s, force[s].rms(),
                 torque[s].rms(), force[s].most(), torque[s].most());
   }

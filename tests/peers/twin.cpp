@@ -197,7 +197,7 @@ Wrench Twin::mujoco_wrench(std::size_t sensor) const {
 int Twin::bullet_contacts() const {
   int count = 0;
   for (int i = 0; i < dispatcher_.getNumManifolds(); ++i) {
-    count += const_cast<btCollisionDispatcher&>(dispatcher_).getManifoldByIndexInternal(i)->getNumContacts();
+    count += dispatcher_.getManifoldByIndexInternal(i)->getNumContacts();
   }
   return count;
 }
