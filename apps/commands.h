@@ -15,6 +15,7 @@ void add_grasp_command(CLI::App& app, std::function<int()>& run);
 void add_load_command(CLI::App& app, std::function<int()>& run);
 void add_locate_command(CLI::App& app, std::function<int()>& run);
 void add_model_command(CLI::App& app, std::function<int()>& run);
+void add_picture_command(CLI::App& app, std::function<int()>& run);
 void add_replay_command(CLI::App& app, std::function<int()>& run);
 
 }  // namespace walkman::apps

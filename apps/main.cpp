@@ -40,6 +40,7 @@ int main(int argc, char** argv) {
   walkman::apps::add_load_command(app, run);
   walkman::apps::add_locate_command(app, run);
   walkman::apps::add_model_command(app, run);
+  walkman::apps::add_picture_command(app, run);
   walkman::apps::add_replay_command(app, run);
   if (is_unknown_verb(app, argc, argv)) {
     std::fprintf(stderr, "walkman-hil: unknown verb '%s', expected one of those that --help lists\n",

@@ -10,6 +10,7 @@ find_package(nlohmann_json REQUIRED)
 find_package(yaml-cpp REQUIRED)
 find_package(assimp REQUIRED)
 find_package(embree 3 REQUIRED)
+find_package(PNG REQUIRED)
 find_package(GTest)
 find_package(benchmark)
 
@@ -31,3 +32,6 @@ foreach(component surface features filters segmentation search kdtree io common)
 endforeach()
 target_link_libraries(walkman_pcl INTERFACE Eigen3::Eigen Threads::Threads)
 add_library(PCL::PCL ALIAS walkman_pcl)
+
+# Optional: another engine, to compare with.
+find_package(mujoco QUIET)

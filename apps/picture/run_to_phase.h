@@ -1,0 +1,17 @@
+#pragma once
+
+#include <filesystem>
+#include <string>
+
+#include "apps/emulated_world.h"
+#include "apps/master_options.h"
+
+namespace walkman::apps {
+
+/// Runs the paper's method in `world` from power-on until `after` has passed since the phase `phase` first
+/// began, and leaves the world there. `parameters`: YAML of both stages. Throws std::runtime_error when the
+/// run ends before, naming the phases there were and why it ended.
+void run_to_phase(EmulatedWorld& world, const robot::RobotOptions& robot_options,
+                  const std::filesystem::path& parameters, const std::string& phase, Time after);
+
+}  // namespace walkman::apps

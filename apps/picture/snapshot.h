@@ -1,0 +1,20 @@
+#pragma once
+
+#include <vector>
+
+#include <Eigen/Geometry>
+
+#include "apps/emulated_world.h"
+
+namespace walkman::apps {
+
+/// Where everything in the plant is at one moment.
+struct Snapshot {
+  Time at{};
+  std::vector<Eigen::Isometry3d> X_WL;  ///< of each robot link
+  std::vector<Eigen::Isometry3d> X_WO;  ///< of each object
+};
+
+[[nodiscard]] Snapshot take_snapshot(const EmulatedWorld& world);
+
+}  // namespace walkman::apps

@@ -1,0 +1,39 @@
+#pragma once
+
+#include <cstddef>
+#include <vector>
+
+#include <Eigen/Geometry>
+
+#include "sensors/ray_scene.h"
+
+namespace walkman::sensors {
+
+/// How a surface looks.
+struct Paint {
+  Eigen::Vector3f colour{0.5F, 0.5F, 0.5F};  ///< share of red, green and blue light it returns, linear
+  float gloss = 0;                           ///< strength of its highlight
+  bool ground = false;                       ///< carries the grid and fades into the background far away
+};
+
+/// Bodies with their colours, where they are at one moment, for a picture.
+class PaintedScene {
+ public:
+  /// Adds geometry of a link with the pose X_WL. Throws std::invalid_argument as RayScene::add_fixed does.
+  void add(const std::vector<LinkGeometry>& geometry, const Eigen::Isometry3d& X_WL, const Paint& paint);
+
+  [[nodiscard]] const RayScene& rays() const { return rays_; }
+  /// Paint of a triangle of `rays`, by its index there.
+  [[nodiscard]] const Paint& paint_of(std::size_t triangle) const;
+
+ private:
+  RayScene rays_;
+  std::vector<std::size_t> end_;  // triangle index behind the last one of each addition
+  std::vector<Paint> paints_;
+};
+
+/// The box along the axes of W around `geometry` of a link with the pose X_WL; empty without any.
+[[nodiscard]] Eigen::AlignedBox3d bounds_W(const std::vector<LinkGeometry>& geometry,
+                                           const Eigen::Isometry3d& X_WL);
+
+}  // namespace walkman::sensors
