@@ -10,7 +10,7 @@ from checks import equal, test, that, within
 from limb import Process
 
 OWN_PROCESSES = True
-LOG = "/run/replay.log"
+LOG = "/run/frames.log"
 LINES = """(1700000000.000000) can_rarm 000#8200
 (1700000000.100000) can_rarm 70B#00
 (1700000000.200000) can_torso 601#4000100000000000
