@@ -28,7 +28,10 @@ constexpr const char* kFooter =
     "heartbeat) go to\n"
     "a freshly powered-on emulated robot, and its answers are compared with the log's. Give the scene and "
     "seed\n"
-    "of the run that was logged. Exit codes: 0 every answer is equal; 1 some are not; 2 bad usage or file.";
+    "of the run that was logged. Exit codes: 0 every answer is equal, or every frame was sent; 1 not so; 2 "
+    "bad "
+    "usage\n"
+    "or file; 3 an interface is not there.";
 
 /// "a=b,c=d" as a map.
 std::map<std::string, std::string> parse_pairs(const std::string& option, const std::string& text,
@@ -61,15 +64,17 @@ int replay_kernel(const Options& options) {
     const nlohmann::json json = {{"sent", result.sent},
                                  {"skipped", result.skipped},
                                  {"refused", result.refused},
+                                 {"interrupted", result.interrupted},
                                  {"seconds", result.seconds}};
     std::fputs((json.dump(2) + "\n").c_str(), stdout);
   } else {
-    std::fputs(fmt::format("{} frames sent in {:.3f} s, {} skipped, {} refused\n", result.sent,
-                           result.seconds, result.skipped, result.refused)
+    std::fputs(fmt::format("{}{} frames sent in {:.3f} s, {} skipped, {} refused\n",
+                           result.interrupted ? "interrupted: " : "", result.sent, result.seconds,
+                           result.skipped, result.refused)
                    .c_str(),
                stdout);
   }
-  return kOk;
+  return result.interrupted || result.refused > 0 ? kTaskFailed : kOk;
 }
 
 int replay_emulated(const Options& options) {

@@ -19,6 +19,8 @@
 namespace walkman::apps {
 namespace {
 
+constexpr Time kStopPatience = std::chrono::milliseconds(100);  // for the last frames of a bus
+
 double seconds(Time t) { return std::chrono::duration<double>(t).count(); }
 
 MasterBuses open_buses(const std::string& can, const DeviceTable& devices) {
@@ -141,7 +143,9 @@ GraspResult run_grasp(const GraspOptions& options, StopSignals& signals, const G
   // Quick stop and NMT stop, and a SYNC behind them: in lock-step it is what makes them happen.
   robot.stop();
   robot.sync(lockstep ? lockstep->now() : real_time->now());
-  for (const auto& bus : buses) bus->socket->flush();
+  // A kernel's short transmit queue takes them bit by bit; what it has not taken by then the drives learn
+  // from the missing heartbeat.
+  for (const auto& bus : buses) static_cast<void>(bus->socket->flush_all(kStopPatience));
   if (lockstep) result.incomplete = lockstep->incomplete();
   if (real_time) result.overruns = real_time->overruns();
   result.counters = robot.counters();

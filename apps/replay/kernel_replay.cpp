@@ -18,12 +18,21 @@ using Wall = std::chrono::steady_clock;
 constexpr auto kLongestSleep = std::chrono::milliseconds(100);  // between two looks for a signal
 constexpr auto kRetry = std::chrono::milliseconds(1);
 
+/// Only error reports come in, and only reading them tells a socket of bus-off.
+void watch_link(can::SocketCan& socket) {
+  can::StampedFrame report;
+  while (socket.receive(report)) {
+  }
+}
+
 }  // namespace
 
 KernelReplayResult replay_onto_kernel(const KernelReplayOptions& options, StopSignals& signals) {
   bus::CandumpReader reader(options.log);
   std::map<std::string, std::unique_ptr<can::SocketCan>> ends;
-  for (const auto& [logged, interface] : options.interfaces) ends[logged] = open_can(interface, {});
+  can::SocketCanOptions talks_only;
+  talks_only.filters.clear();
+  for (const auto& [logged, interface] : options.interfaces) ends[logged] = open_can(interface, talks_only);
 
   KernelReplayResult result;
   const Wall::time_point began = Wall::now();
@@ -45,13 +54,28 @@ KernelReplayResult replay_onto_kernel(const KernelReplayOptions& options, StopSi
         std::this_thread::sleep_until(std::min(due, Wall::now() + kLongestSleep));
       }
     }
-    can::SendResult sent = end->second->send(frame);
+    if (signals.arrived()) break;
+    can::SocketCan& socket = *end->second;
+    watch_link(socket);
+    can::SendResult sent = socket.send(frame);
     while (sent == can::SendResult::kQueueFull && !signals.arrived()) {
       std::this_thread::sleep_for(kRetry);
-      sent = end->second->send(frame);
+      watch_link(socket);
+      sent = socket.send(frame);
     }
-    end->second->flush();
+    socket.flush();
     ++(sent == can::SendResult::kQueued ? result.sent : result.refused);
+  }
+  result.interrupted = signals.arrived();
+  for (const auto& [logged_name, socket] : ends) {
+    while (!result.interrupted && !socket->flush_all(kLongestSleep)) {
+      watch_link(*socket);
+      result.interrupted = signals.arrived();
+    }
+    // What was gathered and never got to the kernel was not sent.
+    const std::uint64_t lost = socket->statistics().dropped + socket->waiting();
+    result.sent -= lost;
+    result.refused += lost;
   }
   result.seconds = std::chrono::duration<double>(Wall::now() - began).count();
   return result;

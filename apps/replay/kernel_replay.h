@@ -21,6 +21,7 @@ struct KernelReplayResult {
   std::uint64_t skipped = 0;  ///< of interfaces that were not mapped, error reports, a node's if unwanted
   std::uint64_t refused = 0;  ///< by an interface that was down or cannot carry them
   double seconds = 0;         ///< on the wall clock
+  bool interrupted = false;   ///< by a signal, before the log's end
 };
 
 /// Sends the frames of a log on interfaces of the kernel, at their times. Throws std::runtime_error for a log

@@ -177,6 +177,17 @@ SendResult SocketCan::send(const Frame& frame) noexcept {
 
 void SocketCan::flush() noexcept { impl_->flush(); }
 
+bool SocketCan::flush_all(Time limit) noexcept {
+  constexpr timespec kPause{0, 1'000'000};
+  const Time ends = monotonic_now() + limit;
+  impl_->flush();
+  while (waiting() > 0 && monotonic_now() < ends) {
+    nanosleep(&kPause, nullptr);
+    impl_->flush();
+  }
+  return waiting() == 0;
+}
+
 bool SocketCan::receive(StampedFrame& out) noexcept {
   Impl& self = *impl_;
   while (true) {

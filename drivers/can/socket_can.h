@@ -71,6 +71,9 @@ class SocketCan final : public Interface {
   [[nodiscard]] std::uint64_t generation() const noexcept;
   /// Frames gathered and not yet taken by the kernel.
   [[nodiscard]] std::size_t waiting() const noexcept;
+  /// Flushes until nothing waits, at most for `limit`; for the end of a run, not for cyclic code. False when
+  /// something still waits.
+  [[nodiscard]] bool flush_all(Time limit) noexcept;
   [[nodiscard]] const Statistics& statistics() const noexcept;
 
  private:

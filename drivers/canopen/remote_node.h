@@ -147,22 +147,24 @@ class RemoteNode {
   NodeSettings settings_;
   SdoClient sdo_;
   SdoSequence configuration_{std::vector<SdoStep>{}};
-  Stage stage_ = Stage::kAwaitingBootUp;
-  bool boot_up_ = false;
   std::array<Tpdo, 4> tpdos_{};
   std::array<std::uint8_t, 16> tpdo_of_function_{};  // by function code: 1..4, or 0
-  bool operational_seen_ = false;
+
   std::uint64_t syncs_ = 0;
-  bool reset_sent_ = false;
   std::uint64_t reset_at_ = 0, request_at_ = 0;  // SYNCs sent before it
-  NmtState nmt_state_ = NmtState::kBootUp;
   Time heartbeat_at_{};
-  std::optional<Emergency> emergency_;
   std::uint64_t emergencies_ = 0;
+  std::optional<Emergency> emergency_;
   std::uint16_t present_error_ = 0;
-  bool request_failed_ = false;
-  ObjectAddress failed_address_;
+
   SdoAbort failed_code_{};
+  ObjectAddress failed_address_;
+  Stage stage_ = Stage::kAwaitingBootUp;
+  NmtState nmt_state_ = NmtState::kBootUp;
+  bool boot_up_ = false;
+  bool reset_sent_ = false;
+  bool operational_seen_ = false;
+  bool request_failed_ = false;
 };
 
 /// First steps of a node's configuration: `settings.identity`, with `device_type` where it has none.

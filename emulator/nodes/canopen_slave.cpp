@@ -104,20 +104,24 @@ void CanopenSlave::receive(const can::Frame& frame, Time now) noexcept {
   if (frame.extended || frame.error) return;
   if (frame.id == LssSlave::kRequestId && !frame.remote && !frame.fd) {
     handle_lss(frame);
-  } else if (state_ == NmtState::kBootUp) {
+  } else if (state_ == NmtState::kBootUp || !handle_booted(frame)) {
     return;
-  } else if (frame.fd) {
-    if (!fd_ || state_ == NmtState::kStopped || !handle_rpdo(frame)) return;
-  } else if (frame.remote) {
+  }
+  schedule();
+}
+
+bool CanopenSlave::handle_booted(const can::Frame& frame) noexcept {
+  if (frame.fd) return fd_ && state_ != NmtState::kStopped && handle_rpdo(frame);
+  if (frame.remote) {
     handle_remote(frame);
   } else if (frame.id == canopen::cob_id::kNmt) {
     handle_nmt(frame);
   } else if (frame.id >= 0x701 && frame.id <= 0x77F) {
     handle_heartbeat(frame);
-  } else if (state_ == NmtState::kStopped || !handle_service(frame)) {
-    return;
+  } else {
+    return state_ != NmtState::kStopped && handle_service(frame);
   }
-  schedule();
+  return true;
 }
 
 void CanopenSlave::handle_remote(const can::Frame& frame) noexcept {
@@ -139,6 +143,7 @@ bool CanopenSlave::handle_service(const can::Frame& frame) noexcept {
   }
   if (frame.id == canopen::cob_id::sdo_request(node_id_)) {
     sdo_server_.receive(frame, now_);
+    stop_missing_the_unwatched();
     return true;
   }
   if (clock_.accepts(frame)) {
@@ -181,6 +186,11 @@ bool CanopenSlave::handle_rpdo(const can::Frame& frame) noexcept {
 void CanopenSlave::take() noexcept {
   outbox_.pop();
   if (sdo_server_.feeding()) sdo_server_.feed();
+  // The boot-up message comes first, though its identifier is higher.
+  if (emergency_.some_outlasted_reset() && !outbox_.holds(canopen::cob_id::error_control(node_id_))) {
+    emergency_.announce(now_);
+    schedule();
+  }
   // What there is to say about a full transmit queue needs a place in it.
   if (outbox_.overflows() != overflows_reported_ || active(communication_error::kOverrun)) {
     next_event_ = Time::min();

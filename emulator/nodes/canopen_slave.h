@@ -95,6 +95,8 @@ class CanopenSlave : public bus::Participant {
  private:
   // canopen_slave.cpp: objects, and who gets a frame
   void add_communication_objects();
+  /// What is not LSS; false for a frame that is not for this node.
+  [[nodiscard]] bool handle_booted(const can::Frame& frame) noexcept;
   void handle_remote(const can::Frame& frame) noexcept;
   /// SYNC, TIME, SDO and RPDOs; false for a frame that is not for this node.
   [[nodiscard]] bool handle_service(const can::Frame& frame) noexcept;
@@ -112,6 +114,8 @@ class CanopenSlave : public bus::Participant {
   void take_node_id(std::uint8_t node_id) noexcept;
   void master_lost(std::uint8_t node) noexcept;
   void master_found() noexcept;
+  /// Ends 8130h when what was lost is not watched any more.
+  void stop_missing_the_unwatched() noexcept;
   void react_to_communication_error() noexcept;
   void watch_overrun() noexcept;
 

@@ -49,7 +49,7 @@ void CanopenSlave::reset(bool application) noexcept {
   for (auto& rpdo : rpdos_) rpdo->stop();
   for (auto& tpdo : tpdos_) tpdo->stop();
   sdo_server_.reset();
-  if (application) lss_.power_on();
+  application ? lss_.power_on() : lss_.reset_communication();
   take_node_id(lss_.pending());
   dictionary_.power_on(0x1000, application ? 0xFFFF : 0x1FFF);
   for (auto& rpdo : rpdos_) rpdo->reload();
@@ -57,7 +57,7 @@ void CanopenSlave::reset(bool application) noexcept {
   sync_.enable(false, now_);
   sync_.reload();
   outbox_.clear();
-  emergency_.reset();
+  application ? emergency_.reset() : emergency_.reset_communication();
   heartbeat_producer_.stop();
   heartbeat_consumer_.reset();
   guarding_.reset();
@@ -97,7 +97,6 @@ void CanopenSlave::handle_heartbeat(const can::Frame& frame) noexcept {
   if (frame.length != 1) return;
   const auto node = static_cast<std::uint8_t>(frame.id - canopen::cob_id::error_control(0));
   heartbeat_consumer_.beat(node, now_);
-  // Also after 1016h was written anew, which forgets who was lost but not that somebody was.
   if (active(communication_error::kMasterLost)) master_found();
 }
 
@@ -110,6 +109,13 @@ void CanopenSlave::master_lost(std::uint8_t node) noexcept {
 
 void CanopenSlave::master_found() noexcept {
   if (!heartbeat_consumer_.any_lost() && !guarding_.lost()) clear(communication_error::kMasterLost);
+}
+
+void CanopenSlave::stop_missing_the_unwatched() noexcept {
+  if (!active(communication_error::kMasterLost)) return;
+  // A node that produces a heartbeat is not guarded.
+  if (heartbeat_producer_.in_use()) guarding_.reset();
+  master_found();
 }
 
 // 1029h:1 (CiA 301, 7.5.2.30): to pre-operational if operational, no change, or stopped.

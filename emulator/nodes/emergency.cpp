@@ -28,7 +28,11 @@ Emergency::Emergency(ObjectDictionary& dictionary, Outbox& outbox, std::uint8_t 
   }
   cob_id_ = dictionary.add<std::uint32_t>(0x1014, 0, Access::kReadWrite, canopen::cob_id::emcy(node_id));
   cob_id_.plus_node_id();
-  cob_id_.on_write([this](std::uint32_t value) { return check_cob_id(value, cob_id_.get(), kCobIdInvalid); });
+  cob_id_.on_write([this](std::uint32_t value) -> Verdict {
+    if (const Verdict refused = check_cob_id(value, cob_id_.get(), kCobIdInvalid)) return refused;
+    if ((value & kCobIdInvalid) != 0) waiting_count_ = 0;
+    return std::nullopt;
+  });
   inhibit_ = dictionary.add<std::uint16_t>(0x1015, 0, Access::kReadWrite, 0);
 }
 
@@ -48,6 +52,7 @@ void Emergency::clear(std::uint16_t code, Time now) noexcept {
   const auto end = present_.begin() + present_count_;
   const auto it = std::find_if(present_.begin(), end, [&](const Present& p) { return p.code == code; });
   if (it == end) return;
+  if (static_cast<std::size_t>(it - present_.begin()) < outlasting_) --outlasting_;
   std::copy(it + 1, end, it);
   --present_count_;
   update_register();
@@ -65,7 +70,27 @@ void Emergency::enable(bool enabled) noexcept {
 }
 
 void Emergency::reset() noexcept {
-  present_count_ = 0;
+  present_count_ = outlasting_ = 0;
+  forget_reports();
+}
+
+void Emergency::reset_communication() noexcept {
+  const auto end = present_.begin() + present_count_;
+  const auto kept = std::remove_if(
+      present_.begin(), end, [](const Present& p) { return (p.bits & error_register::kCommunication) != 0; });
+  present_count_ = outlasting_ = static_cast<std::size_t>(kept - present_.begin());
+  forget_reports();
+}
+
+void Emergency::announce(Time now) noexcept {
+  for (std::size_t i = 0; i < outlasting_; ++i) {
+    add_to_history(present_[i].code);
+    send(present_[i].code, {}, now);
+  }
+  outlasting_ = 0;
+}
+
+void Emergency::forget_reports() noexcept {
   waiting_count_ = 0;
   allowed_from_ = Time{};
   history_count_.set(0);

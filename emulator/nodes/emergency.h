@@ -44,8 +44,13 @@ class Emergency {
 
   /// Whether EMCY may be sent; messages of the meantime are dropped.
   void enable(bool enabled) noexcept;
-  /// No errors, no history, nothing waiting.
+  /// Reset node: no errors, no history, nothing waiting.
   void reset() noexcept;
+  /// Reset communication: as `reset`, but errors of the device itself, without the register's communication
+  /// bit, stay; `announce` reports them anew.
+  void reset_communication() noexcept;
+  [[nodiscard]] bool some_outlasted_reset() const noexcept { return outlasting_ > 0; }
+  void announce(Time now) noexcept;
 
   void advance(Time now) noexcept;
   [[nodiscard]] Time next_event() const noexcept;
@@ -57,6 +62,7 @@ class Emergency {
   };
   using Payload = std::array<std::uint8_t, 8>;
 
+  void forget_reports() noexcept;
   void add_to_history(std::uint32_t value) noexcept;
   void update_register() noexcept;
   void send(std::uint16_t code, std::span<const std::uint8_t> detail, Time now) noexcept;
@@ -70,6 +76,8 @@ class Emergency {
 
   std::array<Present, 16> present_{};
   std::size_t present_count_ = 0;
+  std::size_t outlasting_ =
+      0;  // of the present ones, the first: they outlasted a reset and are not yet reported
   std::array<Payload, 8> waiting_{};
   std::size_t waiting_count_ = 0;
   Time allowed_from_{};

@@ -22,6 +22,7 @@ NodeGuarding::NodeGuarding(ObjectDictionary& dictionary, Outbox& outbox, const s
 void NodeGuarding::watch(Time from, std::uint16_t guard_ms, std::uint8_t factor) noexcept {
   const Time life = std::chrono::milliseconds(std::uint32_t{guard_ms} * factor);
   deadline_ = guarded_ && life > Time{} ? from + life : Time::max();
+  if (life == Time{}) lost_ = false;
 }
 
 bool NodeGuarding::answer(canopen::NmtState state, Time now) noexcept {

@@ -23,6 +23,7 @@ class NodeGuarding {
   /// True when the life time has just passed.
   [[nodiscard]] bool advance(Time now) noexcept;
   [[nodiscard]] Time next_event() const noexcept { return deadline_; }
+  /// Until the next remote frame, or until 100Ch or 100Dh is written 0.
   [[nodiscard]] bool lost() const noexcept { return lost_; }
   /// Stops watching until the next remote frame; the toggle bit starts with 0.
   void reset() noexcept;

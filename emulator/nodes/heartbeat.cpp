@@ -61,7 +61,7 @@ HeartbeatConsumer::HeartbeatConsumer(ObjectDictionary& dictionary) {
 }
 
 Verdict HeartbeatConsumer::check(std::size_t entry, std::uint32_t value) const noexcept {
-  if ((value >> 24U) != 0 || node_of(value) > 127) return SdoAbort::kValue;
+  if ((value >> 24U) != 0) return SdoAbort::kValue;
   if (!in_use(value)) return std::nullopt;
   for (std::size_t i = 0; i < kEntries; ++i) {
     const bool same_node =

@@ -38,7 +38,8 @@ class HeartbeatProducer {
 };
 
 /// Heartbeat consumer (CiA 301, 7.2.8.3.2.2), object 1016h with four entries: bits 16-23 node-ID, 0-15 time
-/// in ms. A node is watched from its first heartbeat on.
+/// in ms. A node is watched from its first heartbeat on. An entry with time 0, node 0 or a node above 127 is
+/// not in use.
 class HeartbeatConsumer {
  public:
   static constexpr std::size_t kEntries = 4;

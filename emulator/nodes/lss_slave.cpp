@@ -38,6 +38,10 @@ bool bit_timing_allowed(std::uint8_t table, std::uint8_t entry) noexcept {
 void LssSlave::power_on() noexcept {
   pending_ = stored_;
   bit_timing_ = stored_bit_timing_;
+  reset_communication();
+}
+
+void LssSlave::reset_communication() noexcept {
   configuration_ = false;
   selected_ = identified_ = 0;
   scanned_ = 0;

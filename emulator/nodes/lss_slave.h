@@ -36,6 +36,8 @@ class LssSlave {
   [[nodiscard]] std::uint8_t pending() const noexcept { return pending_; }
   /// Power-on and reset node: the stored node-ID is the pending one, the LSS state is waiting.
   void power_on() noexcept;
+  /// The LSS state is waiting; what is pending stays.
+  void reset_communication() noexcept;
 
  private:
   using Request = std::span<const std::uint8_t, 8>;

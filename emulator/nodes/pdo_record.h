@@ -25,14 +25,6 @@ struct PdoDefaults {
   return std::uint32_t{index} << 16U | std::uint32_t{sub} << 8U | bits;
 }
 
-/// Payload a CAN FD frame has that carries `bytes` bytes: the next length the format knows (ISO 11898-1).
-[[nodiscard]] constexpr std::uint8_t fd_length(std::size_t bytes) noexcept {
-  for (const std::uint8_t length : {8, 12, 16, 20, 24, 32, 48}) {
-    if (bytes <= length) return bytes <= 8 ? static_cast<std::uint8_t>(bytes) : length;
-  }
-  return 64;
-}
-
 /// Communication record (14xxh, 18xxh) and mapping record (16xxh, 1Axxh) of one PDO, with the checks of a
 /// change at run time (CiA 301, 7.5.2.36): invalidate, sub 0 := 0, entries, sub 0 := n, validate. Out of
 /// order: 0800 0022. A PDO has up to 8 objects and 8 bytes, with CAN FD up to 64 of each.

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "drivers/can/fd_length.h"
+
 namespace walkman::nodes {
 
 ReceivePdo::ReceivePdo(ObjectDictionary& dictionary, int number, std::uint32_t cob_id,
@@ -28,7 +30,7 @@ void ReceivePdo::restart() noexcept {
 ReceivePdo::Outcome ReceivePdo::receive(const can::Frame& frame, bool late, Time now) noexcept {
   if (frame.length < record_.bytes()) return Outcome::kTooShort;
   if (record_.event_time() > Time{}) deadline_ = now + record_.event_time();
-  const std::size_t expected = frame.fd ? fd_length(record_.bytes()) : record_.bytes();
+  const std::size_t expected = frame.fd ? can::fd_length(record_.bytes()) : record_.bytes();
   const Outcome outcome = frame.length > expected ? Outcome::kTakenTooLong : Outcome::kTaken;
   if (late && record_.synchronous()) return outcome;
   std::copy_n(frame.data.begin(), record_.bytes(), data_.begin());

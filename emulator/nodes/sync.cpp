@@ -8,6 +8,7 @@ namespace walkman::nodes {
 namespace {
 
 constexpr std::uint32_t kProduce = 0x40000000U;
+constexpr std::uint32_t kDoNotCare = 0x80000000U;  // some masters and EDS files set it
 
 }  // namespace
 
@@ -16,7 +17,8 @@ Sync::Sync(ObjectDictionary& dictionary, Outbox& outbox, const Time& now) : outb
                                           canopen::cob_id::kSync);
   cob_id_.on_write([this, &now](std::uint32_t value) -> Verdict {
     const std::uint32_t id = value & kCobIdMask;
-    if ((value & ~(kProduce | kCobIdMask)) != 0 || restricted_identifier(id)) return SdoAbort::kValue;
+    if ((value & ~(kDoNotCare | kProduce | kCobIdMask)) != 0 || restricted_identifier(id))
+      return SdoAbort::kValue;
     const bool goes_on = (cob_id_.get() & value & kProduce) != 0;
     if (goes_on && id != identifier_) return SdoAbort::kValue;
     identifier_ = id;

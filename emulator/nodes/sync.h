@@ -8,9 +8,9 @@
 
 namespace walkman::nodes {
 
-/// SYNC consumer and producer (CiA 301, 7.2.5): COB-ID 1005h (bit 30 = produce), cycle period 1006h and
-/// window 1007h in us, counter overflow 1019h (0, or 2 to 240; changed only while 1006h is 0, else 0800
-/// 0022).
+/// SYNC consumer and producer (CiA 301, 7.2.5): COB-ID 1005h (bit 30 = produce, bit 31 means nothing), cycle
+/// period 1006h and window 1007h in us, counter overflow 1019h (0, or 2 to 240; changed only while 1006h is
+/// 0, else 0800 0022).
 class Sync {
  public:
   /// Shortest period this device can produce.

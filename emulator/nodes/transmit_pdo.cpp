@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cstring>
 
+#include "drivers/can/fd_length.h"
+
 namespace walkman::nodes {
 
 TransmitPdo::TransmitPdo(ObjectDictionary& dictionary, Outbox& outbox, int number, std::uint32_t cob_id,
@@ -38,7 +40,7 @@ can::Frame TransmitPdo::sample() const noexcept {
     frame.length = static_cast<std::uint8_t>(frame.length + object.bytes);
   }
   frame.fd = record_.fd();
-  if (frame.fd) frame.length = fd_length(frame.length);
+  if (frame.fd) frame.length = can::fd_length(frame.length);
   return frame;
 }
 

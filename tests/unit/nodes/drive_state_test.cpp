@@ -216,6 +216,27 @@ TEST_F(DriveStateTest, LostHeartbeatStopsTheDriveBy6007) {
   EXPECT_EQ(node.state(), State::kSwitchOnDisabled);
 }
 
+TEST_F(DriveStateTest, AFaultOutlastsResetCommunication) {
+  go_to(State::kFault);
+  talk.listen(milliseconds(2));
+  EXPECT_THAT(talk.ask("605#4001100000000000"), ElementsAre("585#4F01100021000000"));
+  // The boot-up message, then the fault again; register and history tell it too.
+  EXPECT_THAT(talk.ask("000#8205"), ElementsAre("705#00", "085#2171210000000000"));
+  EXPECT_EQ(node.state(), State::kFault);
+  EXPECT_THAT(talk.ask("605#4001100000000000"), ElementsAre("585#4F01100021000000"));
+  EXPECT_THAT(talk.ask("605#403F600000000000"), ElementsAre("585#4B3F600021710000"));
+  EXPECT_THAT(talk.ask("605#4003100100000000"), ElementsAre("585#4303100121710000"));
+  EXPECT_THAT(talk.ask("605#4003100200000000"), ElementsAre("585#8003100224000008"));
+  talk.ask("605#23031801850400C0");
+  talk.ask("000#0105");
+  EXPECT_THAT(command(0x80), ElementsAre("085#0000000000000000"));
+  EXPECT_THAT(talk.ask("605#4001100000000000"), ElementsAre("585#4F01100000000000"));
+  // Reset node switches the drive off and on.
+  go_to(State::kFault);
+  EXPECT_THAT(talk.ask("000#8105"), ElementsAre("705#00"));
+  EXPECT_THAT(talk.ask("605#4001100000000000"), ElementsAre("585#4F01100000000000"));
+}
+
 TEST_F(DriveStateTest, NmtStopAndResetTakeTheTorqueAway) {
   go_to(State::kOperationEnabled);
   talk.ask("000#0205");

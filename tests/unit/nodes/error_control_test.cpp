@@ -93,6 +93,26 @@ TEST_F(ErrorControlTest, LostHeartbeatRaisesEmcyAndLeavesOperational) {
   EXPECT_THAT(talk.ask("605#4003100000000000"), ElementsAre("585#4F03100000000000"));
 }
 
+TEST_F(ErrorControlTest, AHeartbeatNoLongerWatchedIsNotMissed) {
+  talk.listen(milliseconds(2));
+  talk.ask("605#2316100164007F00");
+  talk.ask("77F#05");
+  EXPECT_THAT(talk.listen(milliseconds(150)), ElementsAre("085#3081117F00000000"));
+  EXPECT_THAT(talk.ask("605#2316100100000000"), ElementsAre("085#0000000000000000", "585#6016100100000000"));
+}
+
+TEST_F(ErrorControlTest, ConsumerEntriesOfNoNodeAreNotInUse) {
+  talk.listen(milliseconds(2));
+  // Node 0 or above 127, time 0: taken and not used (CiA 301, 7.5.2.18); bits 24 to 31 are reserved.
+  for (const char* entry : {"64000000", "64008000", "6400FF00", "00007F00"}) {
+    EXPECT_THAT(talk.ask(std::string("605#23161001") + entry), ElementsAre("585#6016100100000000")) << entry;
+    EXPECT_THAT(talk.ask("605#4016100100000000"), ElementsAre(std::string("585#43161001") + entry));
+  }
+  talk.ask("77F#05");
+  EXPECT_THAT(talk.listen(milliseconds(200)), IsEmpty());
+  EXPECT_THAT(talk.ask("605#2316100164007F01"), ElementsAre("585#8016100130000906"));
+}
+
 TEST_F(ErrorControlTest, ErrorBehaviourChoosesTheState) {
   talk.listen(milliseconds(2));
   talk.ask("605#2316100164007F00");
@@ -117,6 +137,16 @@ TEST_F(ErrorControlTest, EmergencyCanBeSwitchedOffAndInhibited) {
   EXPECT_THAT(talk.listen(milliseconds(10)), ElementsAre("085#0000000000000000"));
   EXPECT_THAT(talk.ask("605#2314100085000080"), ElementsAre("585#6014100000000000"));
   EXPECT_THAT(talk.ask("205#0000"), IsEmpty());
+}
+
+TEST_F(ErrorControlTest, AnEmergencyThatWaitsIsDroppedWhenEmcyIsSwitchedOff) {
+  talk.listen(milliseconds(2));
+  talk.ask("000#0105");
+  talk.ask("605#2B15100064000000");  // 10 ms
+  EXPECT_THAT(talk.ask("205#0000"), ElementsAre("085#1082110000000000"));
+  EXPECT_THAT(talk.ask("205#0000080000"), IsEmpty());
+  talk.ask("605#2314100085000080");
+  EXPECT_THAT(talk.listen(milliseconds(50)), IsEmpty());
 }
 
 TEST_F(ErrorControlTest, SyncOfUnexpectedLengthIsReportedAndIgnored) {

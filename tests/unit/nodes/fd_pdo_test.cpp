@@ -1,6 +1,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "drivers/can/fd_length.h"
 #include "tests/unit/nodes/conversation.h"
 #include "tests/unit/nodes/test_slave.h"
 
@@ -76,7 +77,7 @@ TEST_F(FdPdoTest, LengthIsPaddedToOneTheFormatHas) {
                                       {33, 48},
                                       {49, 64},
                                       {64, 64}}) {
-    EXPECT_EQ(fd_length(static_cast<std::size_t>(bytes)), length);
+    EXPECT_EQ(can::fd_length(static_cast<std::size_t>(bytes)), length);
   }
 }
 

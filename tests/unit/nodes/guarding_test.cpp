@@ -50,6 +50,18 @@ TEST_F(GuardingTest, LifeGuardingIsLostAndFound) {
   EXPECT_THAT(talk.ask("705#R"), ElementsAre("085#0000000000000000", "705#FF"));
 }
 
+TEST_F(GuardingTest, LifeGuardingThatIsSwitchedOffMissesNobody) {
+  for (const char* off : {"605#2B0C100000000000", "605#2F0D100000000000", "605#2B171000E8030000"}) {
+    talk.ask("605#2B0C100032000000");
+    talk.ask("605#2F0D100001000000");
+    EXPECT_THAT(talk.ask("705#R"), testing::SizeIs(1));
+    EXPECT_THAT(talk.listen(milliseconds(60)), ElementsAre("085#3081110000000000"));
+    EXPECT_THAT(talk.ask(off), testing::Contains("085#0000000000000000")) << off;
+    EXPECT_THAT(talk.ask("605#4001100000000000"), ElementsAre("585#4F01100000000000"));
+    talk.ask("605#2B17100000000000");
+  }
+}
+
 TEST_F(GuardingTest, ErrorPassiveIsReportedWhileItLasts) {
   node.on_link_state(can::LinkState::kWarning, talk.bus.now());
   EXPECT_THAT(talk.listen(milliseconds(2)), IsEmpty());

@@ -74,6 +74,14 @@ TEST_F(LssTest, StoredNodeIdSurvivesResetNode) {
   EXPECT_THAT(talk.ask("000#8105"), ElementsAre("709#00"));
 }
 
+TEST_F(LssTest, ResetCommunicationLeavesTheConfigurationState) {
+  configuration();
+  EXPECT_THAT(talk.ask("7E5#1109000000000000"), ElementsAre("7E4#1100000000000000"));
+  EXPECT_THAT(talk.ask("000#8205"), ElementsAre("709#00"));
+  EXPECT_THAT(talk.ask("7E5#1105000000000000"), IsEmpty());  // meant for another
+  EXPECT_THAT(talk.ask("000#8209"), ElementsAre("709#00"));
+}
+
 TEST_F(LssTest, BitTimingIsTakenFromTheStandardsTable) {
   configuration();
   EXPECT_THAT(talk.ask("7E5#1300020000000000"), ElementsAre("7E4#1300000000000000"));  // 500 kbit/s

@@ -36,6 +36,15 @@ TEST_F(SyncTest, CounterOverflowIsChangedOnlyWithoutAPeriod) {
   accept("605#2F19100000000000");
 }
 
+TEST_F(SyncTest, TheTopBitOf1005MeansNothing) {
+  accept("605#2305100080000080");
+  EXPECT_THAT(talk.ask("605#4005100000000000"), ElementsAre("585#4305100080000080"));
+  talk.ask("000#0105");
+  EXPECT_THAT(talk.ask("080#"), ElementsAre("185#44332211"));
+  refuse("605#2305100080000020", "30000906");  // 29-bit identifier
+  refuse("605#2305100005070000", "30000906");  // of error control
+}
+
 TEST_F(SyncTest, ASyncMustHaveTheLengthTheCounterAsksFor) {
   accept("605#2F1910000A000000");
   talk.ask("000#0105");
@@ -95,7 +104,6 @@ TEST_F(SyncTest, ProducerCountsAndKeepsItsPeriod) {
   accept("605#2F19100003000000");
   accept("605#2306100010270000");  // 10 ms
   refuse("605#2306100063000000", "32000906");
-  refuse("605#2305100080000080", "30000906");
   talk.send("605#2305100080000040");
   const auto heard = talk.listen_stamped(milliseconds(45));
   std::vector<std::string> text;
