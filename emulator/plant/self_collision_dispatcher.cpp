@@ -1,15 +1,16 @@
 #include "emulator/plant/self_collision_dispatcher.h"
 
+#include <array>
 #include <cmath>
 
-#include <BulletCollision/BroadphaseCollision/btCollisionAlgorithm.h>
 #include <BulletCollision/CollisionShapes/btCompoundShape.h>
 #include <BulletDynamics/Featherstone/btMultiBodyLinkCollider.h>
 
 namespace walkman::plant {
 namespace {
 
-constexpr double kNear = 0.005;  // m
+constexpr double kNear = 0.002;          // m
+constexpr double kAboutToTouch = 0.001;  // m
 
 struct Box {
   btTransform X_WC;
@@ -31,11 +32,16 @@ bool apart(const btCollisionObject& a, const btCollisionObject& b) {
   if (!shape_a->isCompound() || !shape_b->isCompound()) return false;
   const auto& compound_a = static_cast<const btCompoundShape&>(*shape_a);
   const auto& compound_b = static_cast<const btCompoundShape&>(*shape_b);
+  constexpr int kMost = 8;
+  const int count = compound_b.getNumChildShapes();
+  if (count > kMost) return false;
+  std::array<Box, kMost> boxes;
+  for (int k = 0; k < count; ++k) boxes[static_cast<std::size_t>(k)] = box_of(b, compound_b, k);
   for (int i = 0; i < compound_a.getNumChildShapes(); ++i) {
     Box box_a = box_of(a, compound_a, i);
     box_a.half += btVector3(kNear, kNear, kNear);
-    for (int k = 0; k < compound_b.getNumChildShapes(); ++k) {
-      const Box box_b = box_of(b, compound_b, k);
+    for (int k = 0; k < count; ++k) {
+      const Box& box_b = boxes[static_cast<std::size_t>(k)];
       if (!boxes_apart(box_a.X_WC, box_a.half, box_b.X_WC, box_b.half)) return false;
     }
   }
@@ -74,6 +80,17 @@ SelfCollisionDispatcher::SelfCollisionDispatcher(btCollisionConfiguration* confi
   setNearCallback(&SelfCollisionDispatcher::meet);
 }
 
+void SelfCollisionDispatcher::forget_distant_points(btCollisionAlgorithm& algorithm) {
+  manifolds_.resize(0);
+  algorithm.getAllContactManifolds(manifolds_);
+  for (int i = 0; i < manifolds_.size(); ++i) {
+    btPersistentManifold& manifold = *manifolds_[i];
+    for (int k = manifold.getNumContacts() - 1; k >= 0; --k) {
+      if (manifold.getContactPoint(k).getDistance() > kAboutToTouch) manifold.removeContactPoint(k);
+    }
+  }
+}
+
 void SelfCollisionDispatcher::meet(btBroadphasePair& pair, btCollisionDispatcher& dispatcher,
                                    const btDispatcherInfo& info) {
   const auto* a = static_cast<const btCollisionObject*>(pair.m_pProxy0->m_clientObject);
@@ -81,7 +98,13 @@ void SelfCollisionDispatcher::meet(btBroadphasePair& pair, btCollisionDispatcher
   const auto* link_a = btMultiBodyLinkCollider::upcast(a);
   const auto* link_b = btMultiBodyLinkCollider::upcast(b);
   const bool own = link_a != nullptr && link_b != nullptr && link_a->m_multiBody == link_b->m_multiBody;
-  if (!own || !apart(*a, *b)) return defaultNearCallback(pair, dispatcher, info);
+  if (!own) return defaultNearCallback(pair, dispatcher, info);
+  if (!apart(*a, *b)) {
+    defaultNearCallback(pair, dispatcher, info);
+    if (pair.m_algorithm != nullptr)
+      static_cast<SelfCollisionDispatcher&>(dispatcher).forget_distant_points(*pair.m_algorithm);
+    return;
+  }
   if (pair.m_algorithm == nullptr) return;
   // What they touched with before is over.
   pair.m_algorithm->~btCollisionAlgorithm();

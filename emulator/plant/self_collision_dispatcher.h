@@ -1,11 +1,12 @@
 #pragma once
 
+#include <BulletCollision/BroadphaseCollision/btCollisionAlgorithm.h>
 #include <BulletCollision/CollisionDispatch/btCollisionDispatcher.h>
 
 namespace walkman::plant {
 
 /// Bullet's dispatcher, which looks at two links of one multibody only when the oriented boxes round their
-/// shapes are within 5 mm of each other.
+/// shapes are within 2 mm of each other, and keeps points of contact no further apart than 1 mm.
 ///
 /// A folded robot has some thirty pairs of links whose axis-aligned boxes overlap all the time; to search
 /// them for contact would cost as much as the dynamics.
@@ -14,7 +15,10 @@ class SelfCollisionDispatcher : public btCollisionDispatcher {
   explicit SelfCollisionDispatcher(btCollisionConfiguration* configuration);
 
  private:
+  void forget_distant_points(btCollisionAlgorithm& algorithm);
   static void meet(btBroadphasePair& pair, btCollisionDispatcher& dispatcher, const btDispatcherInfo& info);
+
+  btManifoldArray manifolds_;
 };
 
 /// Whether two boxes, each given by its centre's pose and half its edges, are apart by the separating axes of
