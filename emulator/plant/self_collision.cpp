@@ -14,7 +14,7 @@ namespace walkman::plant {
 namespace {
 
 constexpr double kTouching = 1e-3;       // m
-constexpr double kCompoundJoint = 0.06;  // m, largest distance of its two axes' origins
+constexpr double kCompoundJoint = 0.10;  // m, largest distance of its two axes' origins
 
 /// The groups' shapes in a collision world of their own.
 class ShapesAtRest {
@@ -87,6 +87,9 @@ bool joined_by_compound(const RobotModel& model, const RigidTree& tree, std::siz
                         std::size_t lower) {
   const int between = tree.groups()[lower].parent;
   if (between < 0) return false;
+  // A palm on its sensor belongs to the wrist.
+  if (!tree.groups()[lower].moves)
+    return joined_by_compound(model, tree, upper, static_cast<std::size_t>(between));
   const RigidBodyGroup& middle = tree.groups()[static_cast<std::size_t>(between)];
   if (middle.parent != static_cast<int>(upper)) return false;
   // Both joints' origins in the middle body's frame: its own carrier's, and that of the joint it carries.

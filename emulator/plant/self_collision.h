@@ -32,7 +32,7 @@ struct ExcusedPair {
 ///
 /// The shapes are wrapped around links more or less tightly, so some overlap where the real links do not.
 /// Those that touch (within 1 mm) at zero or in `start` are excused, besides neighbours, neighbours but one
-/// whose two joints are less than 6 cm apart (the boxes of a wrist would take away half of its travel) and
+/// whose two joints are less than 10 cm apart (the boxes of a wrist would take away half of its travel) and
 /// the parts of one hand (what hangs below one joint that the tree cuts for a wrist's sensor). Every other
 /// pair collides.
 class SelfCollision {
