@@ -69,8 +69,26 @@ std::mt19937_64 sensor_stream(const Device& device, std::uint64_t seed) {
   return std::mt19937_64(sequence);
 }
 
-nodes::ForceTorqueParameters force_torque_parameters(const Device& device, std::uint64_t seed) {
+// In an ankle the 45 mm sensor would be over its range when the robot leans by 6 cm on one foot: the torques
+// a sole of this size can bring about under the whole weight, and the resolution in proportion, are an
+// estimate.
+constexpr nodes::ChannelRating kAnkleBending{200, 0.03};  // N·m
+constexpr nodes::ChannelRating kAnkleTwist{100, 0.015};   // N·m
+
+/// A sensor nothing hangs below sits in a foot.
+bool in_foot(const RobotModel& robot, const std::string& frame) {
+  const int link = robot.link_index(frame);
+  return std::none_of(robot.joints.begin(), robot.joints.end(),
+                      [&](const Joint& joint) { return joint.parent_link == link; });
+}
+
+nodes::ForceTorqueParameters force_torque_parameters(const Device& device, const RobotModel& robot,
+                                                     std::uint64_t seed) {
   nodes::ForceTorqueParameters parameters;
+  if (in_foot(robot, device.name)) {
+    parameters.channels[3] = parameters.channels[4] = kAnkleBending;
+    parameters.channels[5] = kAnkleTwist;
+  }
   parameters.node_id = device.node_id;
   parameters.name = device.name;
   parameters.serial = device.node_id;
@@ -161,7 +179,7 @@ Emulator::Impl::Impl(const RobotModel& robot, const DeviceTable& devices, const 
     for (const Device& device : wiring.devices) {
       if (device.kind == DeviceKind::kForceTorque) {
         sensors.push_back(
-            std::make_unique<nodes::ForceTorqueNode>(force_torque_parameters(device, options.seed)));
+            std::make_unique<nodes::ForceTorqueNode>(force_torque_parameters(device, robot, options.seed)));
         attach(*sensors.back(), wiring);
       } else if (device.kind == DeviceKind::kInertialUnit) {
         inertials.push_back(std::make_unique<nodes::InertialNode>(inertial_parameters(device, options.seed)));

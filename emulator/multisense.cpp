@@ -1,11 +1,12 @@
 #include "emulator/multisense.h"
 
+#include <algorithm>
 #include <cmath>
-
-#include "emulator/plant/world_objects.h"
 
 namespace walkman {
 namespace {
+
+constexpr double kOutOfSight = -10;  // m
 
 /// All geometry of a rigid model in its root link's frame.
 std::vector<LinkGeometry> rigid_geometry(const RobotModel& model) {
@@ -42,9 +43,16 @@ MultiSense::MultiSense(const RobotModel& robot, const Scene& scene, int optical_
     robot_links_.push_back(static_cast<int>(i));
   }
   for (const SceneObject& object : scene.objects) {
-    (void)rays_.add_movable(rigid_geometry(plant::with_weights(object)));
+    (void)rays_.add_movable(rigid_geometry(object.model));
   }
-  exposure_.poses.resize(robot_links_.size() + object_count_, Eigen::Isometry3d::Identity());
+  for (std::size_t i = 0; i < object_count_; ++i) {
+    for (const AttachedWeight& weight : scene.objects[i].weights) {
+      (void)rays_.add_movable(rigid_geometry(weight.model));
+      weights_.push_back({static_cast<int>(i), weight.name});
+    }
+  }
+  exposure_.poses.resize(robot_links_.size() + object_count_ + weights_.size(),
+                         Eigen::Isometry3d::Identity());
 }
 
 void MultiSense::advance(Time now, const plant::Plant& plant) {
@@ -57,6 +65,20 @@ void MultiSense::advance(Time now, const plant::Plant& plant) {
   for (std::size_t i = 0; i < object_count_; ++i) {
     exposure_.poses[robot_links_.size() + i] = plant.X_WO(static_cast<int>(i));
   }
+  const std::size_t first_weight = robot_links_.size() + object_count_;
+  for (std::size_t i = 0; i < weights_.size(); ++i)
+    exposure_.poses[first_weight + i] = pose_of(weights_[i], plant);
+}
+
+Eigen::Isometry3d MultiSense::pose_of(const Weight& weight, const plant::Plant& plant) {
+  const SceneObject& object = plant.object(weight.object);
+  const auto found = std::find_if(object.weights.begin(), object.weights.end(),
+                                  [&](const AttachedWeight& w) { return w.name == weight.name; });
+  if (found != object.weights.end()) return plant.X_WO(weight.object) * object.X_OA(*found);
+  // Taken off: out of sight below the floor.
+  Eigen::Isometry3d X_WA = Eigen::Isometry3d::Identity();
+  X_WA.translation().z() = kOutOfSight;
+  return X_WA;
 }
 
 void MultiSense::render(const Exposure& exposure, camera::OrganizedCloud& out) {

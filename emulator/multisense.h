@@ -1,5 +1,6 @@
 #pragma once
 
+#include <string>
 #include <vector>
 
 #include <Eigen/Geometry>
@@ -45,11 +46,19 @@ class MultiSense : public camera::RangeCamera {
   [[nodiscard]] bool latest(Time not_before, camera::OrganizedCloud& out) override;
 
  private:
+  /// A weight of an object, which may be moved along it or taken off.
+  struct Weight {
+    int object;
+    std::string name;
+  };
+  [[nodiscard]] static Eigen::Isometry3d pose_of(const Weight& weight, const plant::Plant& plant);
+
   const RobotModel& robot_;
   sensors::RayScene rays_;
   sensors::StereoCamera camera_;
   std::vector<int> robot_links_;  // those with something to see, in the order of their ray-scene bodies
   std::size_t object_count_;
+  std::vector<Weight> weights_;
   int optical_link_;
   std::uint64_t seed_;
   Time period_, next_{};

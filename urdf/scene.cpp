@@ -65,12 +65,25 @@ SceneObject read_object(const YamlMap& map, Names& names) {
   return object;
 }
 
+void read_rope(const YamlMap& map, HoistRope& rope) {
+  rope.line = map.line();
+  if (map.has("link")) {
+    rope.link = map.text("link");
+    rope.p_LE.setZero();
+  }
+  if (map.has("tied_at_m")) rope.p_LE = map.vector3("tied_at_m");
+  if (map.has("anchor_m")) rope.p_WA = map.vector3("anchor_m");
+  if (!map.has("length_m")) return;
+  rope.length = map.number("length_m");
+  if (!(*rope.length > 0)) map.fail("length_m", fmt::format("{} m, expected more than 0 m", *rope.length));
+}
+
 void read_robot(const YamlMap& map, Scene& scene) {
   scene.robot_urdf = map.existing_file("urdf");
   scene.robot_srdf = map.existing_file("srdf");
   scene.device_table = map.existing_file("devices");
   scene.posture = map.text("posture");
-  const YamlMap base = map.map("base", {"kind", "xyz_m", "rpy_rad"});
+  const YamlMap base = map.map("base", {"kind", "xyz_m", "rpy_rad", "rope"});
   static const std::map<std::string, BaseKind> kKinds = {
       {"fixed", BaseKind::kFixed}, {"floating", BaseKind::kFloating}, {"hoisted", BaseKind::kHoisted}};
   const std::string kind = base.text("kind");
@@ -79,6 +92,10 @@ void read_robot(const YamlMap& map, Scene& scene) {
     base.fail("kind", fmt::format("found \"{}\", expected fixed, floating or hoisted", kind));
   scene.base = known->second;
   scene.X_WB = base.pose();
+  if (!base.has("rope")) return;
+  if (scene.base != BaseKind::kHoisted)
+    base.fail("rope", fmt::format("the base is {}, only a hoisted one has a rope", kind));
+  read_rope(base.map("rope", {"link", "tied_at_m", "anchor_m", "length_m"}), scene.rope);
 }
 
 double read_spread(const YamlMap& map, const std::string& key) {
@@ -92,7 +109,7 @@ double read_spread(const YamlMap& map, const std::string& key) {
 
 Scene load_scene(const std::filesystem::path& yaml_file) {
   const YamlMap top(yaml_file.string(), parse_yaml_file(yaml_file), "",
-                    {"robot", "fixed_bodies", "objects", "jitter", "seed"});
+                    {"robot", "fixed_bodies", "objects", "jitter", "seed", "events"});
   Scene scene;
   scene.file = yaml_file;
   Names names;
@@ -108,6 +125,7 @@ Scene load_scene(const std::filesystem::path& yaml_file) {
   }
   if (top.has("seed"))
     scene.seed = static_cast<std::uint64_t>(top.integer("seed", 0, std::numeric_limits<long long>::max()));
+  if (top.has("events")) scene.events = read_events(top.list("events", event_keys()), scene.objects);
   return scene;
 }
 

@@ -3,12 +3,14 @@
 #include <cstdint>
 #include <filesystem>
 #include <map>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include <Eigen/Geometry>
 
 #include "urdf/robot_model.h"
+#include "urdf/scene_event.h"
 
 namespace walkman {
 
@@ -17,6 +19,15 @@ enum class BaseKind {
   kFixed,     ///< held in space
   kFloating,  ///< nothing: the robot stands on its feet, or falls
   kHoisted,   ///< floating, with a slack rope from above that holds it when it falls
+};
+
+/// The rope of a hoisted robot, as on a lab's gantry: it pulls when taut and else hangs.
+struct HoistRope {
+  int line = 0;                         ///< where the scene file describes it; 0: not there
+  std::string link = "DWYTorso";        ///< of the robot, its chest
+  Eigen::Vector3d p_LE = {0, 0, 0.15};  ///< where it is tied, in the link's frame, m
+  std::optional<Eigen::Vector3d> p_WA;  ///< its upper end, m; unset: 1.5 m above the lower at start
+  std::optional<double> length;         ///< m; unset: 5 cm more than the ends are apart at start
 };
 
 /// A weight clamped on an object: a URDF of its own, fixed at a distance along the object's x axis from its
@@ -36,6 +47,8 @@ struct SceneObject {
   double length = 0;                                       ///< m
   std::vector<AttachedWeight> weights;
 
+  /// Pose of a weight's root link in the object's frame.
+  [[nodiscard]] Eigen::Isometry3d X_OA(const AttachedWeight& weight) const;
   [[nodiscard]] double mass() const;  ///< with weights, kg
   /// Centre of mass with weights, in the object frame, m.
   [[nodiscard]] Eigen::Vector3d p_OOcm() const;
@@ -62,11 +75,13 @@ struct Scene {
   std::filesystem::path robot_urdf, robot_srdf, device_table;
   std::string posture;  ///< SRDF state the robot starts in
   BaseKind base = BaseKind::kFixed;
+  HoistRope rope;                                          ///< of a hoisted base
   Eigen::Isometry3d X_WB = Eigen::Isometry3d::Identity();  ///< pose of the robot's root link
   std::vector<FixedBody> fixed;
   std::vector<SceneObject> objects;
   PoseJitter jitter;
   std::uint64_t seed = 1;
+  std::vector<SceneEvent> events;  ///< in order of time
 };
 
 /// Reads a scene file. Paths in it are relative to the file. Unknown keys, wrong types, non-finite numbers

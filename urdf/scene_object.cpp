@@ -28,6 +28,12 @@ class Draws {
 
 }  // namespace
 
+Eigen::Isometry3d SceneObject::X_OA(const AttachedWeight& weight) const {
+  Eigen::Isometry3d X = Eigen::Isometry3d::Identity();
+  X.translation().x() = weight.position - length / 2;
+  return X;
+}
+
 double SceneObject::mass() const {
   double mass = model.total_mass();
   for (const AttachedWeight& weight : weights) mass += weight.model.total_mass();
@@ -37,8 +43,8 @@ double SceneObject::mass() const {
 Eigen::Vector3d SceneObject::p_OOcm() const {
   Eigen::Vector3d moment = model.total_mass() * centre_of_mass(model, link_poses(model, {}));
   for (const AttachedWeight& weight : weights) {
-    const Eigen::Vector3d p_OA(weight.position - length / 2, 0, 0);
-    moment += weight.model.total_mass() * (p_OA + centre_of_mass(weight.model, link_poses(weight.model, {})));
+    const Eigen::Vector3d p_AAcm = centre_of_mass(weight.model, link_poses(weight.model, {}));
+    moment += weight.model.total_mass() * (X_OA(weight) * p_AAcm);
   }
   return moment / mass();
 }

@@ -8,6 +8,7 @@
 namespace walkman::motion {
 namespace {
 
+constexpr int kRootLink = 0;  // parents come before their children
 /// Step of the run ahead in `reachable`, s.
 constexpr double kAheadStep = 0.01;
 /// Longest motion `reachable` follows, s.
@@ -25,22 +26,39 @@ std::vector<int> active_dofs(const Kinematics& kinematics, const std::vector<std
   return dofs;
 }
 
+std::vector<std::string> moving_joints(const HandMotionOptions& options, bool stands) {
+  std::vector<std::string> joints = options.active_joints;
+  if (stands) joints.insert(joints.end(), options.leg_joints.begin(), options.leg_joints.end());
+  return joints;
+}
+
 }  // namespace
 
 HandMotion::HandMotion(const RobotModel& model, const std::vector<std::string>& joint_names,
                        const Eigen::Isometry3d& X_WB, HandMotionOptions options)
+    : HandMotion(model, joint_names, X_WB, std::nullopt, std::move(options)) {}
+
+HandMotion::HandMotion(const RobotModel& model, const std::vector<std::string>& joint_names,
+                       const Stance& stance, HandMotionOptions options)
+    : HandMotion(model, joint_names, Eigen::Isometry3d::Identity(), stance, std::move(options)) {}
+
+HandMotion::HandMotion(const RobotModel& model, const std::vector<std::string>& joint_names,
+                       const Eigen::Isometry3d& X_WB, const std::optional<Stance>& stance,
+                       HandMotionOptions options)
     : options_(std::move(options)),
+      stance_(stance),
       kinematics_(model, joint_names),
       hand_(model.link_index(options_.hand_link)),
-      active_(active_dofs(kinematics_, options_.active_joints)),
+      active_(active_dofs(kinematics_, moving_joints(options_, stance.has_value()))),
       upright_(targets(options_.upright)),
       posture_(targets(options_.posture)),
       guards_(right_arm_guards(model)),
       trunk_(trunk_guards(model)),
-      ik_(kinematics_, BaseMotion::kFixed, active_, options_.rates),
-      gravity_torques_(Eigen::VectorXd::Zero(kinematics_.dof())),
+      ik_(kinematics_, stance ? BaseMotion::kFloating : BaseMotion::kFixed, active_, options_.rates),
+      static_torques_(Eigen::VectorXd::Zero(kinematics_.dof())),
+      foot_jacobian_(6, kinematics_.dof()),
       commands_(joint_names.size()) {
-  kinematics_.set_base(X_WB);
+  state_.X_WB = X_WB;
   for (const auto& [joint_name, range] : options_.ranges)
     ik_.limit_joint(active_dofs(kinematics_, {joint_name}).front(), range.lower, range.upper);
   reset(Eigen::VectorXd::Zero(kinematics_.dof()));
@@ -63,12 +81,27 @@ void HandMotion::reset(const Eigen::VectorXd& q) {
   state_.status = Status::kHolding;
   state_.waited = 0;
   ik_.reset_rates();
+  pose();
+  if (!stance_) return;
+  state_.X_WB = stance_->X_TB(kinematics_);
+  pose();
+  const Eigen::Vector2d ahead = kinematics_.com().head<2>() - stance_->centre();
+  p_Wcm_ = stance_->centre() + ahead.cwiseMax(-options_.com_range).cwiseMin(options_.com_range);
+  legs_.clear();
+  for (const std::string& joint_name : options_.leg_joints) {
+    const int dof = kinematics_.dof_of(joint_name);
+    legs_.push_back({dof, state_.q[dof]});
+  }
+}
+
+void HandMotion::pose() noexcept {
+  kinematics_.set_base(state_.X_WB);
   kinematics_.update(state_.q);
 }
 
 void HandMotion::set_passive(const std::string& joint_name, double value) {
   kinematics_.set_passive(joint_name, value);
-  kinematics_.update(state_.q);
+  pose();
 }
 
 void HandMotion::set_payload(double mass, const Eigen::Vector3d& p_HCm) noexcept {
@@ -111,6 +144,14 @@ void HandMotion::advance(double dt) noexcept {
   if (table_)
     keep_clear(ik_, kinematics_, guards_, *table_, options_.obstacle_margin, options_.obstacle_gain);
   keep_clear(ik_, kinematics_, guards_, trunk_, options_.trunk_margin, options_.obstacle_gain);
+  const Eigen::Matrix<double, 6, 1> still = Eigen::Matrix<double, 6, 1>::Zero();
+  if (stance_) {
+    ik_.next_level(options_.feet_damping);
+    for (int foot = 0; foot < Stance::kFeet; ++foot) {
+      ik_.track_pose(stance_->sole_link(foot), Eigen::Vector3d::Zero(), stance_->X_TF(foot), still,
+                     options_.feet_gain);
+    }
+  }
   double progress = 0;
   if (tracks_hand) {
     PoseTrajectory::Sample sample = state_.path.at(state_.path_time);
@@ -123,14 +164,17 @@ void HandMotion::advance(double dt) noexcept {
     ik_.track_pose(hand_, Eigen::Vector3d::Zero(), sample.X_W, sample.V_W, options_.hand_gain);
     state_.path_time += progress * dt;
   }
+  if (stance_) {
+    ik_.next_level(options_.com_damping);
+    ik_.track_com(p_Wcm_, options_.com_gain);
+  }
   // Once the hand is where it should be, the null space comes to rest too: weighing needs an arm that stands
   // still.
-  ik_.next_level(options_.comfort_damping);
-  for (const Target& target : upright_)
-    ik_.track_joint(target.dof, target.position, moving ? options_.upright_gain : 0);
+  stay_upright(moving);
   ik_.next_level(options_.comfort_damping);
   if (moving) {
     for (const Target& target : posture_) ik_.track_joint(target.dof, target.position, options_.posture_gain);
+    for (const Target& target : legs_) ik_.track_joint(target.dof, target.position, options_.posture_gain);
   } else {
     for (const int dof : active_) ik_.track_joint(dof, 0, 0);
   }
@@ -139,9 +183,28 @@ void HandMotion::advance(double dt) noexcept {
     state_.status = Status::kIkFailed;
     return;
   }
-  state_.q += dt * ik_.joint_velocity();
-  kinematics_.update(state_.q);
+  integrate(dt);
   if (moving) judge(dt, progress);
+}
+
+void HandMotion::stay_upright(bool moving) noexcept {
+  const double gain = moving ? options_.upright_gain : 0;
+  ik_.next_level(options_.comfort_damping);
+  for (const Target& target : upright_) ik_.track_joint(target.dof, target.position, gain);
+  if (stance_) ik_.track_orientation(kRootLink, Eigen::Matrix3d::Identity(), Eigen::Vector3d::Zero(), gain);
+}
+
+void HandMotion::integrate(double dt) noexcept {
+  state_.q += dt * ik_.joint_velocity();
+  if (stance_) {
+    const Eigen::Vector3d turn = dt * ik_.base_velocity().head<3>();
+    const double angle = turn.norm();
+    Eigen::Quaterniond R_WB(state_.X_WB.linear());
+    if (angle > 0) R_WB = Eigen::Quaterniond(Eigen::AngleAxisd(angle, turn / angle)) * R_WB;
+    state_.X_WB.linear() = R_WB.normalized().toRotationMatrix();
+    state_.X_WB.translation() += dt * ik_.base_velocity().tail<3>();
+  }
+  pose();
 }
 
 void HandMotion::judge(double dt, double progress) noexcept {
@@ -159,10 +222,13 @@ void HandMotion::judge(double dt, double progress) noexcept {
 
 const std::vector<robot::JointCommand>& HandMotion::step(double dt) noexcept {
   advance(dt);
-  kinematics_.gravity_torques(gravity_torques_);
+  if (stance_)
+    standing_torques(kinematics_, *stance_, foot_jacobian_, static_torques_);
+  else
+    kinematics_.gravity_torques(static_torques_);
   for (std::size_t i = 0; i < commands_.size(); ++i) {
     commands_[i].link_position = state_.q[static_cast<Eigen::Index>(i)];
-    commands_[i].feedforward_torque = gravity_torques_[static_cast<Eigen::Index>(i)];
+    commands_[i].feedforward_torque = static_torques_[static_cast<Eigen::Index>(i)];
   }
   return commands_;
 }
@@ -204,7 +270,7 @@ HandMotion::Reach HandMotion::reachable(const Eigen::Isometry3d& X_WH, const Mot
   reach.q = state_.q;
   state_ = before;
   ik_ = ik_before;
-  kinematics_.update(state_.q);
+  pose();
   return reach;
 }
 

@@ -9,6 +9,7 @@
 
 #include "adaptation/motion/kinematics.h"
 #include "adaptation/motion/obstacle.h"
+#include "adaptation/motion/stance.h"
 #include "adaptation/motion/trajectory.h"
 #include "adaptation/motion/whole_body_ik.h"
 #include "drivers/robot/robot.h"
@@ -21,7 +22,8 @@ struct JointRange {
 
 struct HandMotionOptions {
   std::string hand_link = "r_hand_grasp";  ///< its frame is the hand frame H
-  /// Joints that may move. All others hold the positions given to `reset`.
+  /// Joints that may move, besides the legs of a robot that stands. All others hold the positions given to
+  /// `reset`.
   std::vector<std::string> active_joints = {"WaistLat", "WaistSag", "WaistYaw",      "RShSag", "RShLat",
                                             "RShYaw",   "RElbj",    "RForearmPlate", "RWrj1",  "RWrj2"};
   /// Second priority after the hand: the waist upright.
@@ -36,7 +38,17 @@ struct HandMotionOptions {
                                               {"WaistSag", {-0.35, 0.35}},
                                               {"WaistYaw", {-0.35, 0.35}},
                                               {"RElbj", {-2.9, -0.25}}};
+  /// Move with the base of a robot that stands.
+  std::vector<std::string> leg_joints = {"RHipLat", "RHipYaw", "RHipSag", "RKneeSag", "RAnkSag", "RAnkLat",
+                                         "LHipLat", "LHipYaw", "LHipSag", "LKneeSag", "LAnkSag", "LAnkLat"};
   JointRates rates;
+  double feet_damping = 1e-9;  ///< see WholeBodyIk::next_level: the feet do not give
+  double feet_gain = 100;      ///< 1/s, of the rounding of many steps
+  double com_damping = 1e-4;
+  double com_gain = 3;  ///< 1/s, of the centre of mass over the feet
+  /// How far from the middle between the feet the centre of mass may be kept, m: where it is at `reset` if
+  /// that is nearer.
+  Eigen::Vector2d com_range{0.05, 0.02};
   double hand_damping = 1e-4;  ///< see WholeBodyIk::next_level
   double hand_gain = 10;       ///< 1/s, feedback of the hand's pose error in the reference
   double upright_gain = 2;     ///< 1/s
@@ -60,6 +72,8 @@ struct PoseError {
 };
 
 /// Moves the hand of a reference model by whole-body inverse kinematics and turns it into joint set-points.
+/// The base is held, or stands on its feet: then the priorities are feet, hand, centre of mass over the feet,
+/// upright waist, posture.
 ///
 /// The reference is the model's own state, never the measured one: what the robot does with the set-points
 /// does not feed back into the motion. Only `step` is cyclic: it neither allocates nor throws.
@@ -73,11 +87,14 @@ class HandMotion {
     kIkFailed,  ///< no solution was found; the reference stayed where it was
   };
 
-  /// `joint_names` are the set-points' order and must contain the active joints; `X_WB` is the pose of the
-  /// model's root link. Keeps a reference to `model`. Throws std::runtime_error for joints that do not fit
-  /// the model.
+  /// A base that is held. `joint_names` are the set-points' order and must contain the active joints; `X_WB`
+  /// is the pose of the model's root link. Keeps a reference to `model`. Throws std::runtime_error for joints
+  /// that do not fit the model.
   HandMotion(const RobotModel& model, const std::vector<std::string>& joint_names,
              const Eigen::Isometry3d& X_WB, HandMotionOptions options = {});
+  /// A base that stands; W is the frame of the stance.
+  HandMotion(const RobotModel& model, const std::vector<std::string>& joint_names, const Stance& stance,
+             HandMotionOptions options = {});
 
   /// Reference at rest at q (rad, joint_names order), no target. Throws std::runtime_error for a wrong size
   /// or a value that is not finite.
@@ -119,6 +136,8 @@ class HandMotion {
 
   [[nodiscard]] const Eigen::VectorXd& q_ref() const { return state_.q; }
   [[nodiscard]] const Eigen::VectorXd& v_ref() const { return ik_.joint_velocity(); }
+  /// Pose of the reference model's base.
+  [[nodiscard]] const Eigen::Isometry3d& X_WB() const { return state_.X_WB; }
   [[nodiscard]] const Eigen::Isometry3d& X_WH() const { return kinematics_.X_WL(hand_); }
   [[nodiscard]] PoseError error() const noexcept;
   /// Distance of the arm to the table now, m; infinite without one.
@@ -127,6 +146,8 @@ class HandMotion {
   [[nodiscard]] double trunk_clearance() const noexcept { return clearance(kinematics_, guards_, trunk_); }
   /// Least distance of an active joint to a position limit now, rad.
   [[nodiscard]] double limit_margin() const noexcept;
+  /// Where the centre of mass of a standing robot is kept, horizontal.
+  [[nodiscard]] const Eigen::Vector2d& com_target() const { return p_Wcm_; }
   [[nodiscard]] const Kinematics& kinematics() const { return kinematics_; }
 
  private:
@@ -136,27 +157,36 @@ class HandMotion {
   };
   struct State {
     Eigen::VectorXd q;
+    Eigen::Isometry3d X_WB = Eigen::Isometry3d::Identity();
     Status status = Status::kHolding;
     PoseTrajectory path;
     double path_time = 0;
     double waited = 0;
   };
 
+  HandMotion(const RobotModel& model, const std::vector<std::string>& joint_names,
+             const Eigen::Isometry3d& X_WB, const std::optional<Stance>& stance, HandMotionOptions options);
   [[nodiscard]] std::vector<Target> targets(const std::map<std::string, double>& positions) const;
+  void pose() noexcept;
   void advance(double dt) noexcept;
+  void stay_upright(bool moving) noexcept;
+  void integrate(double dt) noexcept;
   void judge(double dt, double progress) noexcept;
 
   HandMotionOptions options_;
+  std::optional<Stance> stance_;
   Kinematics kinematics_;
   int hand_;
   std::vector<int> active_;
-  std::vector<Target> upright_, posture_;
+  std::vector<Target> upright_, posture_, legs_;
+  Eigen::Vector2d p_Wcm_ = Eigen::Vector2d::Zero();  // where the centre of mass is kept
   std::vector<GuardSphere> guards_;
   std::vector<GuardCapsule> trunk_;
   WholeBodyIk ik_;
   std::optional<ConvexPrism> table_;
   State state_;
-  Eigen::VectorXd gravity_torques_;
+  Eigen::VectorXd static_torques_;
+  Eigen::MatrixXd foot_jacobian_;
   std::vector<robot::JointCommand> commands_;
 };
 

@@ -18,8 +18,8 @@ motion::HandMotionOptions motion_options(const HandSide& side) {
   return options;
 }
 
-Eigen::Isometry3d raised(const Eigen::Isometry3d& X_B, double height, double back = 0) {
-  Eigen::Isometry3d out = X_B;
+Eigen::Isometry3d raised(const Eigen::Isometry3d& X_T, double height, double back = 0) {
+  Eigen::Isometry3d out = X_T;
   out.translation() += Eigen::Vector3d(-back, 0, height);
   return out;
 }
@@ -29,53 +29,60 @@ Eigen::Isometry3d raised(const Eigen::Isometry3d& X_B, double height, double bac
 Manipulator::Manipulator(const RobotModel& model, Session& session, const StageTwoParameters& parameters)
     : session_(session),
       parameters_(parameters),
-      motion_(model, session.joint_names(), Eigen::Isometry3d::Identity(), motion_options(session.side())),
+      model_(model),
       hand_weight_(model, session.side().sensor_frame) {}
 
 void Manipulator::start() {
-  motion_.reset(session_.link_positions());
+  const std::vector<std::string>& joints = session_.joint_names();
+  const motion::HandMotionOptions options = motion_options(session_.side());
+  if (const auto& stance = session_.stance()) {
+    motion_.emplace(model_, joints, *stance, options);
+  } else {
+    motion_.emplace(model_, joints, Eigen::Isometry3d::Identity(), options);
+  }
+  motion_->reset(session_.link_positions());
   hold(parameters_.settle_time);
-  X_BH_start_ = motion_.X_WH();
+  X_TH_start_ = motion_->X_WH();
 }
 
-void Manipulator::set_table(const Eigen::Vector3d& normal_B, const std::vector<Eigen::Vector3d>& hull_B) {
-  motion_.set_table(motion::ConvexPrism(normal_B, hull_B));
+void Manipulator::set_table(const Eigen::Vector3d& normal_T, const std::vector<Eigen::Vector3d>& hull_T) {
+  motion_->set_table(motion::ConvexPrism(normal_T, hull_T));
 }
 
 void Manipulator::for_seconds(double seconds, const std::function<void(double)>& each_cycle) {
   const int cycles = static_cast<int>(std::lround(seconds / session_.period()));
   for (int i = 1; i <= cycles; ++i) {
     if (each_cycle) each_cycle(static_cast<double>(i) / cycles);
-    session_.tick(motion_.step(session_.period()));
+    session_.tick(motion_->step(session_.period()));
   }
 }
 
 void Manipulator::hold(double seconds) { for_seconds(seconds, nullptr); }
 
-void Manipulator::move_to(const Eigen::Isometry3d& X_BH, double speed) {
+void Manipulator::move_to(const Eigen::Isometry3d& X_TH, double speed) {
   motion::MotionLimits limits;
   limits.linear_velocity = speed;
   limits.angular_velocity = parameters_.angular_speed;
   const auto refuse = [&](const std::string& reason) {
-    const Eigen::Vector3d p = X_BH.translation();
+    const Eigen::Vector3d p = X_TH.translation();
     throw RunStopped(fmt::format("the hand cannot reach ({:.3f}, {:.3f}, {:.3f}) m from the base: {}", p.x(),
                                  p.y(), p.z(), reason));
   };
-  const motion::HandMotion::Reach ahead = motion_.reachable(X_BH, limits);
+  const motion::HandMotion::Reach ahead = motion_->reachable(X_TH, limits);
   if (ahead.status != motion::HandMotion::Status::kReached) {
     refuse(fmt::format("the motion would end {:.0f} mm short", 1e3 * ahead.error.position));
   }
-  motion_.go_to(X_BH, limits);
-  while (!motion_.done()) session_.tick(motion_.step(session_.period()));
-  if (motion_.status() != motion::HandMotion::Status::kReached) refuse(motion_.describe());
+  motion_->go_to(X_TH, limits);
+  while (!motion_->done()) session_.tick(motion_->step(session_.period()));
+  if (motion_->status() != motion::HandMotion::Status::kReached) refuse(motion_->describe());
 }
 
-void Manipulator::retreat() { move_to(X_BH_start_, parameters_.travel_speed); }
+void Manipulator::retreat() { move_to(X_TH_start_, parameters_.travel_speed); }
 
-void Manipulator::approach(const Eigen::Isometry3d& X_BG) {
+void Manipulator::approach(const Eigen::Isometry3d& X_TG) {
   session_.set_grip(0, kOpenTorque);
-  move_to(raised(X_BG, parameters_.approach_height, parameters_.approach_back), parameters_.travel_speed);
-  move_to(raised(X_BG, parameters_.approach_height), parameters_.travel_speed);
+  move_to(raised(X_TG, parameters_.approach_height, parameters_.approach_back), parameters_.travel_speed);
+  move_to(raised(X_TG, parameters_.approach_height), parameters_.travel_speed);
 }
 
 void Manipulator::tare() {
@@ -89,10 +96,10 @@ void Manipulator::tare() {
   residual_So_S_ = average.mean();
 }
 
-void Manipulator::grasp(const Eigen::Isometry3d& X_BG) {
-  X_BH_grasp_ = X_BG;
-  X_BH_grasp_.translation() += parameters_.palm_clearance * X_BG.linear().col(1);
-  move_to(X_BH_grasp_, parameters_.approach_speed);
+void Manipulator::grasp(const Eigen::Isometry3d& X_TG) {
+  X_TH_grasp_ = X_TG;
+  X_TH_grasp_.translation() += parameters_.palm_clearance * X_TG.linear().col(1);
+  move_to(X_TH_grasp_, parameters_.approach_speed);
   hold(parameters_.hold_time);
   for_seconds(parameters_.close_time,
               [&](double share) { session_.set_grip(share, parameters_.grip_torque); });
@@ -107,11 +114,13 @@ void Manipulator::grasp(const Eigen::Isometry3d& X_BG) {
 void Manipulator::lift() {
   const auto rise_to = [&](double height) {
     lifted_ = height;
-    move_to(raised(X_BH_grasp_, height), parameters_.lift_speed);
+    move_to(raised(X_TH_grasp_, height), parameters_.lift_speed);
     hold(parameters_.settle_time);
-    return mean_object_load(parameters_.lift_window).force.norm();
+    return mean_object_load(parameters_.lift_window);
   };
-  double force = rise_to(parameters_.lift_height);
+  const Wrench first = rise_to(parameters_.lift_height);
+  carry(first);
+  double force = first.force.norm();
   while (true) {
     const double next = lifted_ + parameters_.lift_step;
     if (next > parameters_.lift_max + 1e-9) {
@@ -120,7 +129,7 @@ void Manipulator::lift() {
                       "something or slips",
                       lifted_));
     }
-    const double higher = rise_to(next);
+    const double higher = rise_to(next).force.norm();
     const double change = std::abs(higher - force);
     force = higher;
     if (change <= parameters_.lift_force_change) break;
@@ -131,13 +140,21 @@ void Manipulator::lift() {
   }
 }
 
+void Manipulator::carry(const Wrench& F_Ho_T) {
+  const auto line = wrench::com_line(F_Ho_T, parameters_.min_force);
+  if (!line) return;
+  payload_ = {F_Ho_T.force.norm() / motion::kGravity, session_.X_TH().linear().transpose() * line->foot};
+  for_seconds(parameters_.payload_time,
+              [&](double share) { motion_->set_payload(share * payload_.mass, payload_.p_HCm); });
+}
+
 Wrench Manipulator::object_load() const {
   const Wrench hand = hand_weight_.F_So_S(session_.measured());
   const Wrench& reading = session_.F_So_S();
-  const Eigen::Isometry3d& X_BS = session_.X_BS();
-  const Wrench F_So_B{X_BS.linear() * (reading.torque - residual_So_S_.torque - hand.torque),
-                      X_BS.linear() * (reading.force - residual_So_S_.force - hand.force)};
-  return wrench::shift(F_So_B, session_.X_BH().translation() - X_BS.translation());
+  const Eigen::Isometry3d& X_TS = session_.X_TS();
+  const Wrench F_So_T{X_TS.linear() * (reading.torque - residual_So_S_.torque - hand.torque),
+                      X_TS.linear() * (reading.force - residual_So_S_.force - hand.force)};
+  return wrench::shift(F_So_T, session_.X_TH().translation() - X_TS.translation());
 }
 
 Wrench Manipulator::mean_object_load(double seconds) {
@@ -149,16 +166,18 @@ Wrench Manipulator::mean_object_load(double seconds) {
 Wrench Manipulator::weigh() { return mean_object_load(parameters_.average_time); }
 
 Eigen::Isometry3d Manipulator::lower_and_release() {
-  move_to(X_BH_grasp_, parameters_.lift_speed);
+  move_to(X_TH_grasp_, parameters_.lift_speed);
   hold(parameters_.hold_time);
-  const Eigen::Isometry3d X_BH = session_.X_BH();
-  for_seconds(parameters_.close_time,
-              [&](double share) { session_.set_grip(1 - share, parameters_.grip_torque); });
+  const Eigen::Isometry3d X_TH = session_.X_TH();
+  for_seconds(parameters_.close_time, [&](double share) {
+    session_.set_grip(1 - share, parameters_.grip_torque);
+    motion_->set_payload((1 - share) * payload_.mass, payload_.p_HCm);
+  });
   session_.set_grip(0, kOpenTorque);
   hold(parameters_.hold_time);
-  move_to(raised(X_BH_grasp_, parameters_.approach_height), parameters_.approach_speed);
+  move_to(raised(X_TH_grasp_, parameters_.approach_height), parameters_.approach_speed);
   lifted_ = 0;
-  return X_BH;
+  return X_TH;
 }
 
 }  // namespace walkman::regrasp

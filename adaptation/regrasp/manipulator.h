@@ -1,6 +1,7 @@
 #pragma once
 
 #include <functional>
+#include <optional>
 
 #include <Eigen/Geometry>
 
@@ -12,27 +13,28 @@
 namespace walkman::regrasp {
 
 /// Motion primitives of one arm and hand: reach, grasp, lift, weigh, lower, release. Poses are of the hand's
-/// grasp frame H in the robot's base B. Each returns when done and throws RunStopped when it cannot be done.
+/// grasp frame H in the stance T. Each returns when done and throws RunStopped when it cannot be done.
 class Manipulator {
  public:
   Manipulator(const RobotModel& model, Session& session, const StageTwoParameters& parameters);
 
-  /// Takes over the posture the drives report; to be called once after boot.
+  /// Takes over the posture and the stance the drives and sensors report; to be called once after boot.
   void start();
-  /// Keeps the arm out of the table from now on. Hull and normal in B.
-  void set_table(const Eigen::Vector3d& normal_B, const std::vector<Eigen::Vector3d>& hull_B);
+  /// Keeps the arm out of the table from now on. Hull and normal in T.
+  void set_table(const Eigen::Vector3d& normal_T, const std::vector<Eigen::Vector3d>& hull_T);
 
   /// Moves to the start pose out of the camera's view.
   void retreat();
   /// Over and behind the grasp, with the hand open; then, averaging in the air, removes the sensor's
   /// residuals.
-  void approach(const Eigen::Isometry3d& X_BG);
+  void approach(const Eigen::Isometry3d& X_TG);
   void tare();
   /// Down to the grasp and closes the hand.
-  void grasp(const Eigen::Isometry3d& X_BG);
-  /// Up until the force no longer changes with height.
+  void grasp(const Eigen::Isometry3d& X_TG);
+  /// Up until the force no longer changes with height; from the first stop on the arm carries what it weighed
+  /// there by feed-forward.
   void lift();
-  /// Mean load of the object alone over the averaging time, about Ho in B.
+  /// Mean load of the object alone over the averaging time, about Ho in T.
   [[nodiscard]] Wrench weigh();
   /// Back down to where it was grasped, and opens the hand. Returns the hand's measured pose just before it
   /// opened.
@@ -40,20 +42,30 @@ class Manipulator {
 
   void hold(double seconds);
 
+  /// The reference the set-points come from; to be asked after `start` only.
+  [[nodiscard]] const motion::HandMotion& motion() const { return *motion_; }
+
  private:
-  void move_to(const Eigen::Isometry3d& X_BH, double speed);
+  void carry(const Wrench& F_Ho_T);
+  void move_to(const Eigen::Isometry3d& X_TH, double speed);
   void for_seconds(double seconds, const std::function<void(double share)>& each_cycle);
   [[nodiscard]] Wrench mean_object_load(double seconds);
   [[nodiscard]] Wrench object_load() const;
 
   Session& session_;
   StageTwoParameters parameters_;
-  motion::HandMotion motion_;
+  const RobotModel& model_;
+  std::optional<motion::HandMotion> motion_;  // since `start`
   wrench::HandWeight hand_weight_;
   Wrench residual_So_S_;
-  Eigen::Isometry3d X_BH_start_ = Eigen::Isometry3d::Identity();
-  Eigen::Isometry3d X_BH_grasp_ = Eigen::Isometry3d::Identity();
+  Eigen::Isometry3d X_TH_start_ = Eigen::Isometry3d::Identity();
+  Eigen::Isometry3d X_TH_grasp_ = Eigen::Isometry3d::Identity();
   double lifted_ = 0;
+  struct Payload {
+    double mass = 0;  // kg
+    Eigen::Vector3d p_HCm = Eigen::Vector3d::Zero();
+  };
+  Payload payload_;
 };
 
 }  // namespace walkman::regrasp

@@ -9,10 +9,11 @@
 
 namespace walkman::regrasp {
 
-/// What one lift measured. B is the robot's base, H the grasping hand's frame H_f.
+/// What one lift measured. T is the robot's stance (motion::Stance; its base where that is held), H the
+/// grasping hand's frame H_f.
 struct Weighing {
-  Wrench F_Ho_B;  ///< load of the object alone: sensor residual and hand weight removed
-  Eigen::Isometry3d X_BH = Eigen::Isometry3d::Identity();
+  Wrench F_Ho_T;  ///< load of the object alone: sensor residual and hand weight removed
+  Eigen::Isometry3d X_TH = Eigen::Isometry3d::Identity();
   double f_g = 0;           ///< force along gravity, N, positive downwards
   double torque = 0;        ///< |τ| about the grasp frame, N·m, signed like the displacement
   double displacement = 0;  ///< d: from the grasp to the CoM line, m along the handle, positive to the right
@@ -23,12 +24,15 @@ class Observer {
  public:
   virtual ~Observer() = default;
   virtual void on_phase(std::string_view /*phase*/, Time /*now*/) {}
+  /// Once, after boot: the robot has found that it stands on its feet, or that it does not, and where its
+  /// base is in T.
+  virtual void on_stance(bool /*stands*/, const Eigen::Isometry3d& /*X_TB*/) {}
   /// Once a cycle: the wrist sensor's raw reading and the hand's measured pose.
-  virtual void on_cycle(Time /*now*/, const Wrench& /*F_So_S*/, const Eigen::Isometry3d& /*X_BH*/) {}
+  virtual void on_cycle(Time /*now*/, const Wrench& /*F_So_S*/, const Eigen::Isometry3d& /*X_TH*/) {}
   virtual void on_located(const camera::OrganizedCloud& /*cloud*/,
                           const perception::StageOneResult& /*result*/) {}
-  /// The frame about to be grasped, in base coordinates.
-  virtual void on_grasp(const Eigen::Isometry3d& /*X_BG*/) {}
+  /// The frame about to be grasped.
+  virtual void on_grasp(const Eigen::Isometry3d& /*X_TG*/) {}
   virtual void on_weighed(const Weighing& /*weighing*/) {}
 };
 

@@ -36,6 +36,7 @@ const std::map<std::string, Number>& numbers() {
       {"lift_step", {&P::lift_step, 0.001, kLength}},
       {"lift_max", {&P::lift_max, 0, kLength}},
       {"lift_force_change", {&P::lift_force_change, 0, 1000}},
+      {"payload_time", {&P::payload_time, kShort, kTime}},
       {"lift_window", {&P::lift_window, kShort, kTime}},
       {"min_force", {&P::min_force, 0, 1000}},
       {"close_time", {&P::close_time, kShort, kTime}},

@@ -53,7 +53,7 @@ struct Regrasp::Impl {
   [[nodiscard]] perception::StageOneResult evaluate();
   [[nodiscard]] Eigen::Isometry3d frame_on(const perception::GraspFrame& grasp) const;
   [[nodiscard]] Weighing lift_and_weigh();
-  [[nodiscard]] Candidate least_torque(const CarriedLine& carried, const Eigen::Isometry3d& X_BH) const;
+  [[nodiscard]] Candidate least_torque(const CarriedLine& carried, const Eigen::Isometry3d& X_TH) const;
 
   const Parameters& parameters;
   Thinking thinking;
@@ -63,7 +63,7 @@ struct Regrasp::Impl {
   Manipulator manipulator;
   camera::OrganizedCloud cloud;
   perception::StageOneResult seen;
-  Eigen::Isometry3d X_BC = Eigen::Isometry3d::Identity();  // camera while the robot stood still for `cloud`
+  Eigen::Isometry3d X_TC = Eigen::Isometry3d::Identity();  // camera while the robot stood still for `cloud`
 };
 
 perception::StageOneResult Regrasp::Impl::evaluate() {
@@ -79,13 +79,13 @@ perception::StageOneResult Regrasp::Impl::evaluate() {
 void Regrasp::Impl::look() {
   session.enter("look");
   const Time asked = session.now();
-  X_BC = session.X_BC();
+  X_TC = session.X_TC();
   while (!camera.latest(asked, cloud)) {
     if (std::chrono::duration<double>(session.now() - asked).count() > kCloudTimeout) {
       throw RunStopped(fmt::format("no cloud from the camera for {} s", kCloudTimeout));
     }
     manipulator.hold(session.period());
-    X_BC = session.X_BC();
+    X_TC = session.X_TC();
   }
   try {
     seen = evaluate();
@@ -95,14 +95,14 @@ void Regrasp::Impl::look() {
     throw RunStopped(e.what());
   }
   if (!seen.grasp) throw RunStopped("no handle of the hand's size on the object");
-  std::vector<Eigen::Vector3d> hull_B;
-  for (const Eigen::Vector3d& p : seen.plane.hull) hull_B.push_back(X_BC * p);
-  manipulator.set_table(X_BC.linear() * seen.plane.normal, hull_B);
+  std::vector<Eigen::Vector3d> hull_T;
+  for (const Eigen::Vector3d& p : seen.plane.hull) hull_T.push_back(X_TC * p);
+  manipulator.set_table(X_TC.linear() * seen.plane.normal, hull_T);
   observer.on_located(cloud, seen);
 }
 
 Eigen::Isometry3d Regrasp::Impl::frame_on(const perception::GraspFrame& grasp) const {
-  return X_BC * grasp.X_CG;
+  return X_TC * grasp.X_CG;
 }
 
 Weighing Regrasp::Impl::lift_and_weigh() {
@@ -110,26 +110,26 @@ Weighing Regrasp::Impl::lift_and_weigh() {
   manipulator.lift();
   session.enter("weigh");
   Weighing weighing;
-  weighing.F_Ho_B = manipulator.weigh();
-  weighing.X_BH = session.X_BH();
-  weighing.f_g = -weighing.F_Ho_B.force.z();
-  const auto line = wrench::com_line(weighing.F_Ho_B, parameters.stage_two.min_force);
+  weighing.F_Ho_T = manipulator.weigh();
+  weighing.X_TH = session.X_TH();
+  weighing.f_g = -weighing.F_Ho_T.force.z();
+  const auto line = wrench::com_line(weighing.F_Ho_T, parameters.stage_two.min_force);
   if (!line) throw RunStopped("the object slipped out of the hand while it was weighed");
-  const Eigen::Vector3d right_B = weighing.X_BH.linear().col(0);
-  weighing.displacement = nearest_along(Eigen::Vector3d::Zero(), right_B, line->foot, line->direction);
-  weighing.torque = std::copysign(weighing.F_Ho_B.torque.norm(), weighing.displacement);
+  const Eigen::Vector3d right_T = weighing.X_TH.linear().col(0);
+  weighing.displacement = nearest_along(Eigen::Vector3d::Zero(), right_T, line->foot, line->direction);
+  weighing.torque = std::copysign(weighing.F_Ho_T.torque.norm(), weighing.displacement);
   observer.on_weighed(weighing);
   return weighing;
 }
 
-Candidate Regrasp::Impl::least_torque(const CarriedLine& carried, const Eigen::Isometry3d& X_BH) const {
-  const Eigen::Vector3d point = X_BH * carried.line_H.foot;
-  const Eigen::Vector3d direction = X_BH.linear() * carried.line_H.direction;
+Candidate Regrasp::Impl::least_torque(const CarriedLine& carried, const Eigen::Isometry3d& X_TH) const {
+  const Eigen::Vector3d point = X_TH * carried.line_H.foot;
+  const Eigen::Vector3d direction = X_TH.linear() * carried.line_H.direction;
   Candidate best;
   for (std::size_t i = 0; i < seen.handles.size(); ++i) {
     const perception::Handle& handle = seen.handles[i];
-    const Eigen::Vector3d centre = X_BC * handle.centre;
-    const Eigen::Vector3d axis = X_BC.linear() * handle.axis;
+    const Eigen::Vector3d centre = X_TC * handle.centre;
+    const Eigen::Vector3d axis = X_TC.linear() * handle.axis;
     const double along = handle.nearest_graspable(nearest_along(centre, axis, point, direction));
     const double torque =
         wrench::torque_about({point, direction}, carried.force, Eigen::Vector3d(centre + along * axis));
@@ -164,17 +164,17 @@ Report Regrasp::run() {
   r.session.enter("settle");
   r.manipulator.start();
   r.look();
-  Eigen::Isometry3d X_BG = r.frame_on(*r.seen.grasp);
+  Eigen::Isometry3d X_TG = r.frame_on(*r.seen.grasp);
   Report report;
   bool nearest = false;  // the grasp is the nearest to the CoM line that the handles allow
   while (true) {
-    r.observer.on_grasp(X_BG);
+    r.observer.on_grasp(X_TG);
     r.session.enter("approach");
-    r.manipulator.approach(X_BG);
+    r.manipulator.approach(X_TG);
     r.session.enter("tare");
     r.manipulator.tare();
     r.session.enter("grasp");
-    r.manipulator.grasp(X_BG);
+    r.manipulator.grasp(X_TG);
     const Weighing weighing = r.lift_and_weigh();
     report.weighings.push_back(weighing);
     if (std::abs(weighing.torque) <= limits.torque_threshold) {
@@ -189,18 +189,18 @@ Report Regrasp::run() {
       report.ending = Ending::kRegraspLimit;
       return report;
     }
-    const auto line = wrench::com_line(weighing.F_Ho_B, limits.min_force);
-    const Eigen::Matrix3d R_HB = weighing.X_BH.linear().transpose();
-    const CarriedLine carried{{R_HB * line->foot, R_HB * line->direction}, weighing.F_Ho_B.force.norm()};
+    const auto line = wrench::com_line(weighing.F_Ho_T, limits.min_force);
+    const Eigen::Matrix3d R_HT = weighing.X_TH.linear().transpose();
+    const CarriedLine carried{{R_HT * line->foot, R_HT * line->direction}, weighing.F_Ho_T.force.norm()};
 
     r.session.enter("lower");
-    const Eigen::Isometry3d X_BH_released = r.manipulator.lower_and_release();
+    const Eigen::Isometry3d X_TH_released = r.manipulator.lower_and_release();
     r.session.enter("retreat");
     r.manipulator.retreat();
     r.look();
-    const Candidate next = r.least_torque(carried, X_BH_released);
-    X_BG = r.frame_on(perception::grasp_frame_at(r.seen, next.handle, next.along));
-    nearest = (X_BG.translation() - X_BH_released.translation()).norm() <= limits.displacement_threshold;
+    const Candidate next = r.least_torque(carried, X_TH_released);
+    X_TG = r.frame_on(perception::grasp_frame_at(r.seen, next.handle, next.along));
+    nearest = (X_TG.translation() - X_TH_released.translation()).norm() <= limits.displacement_threshold;
   }
 }
 

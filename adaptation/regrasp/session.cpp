@@ -1,15 +1,28 @@
 #include "adaptation/regrasp/session.h"
 
 #include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include <fmt/format.h>
 
 namespace walkman::regrasp {
 namespace {
 
-std::size_t place_of(const std::vector<std::string>& names, const std::string& name, const char* what) {
+// Between a hanging robot's feet and a standing one's there is all its weight.
+constexpr double kStandingShare = 0.5;
+constexpr double kFallen = 0.25;  // rad between what the inertial unit and the feet call upright
+
+std::optional<std::size_t> find(const std::vector<std::string>& names, const std::string& name) {
   const auto found = std::find(names.begin(), names.end(), name);
-  if (found == names.end())
-    throw std::runtime_error(std::string("the device table has no ") + what + " '" + name + "'");
+  if (found == names.end()) return std::nullopt;
   return static_cast<std::size_t>(found - names.begin());
+}
+
+std::size_t place_of(const std::vector<std::string>& names, const std::string& name, const char* what) {
+  const auto found = find(names, name);
+  if (!found) throw std::runtime_error(std::string("the device table has no ") + what + " '" + name + "'");
+  return *found;
 }
 
 }  // namespace
@@ -28,6 +41,15 @@ Session::Session(const RobotModel& model, robot::Robot& robot, robot::Cycle& cyc
       sensor_link_(model.link_index(side_.sensor_frame)),
       camera_link_(model.link_index(side_.camera_frame)),
       hand_travel_(model.joints[static_cast<std::size_t>(model.joint_index(side_.hand_joint))].limits.upper) {
+  const StanceSensors sensors;
+  for (const std::string& foot : sensors.feet) {
+    const auto place = find(robot.sensor_names(), foot);
+    if (!place) continue;
+    foot_sensors_.push_back(*place);
+    foot_sensor_links_.push_back(model.link_index(foot));
+  }
+  inertial_unit_ = find(robot.imu_names(), sensors.inertial_unit);
+  if (inertial_unit_) inertial_link_ = model.link_index(sensors.inertial_unit);
 }
 
 void Session::boot() {
@@ -39,6 +61,40 @@ void Session::boot() {
     throw RunStopped(e.what());
   }
   read();
+  find_stance();
+}
+
+double Session::weight_on_feet() const {
+  double weight = 0;
+  for (std::size_t i = 0; i < foot_sensors_.size(); ++i) {
+    const Eigen::Matrix3d R_TS = measured_.X_WL(foot_sensor_links_[i]).linear();
+    weight += (R_TS * robot_.sensors()[foot_sensors_[i]].F_So_S.force).z();
+  }
+  return weight;
+}
+
+void Session::find_stance() {
+  const bool has_feet = foot_sensors_.size() == motion::Stance::kFeet;
+  const double weight = measured_.total_mass() * motion::kGravity;
+  if (has_feet && weight_on_feet() > kStandingShare * weight) {
+    stance_.emplace(measured_.model());
+    stance_->take(measured_);
+    pose_kinematics();
+  }
+  observer_.on_stance(stance_.has_value(), measured_.X_WB());
+}
+
+void Session::watch_tilt() const {
+  if (!stance_ || !inertial_unit_) return;
+  const robot::InertialState& unit = robot_.imus()[*inertial_unit_];
+  const Eigen::Vector3d up_by_unit = unit.R_WS.toRotationMatrix().row(2);
+  const Eigen::Vector3d up_by_feet = measured_.X_WL(inertial_link_).linear().row(2);
+  const double tilt = std::acos(std::clamp(up_by_unit.dot(up_by_feet), -1.0, 1.0));
+  if (tilt > kFallen) {
+    throw RunStopped(
+        fmt::format("the robot is falling: its base leans {:.0f} degrees away from what its legs say",
+                    tilt * 180 / std::numbers::pi));
+  }
 }
 
 void Session::enter(std::string_view phase) { observer_.on_phase(phase, now_); }
@@ -54,18 +110,22 @@ void Session::tick(const std::vector<robot::JointCommand>& commands) {
   now_ = cycle_.next();
   period_ = std::chrono::duration<double>(now_ - before).count();
   read();
-  observer_.on_cycle(now_, F_So_S(), X_BH());
+  observer_.on_cycle(now_, F_So_S(), X_TH());
 }
 
 void Session::read() {
   if (!robot_.read(now_)) throw RunStopped(robot_.fault() ? robot_.fault()->text : "the drivers stopped");
   pose_kinematics();
+  watch_tilt();
 }
 
 void Session::pose_kinematics() {
   const std::vector<robot::JointState>& joints = robot_.joints();
   for (std::size_t i = 0; i < joints.size(); ++i) q_[static_cast<Eigen::Index>(i)] = joints[i].link_position;
   measured_.set_passive(side_.hand_joint, std::clamp(hand_closure(), 0.0, 1.0) * hand_travel_);
+  measured_.update(q_);
+  if (!stance_) return;
+  measured_.set_base(stance_->X_TB(measured_));
   measured_.update(q_);
 }
 

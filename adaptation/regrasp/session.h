@@ -1,10 +1,13 @@
 #pragma once
 
+#include <array>
+#include <optional>
 #include <stdexcept>
 #include <string>
 #include <vector>
 
 #include "adaptation/motion/kinematics.h"
+#include "adaptation/motion/stance.h"
 #include "adaptation/regrasp/observer.h"
 #include "drivers/robot/cycle.h"
 #include "drivers/robot/robot.h"
@@ -25,16 +28,25 @@ struct HandSide {
   std::string camera_frame = "multisense/left_camera_optical_frame";
 };
 
+/// Names of what tells whether the robot stands. A device table without these sensors is of one that does
+/// not.
+struct StanceSensors {
+  std::array<std::string, motion::Stance::kFeet> feet = {"l_leg_ft", "r_leg_ft"};
+  std::string inertial_unit = "imu_link";
+};
+
 /// The robot over the wire, one cycle at a time, with its kinematics posed by what the drives report.
 class Session {
  public:
   Session(const RobotModel& model, robot::Robot& robot, robot::Cycle& cycle, Observer& observer,
           HandSide side = {});
 
-  /// Boots every node; throws RunStopped with the reason.
+  /// Boots every node, and finds out whether the robot stands: its feet's sensors then carry most of its
+  /// weight. Throws RunStopped with the reason.
   void boot();
 
-  /// One cycle: sends the commands, waits, reads. Throws RunStopped when the drivers latch a fault.
+  /// One cycle: sends the commands, waits, reads. Throws RunStopped when the drivers latch a fault, or when
+  /// the robot falls.
   void tick(const std::vector<robot::JointCommand>& commands);
 
   void set_grip(double closure, double torque_limit) {
@@ -45,25 +57,36 @@ class Session {
 
   [[nodiscard]] Time now() const { return now_; }
   [[nodiscard]] double period() const { return period_; }  ///< s
+  /// Of a robot that stands on its feet, since `boot`; none for one whose base is held.
+  [[nodiscard]] const std::optional<motion::Stance>& stance() const { return stance_; }
+  /// Posed in the stance T, or in the base where that is held.
   [[nodiscard]] const motion::Kinematics& measured() const { return measured_; }
   [[nodiscard]] const std::vector<std::string>& joint_names() const { return robot_.joint_names(); }
   [[nodiscard]] const Eigen::VectorXd& link_positions() const { return q_; }
   [[nodiscard]] const Wrench& F_So_S() const;  ///< raw reading of the wrist sensor
   [[nodiscard]] double hand_closure() const;   ///< of the fingers, 0 open .. 1 closed
-  [[nodiscard]] const Eigen::Isometry3d& X_BH() const { return measured_.X_WL(grasp_link_); }
-  [[nodiscard]] const Eigen::Isometry3d& X_BS() const { return measured_.X_WL(sensor_link_); }
-  [[nodiscard]] const Eigen::Isometry3d& X_BC() const { return measured_.X_WL(camera_link_); }
+  [[nodiscard]] const Eigen::Isometry3d& X_TH() const { return measured_.X_WL(grasp_link_); }
+  [[nodiscard]] const Eigen::Isometry3d& X_TS() const { return measured_.X_WL(sensor_link_); }
+  [[nodiscard]] const Eigen::Isometry3d& X_TC() const { return measured_.X_WL(camera_link_); }
   [[nodiscard]] const HandSide& side() const { return side_; }
 
  private:
   void read();
   void pose_kinematics();
+  void find_stance();
+  [[nodiscard]] double weight_on_feet() const;
+  void watch_tilt() const;
 
   robot::Robot& robot_;
   robot::Cycle& cycle_;
   Observer& observer_;
   HandSide side_;
   motion::Kinematics measured_;
+  std::optional<motion::Stance> stance_;
+  std::vector<std::size_t> foot_sensors_;  // none when the robot has no such sensors
+  std::optional<std::size_t> inertial_unit_;
+  std::vector<int> foot_sensor_links_;
+  int inertial_link_ = -1;
   Eigen::VectorXd q_;
   std::size_t hand_ = 0, sensor_ = 0;
   int grasp_link_, sensor_link_, camera_link_;

@@ -23,6 +23,7 @@ struct StageTwoParameters {
   double lift_step = 0.02;        ///< further lifts while the force still changes with height
   double lift_max = 0.16;
   double lift_force_change = 0.15;  ///< N over one step: below this nothing of the object rests any more
+  double payload_time = 0.5;        ///< in which the feed-forward takes the object's weight over
   double lift_window = 0.5;         ///< average for that comparison
   double min_force = 1.0;           ///< N, less than this is no object in the hand
 

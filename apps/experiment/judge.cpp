@@ -7,6 +7,7 @@
 namespace walkman::apps {
 namespace {
 
+constexpr int kRootLink = 0;           // parents come before their children
 constexpr int kObject = 0;             // the experiments have one object
 constexpr double kLiftedClear = 0.03;  // m above where it lay
 
@@ -25,7 +26,7 @@ void Judge::trace_to(const std::filesystem::path& csv_file) {
   if (!trace_) throw std::runtime_error(csv_file.string() + ": cannot be written");
   trace_ << "# wrist force/torque sensor's reading about and in its own frame, and the hand's measured "
             "position in the "
-            "base frame\n"
+            "stance frame\n"
             "time_s,phase,fx_N,fy_N,fz_N,tx_Nm,ty_Nm,tz_Nm,hand_x_m,hand_y_m,hand_z_m\n";
 }
 
@@ -40,10 +41,10 @@ void Judge::on_phase(std::string_view phase, Time) {
   if (phase_changed_) phase_changed_(phase);
 }
 
-void Judge::on_cycle(Time now, const Wrench& F, const Eigen::Isometry3d& X_BH) {
+void Judge::on_cycle(Time now, const Wrench& F, const Eigen::Isometry3d& X_TH) {
   if (each_cycle_) each_cycle_(now);
   if (!trace_.is_open()) return;
-  const Eigen::Vector3d p = X_BH.translation();
+  const Eigen::Vector3d p = X_TH.translation();
   trace_ << fmt::format("{:.3f},{},{:.2f},{:.2f},{:.2f},{:.3f},{:.3f},{:.3f},{:.4f},{:.4f},{:.4f}\n",
                         std::chrono::duration<double>(now).count(), phase_, F.force.x(), F.force.y(),
                         F.force.z(), F.torque.x(), F.torque.y(), F.torque.z(), p.x(), p.y(), p.z());
@@ -55,9 +56,13 @@ void Judge::on_located(const camera::OrganizedCloud& cloud, const perception::St
   cloud_file_.clear();
 }
 
-void Judge::on_grasp(const Eigen::Isometry3d& X_BG) {
+void Judge::on_stance(bool, const Eigen::Isometry3d& X_TB) {
+  X_WT_ = emulator_.plant().X_WL(kRootLink) * X_TB.inverse();
+}
+
+void Judge::on_grasp(const Eigen::Isometry3d& X_TG) {
   const Eigen::Isometry3d X_OW = emulator_.plant().X_WO(kObject).inverse();
-  const Eigen::Vector3d p_OG = X_OW * (scene_.X_WB * X_BG.translation());
+  const Eigen::Vector3d p_OG = X_OW * (X_WT_ * X_TG.translation());
   grasp_positions_.push_back(p_OG.x() + scene_.objects[kObject].length / 2);
 }
 

@@ -28,9 +28,10 @@ class Judge : public regrasp::Observer {
   void finish();
 
   void on_phase(std::string_view phase, Time now) override;
-  void on_cycle(Time now, const Wrench& F_So_S, const Eigen::Isometry3d& X_BH) override;
+  void on_stance(bool stands, const Eigen::Isometry3d& X_TB) override;
+  void on_cycle(Time now, const Wrench& F_So_S, const Eigen::Isometry3d& X_TH) override;
   void on_located(const camera::OrganizedCloud& cloud, const perception::StageOneResult& result) override;
-  void on_grasp(const Eigen::Isometry3d& X_BG) override;
+  void on_grasp(const Eigen::Isometry3d& X_TG) override;
   void on_weighed(const regrasp::Weighing& weighing) override;
 
   /// Where each chosen grasp frame lay on the object, m from its left end, when it was chosen.
@@ -50,6 +51,7 @@ class Judge : public regrasp::Observer {
   std::filesystem::path trace_file_;
   std::ofstream trace_;
   std::string phase_;
+  Eigen::Isometry3d X_WT_ = Eigen::Isometry3d::Identity();  // where the stance is in the plant's world
   std::vector<double> grasp_positions_;
   std::vector<regrasp::Weighing> weighings_;
   bool always_held_ = true;

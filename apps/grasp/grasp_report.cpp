@@ -12,7 +12,7 @@ double rounded(double value) { return std::round(value * 1e6) / 1e6; }
 
 /// Where on the handle's axis the weight hangs, in the base frame.
 Eigen::Vector3d centre_of_mass_B(const regrasp::Weighing& weighing) {
-  return weighing.X_BH * Eigen::Vector3d(weighing.displacement, 0, 0);
+  return weighing.X_TH * Eigen::Vector3d(weighing.displacement, 0, 0);
 }
 
 nlohmann::json vector_json(const Eigen::Vector3d& v) {
@@ -62,7 +62,7 @@ std::string to_json_text(const GraspResult& result) {
     json["weighings"].push_back({{"f_g", rounded(weighing.f_g)},
                                  {"tau", rounded(weighing.torque)},
                                  {"d", rounded(weighing.displacement)},
-                                 {"hand", vector_json(weighing.X_BH.translation())},
+                                 {"hand", vector_json(weighing.X_TH.translation())},
                                  {"centre_of_mass", vector_json(centre_of_mass_B(weighing))}});
   }
   json["sync_cycles"] = result.counters.syncs;

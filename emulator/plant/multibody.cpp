@@ -139,8 +139,8 @@ void Multibody::update_poses() {
 }
 
 Eigen::Isometry3d Multibody::X_WM(int group) const {
-  if (group == 0) return from_bullet(body_->getBaseWorldTransform());
-  return from_bullet(body_->getLink(group - 1).m_cachedWorldTransform);
+  // Bullet's cached link transforms are those of the step's start; the colliders have moved on with it.
+  return from_bullet(colliders_[static_cast<std::size_t>(group)]->getWorldTransform());
 }
 
 Eigen::Isometry3d Multibody::X_WL(int link) const { return X_WM(tree_.group_of(link)) * tree_.X_ML(link); }

@@ -7,9 +7,14 @@
 #include <btBulletDynamicsCommon.h>
 
 #include "emulator/plant/bullet_types.h"
+#include "emulator/plant/event_player.h"
+#include "emulator/plant/hoist.h"
+#include "emulator/plant/joint_stop.h"
 #include "emulator/plant/multibody.h"
 #include "emulator/plant/row_space_solver.h"
+#include "emulator/plant/self_collision.h"
 #include "emulator/plant/soft_hand.h"
+#include "emulator/plant/standing_load.h"
 #include "emulator/plant/world_objects.h"
 #include "emulator/plant/wrench_probe.h"
 
@@ -29,7 +34,6 @@ constexpr double kFixedFriction = 0.75;
 /// A joint and the actuator that moves it.
 struct JointDrive {
   int bullet_link;
-  JointLimits limits;
   double damping;
   SeriesElasticActuator actuator;
   double torque_sum = 0;
@@ -58,33 +62,48 @@ std::vector<std::string> names_of(const DeviceTable& devices, DeviceKind kind) {
 }  // namespace
 
 struct Plant::Impl {
+  Impl() = default;
+  Impl(const Impl&) = delete;
+  Impl& operator=(const Impl&) = delete;
+
   const RobotModel* robot = nullptr;
   btDefaultCollisionConfiguration configuration;
   btCollisionDispatcher dispatcher{&configuration};
   btDbvtBroadphase broadphase;
+  std::unique_ptr<SelfCollision> self_collision;
+  std::unique_ptr<SelfCollisionFilter> self_collision_filter;
   RowSpaceSolver solver;
   PlantWorld world{&dispatcher, &broadphase, &solver, &configuration};
   std::unique_ptr<Multibody> body;
   std::vector<std::unique_ptr<StaticBody>> fixed;
   std::vector<std::unique_ptr<Multibody>> objects;
-  std::vector<std::string> object_names;
+  std::vector<SceneObject> object_models;  // with their weights of now
+  std::unique_ptr<Hoist> hoist;
+  std::unique_ptr<EventPlayer> events;
+  long steps = 0;
+  std::vector<std::unique_ptr<JointStop>> stops;
   std::vector<JointDrive> joints;
   std::vector<HandDrive> hands;
   std::vector<DriveSlot> drives;
   std::vector<std::unique_ptr<WrenchProbe>> probes;
   std::vector<std::unique_ptr<InertialProbe>> inertial_probes;
+  std::vector<int> feet;       // Bullet's links a floating robot starts out standing on
   std::vector<int> sub_steps;  // taken since the last step, a drive
   double time = 0;
 
-  void add_robot(const Scene& scene, const DeviceTable& devices);
+  ~Impl() {
+    for (const auto& stop : stops) world.removeMultiBodyConstraint(stop.get());
+  }
+  void add_robot(const Scene& scene, const DeviceTable& devices,
+                 const std::map<std::string, double>& posture);
   void add_drives(const DeviceTable& devices, const std::map<std::string, ActuatorParameters>& actuators);
   void add_probes(const DeviceTable& devices);
   void set_posture(const std::map<std::string, double>& posture);
-  [[nodiscard]] double holding_torque(int bullet_link) const;
   [[nodiscard]] std::string name_of(const btCollisionObject* object) const;
 };
 
-void Plant::Impl::add_robot(const Scene& scene, const DeviceTable& devices) {
+void Plant::Impl::add_robot(const Scene& scene, const DeviceTable& devices,
+                            const std::map<std::string, double>& posture) {
   std::vector<std::string> cuts;  // fixed joints that carry a force/torque frame with a body below it
   for (const std::string& frame : names_of(devices, DeviceKind::kForceTorque)) {
     const Link& link = robot->links[static_cast<std::size_t>(robot->link_index(frame))];
@@ -101,6 +120,9 @@ void Plant::Impl::add_robot(const Scene& scene, const DeviceTable& devices) {
     if (joint.type != JointType::kFixed && !moved) frozen.push_back(joint.name);
   }
   RigidTree tree(*robot, cuts, frozen);
+  self_collision = std::make_unique<SelfCollision>(*robot, tree, posture);
+  self_collision_filter = std::make_unique<SelfCollisionFilter>(*self_collision);
+  broadphase.getOverlappingPairCache()->setOverlapFilterCallback(self_collision_filter.get());
 
   std::vector<Surface> surfaces(robot->links.size(), Surface{kBodyFriction, false});
   for (std::size_t i = 0; i < robot->links.size(); ++i) {
@@ -111,6 +133,7 @@ void Plant::Impl::add_robot(const Scene& scene, const DeviceTable& devices) {
     const bool starts_hand = std::find(cuts.begin(), cuts.end(), joint.name) != cuts.end();
     surfaces[i] = starts_hand ? Surface{kHandFriction, true} : surfaces[parent];
   }
+  std::vector<int> foot_links;
   for (const std::string& frame : names_of(devices, DeviceKind::kForceTorque)) {
     const Link& link = robot->links[static_cast<std::size_t>(robot->link_index(frame))];
     if (link.parent_joint < 0) continue;
@@ -119,9 +142,14 @@ void Plant::Impl::add_robot(const Scene& scene, const DeviceTable& devices) {
     if (std::find(cuts.begin(), cuts.end(), joint.name) != cuts.end()) continue;
     surfaces[static_cast<std::size_t>(joint.parent_link)] = {kBodyFriction, false, kFootStiffness,
                                                              kFootDamping};
+    foot_links.push_back(joint.parent_link);
   }
-  body = std::make_unique<Multibody>(world, *robot, std::move(tree), scene.base == BaseKind::kFixed,
-                                     scene.X_WB, kRobotGroup, kObjectGroup | kFixedGroup, surfaces);
+  body =
+      std::make_unique<Multibody>(world, *robot, std::move(tree), scene.base == BaseKind::kFixed, scene.X_WB,
+                                  kRobotGroup, kObjectGroup | kFixedGroup | kRobotGroup, surfaces);
+  body->bullet().setHasSelfCollision(true);
+  if (scene.base != BaseKind::kFloating) return;
+  for (const int link : foot_links) feet.push_back(body->tree().group_of(link) - 1);
 }
 
 void Plant::Impl::add_drives(const DeviceTable& devices,
@@ -143,8 +171,11 @@ void Plant::Impl::add_drives(const DeviceTable& devices,
       const int index = robot->joint_index(device.name);
       const Joint& joint = robot->joints[static_cast<std::size_t>(index)];
       drives.push_back({false, static_cast<int>(joints.size())});
-      joints.push_back(
-          {body->bullet_link(index), joint.limits, joint.damping, SeriesElasticActuator(found->second)});
+      joints.push_back({body->bullet_link(index), joint.damping, SeriesElasticActuator(found->second)});
+      if (joint.type == JointType::kContinuous) continue;
+      stops.push_back(std::make_unique<JointStop>(body->bullet(), joints.back().bullet_link,
+                                                  joint.limits.lower, joint.limits.upper));
+      world.addMultiBodyConstraint(stops.back().get());
     }
   }
   sub_steps.assign(drives.size(), 0);
@@ -162,26 +193,6 @@ void Plant::Impl::add_probes(const DeviceTable& devices) {
   }
 }
 
-double Plant::Impl::holding_torque(int bullet_link) const {
-  const btMultiBody& mb = body->bullet();
-  const btMultibodyLink& joint = mb.getLink(bullet_link);
-  const btMatrix3x3& R = joint.m_cachedWorldTransform.getBasis();
-  const btVector3 pivot = joint.m_cachedWorldTransform.getOrigin() - R * joint.m_dVector;
-  const btVector3 axis = R * joint.m_axes[0].m_topVec;
-  std::vector<bool> distal(static_cast<std::size_t>(mb.getNumLinks()), false);
-  double torque = 0;
-  for (int i = bullet_link; i < mb.getNumLinks(); ++i) {
-    const int parent = mb.getParent(i);
-    const bool below =
-        i == bullet_link || (parent >= bullet_link && distal[static_cast<std::size_t>(parent)]);
-    distal[static_cast<std::size_t>(i)] = below;
-    if (!below) continue;
-    const btVector3 weight(0, 0, -kGravity * mb.getLinkMass(i));
-    torque -= axis.dot((mb.getLink(i).m_cachedWorldTransform.getOrigin() - pivot).cross(weight));
-  }
-  return torque;
-}
-
 void Plant::Impl::set_posture(const std::map<std::string, double>& posture) {
   for (const HandDrive& drive : hands) drive.hand->reset();
   for (const auto& [name, value] : posture) {
@@ -189,8 +200,10 @@ void Plant::Impl::set_posture(const std::map<std::string, double>& posture) {
     if (link >= 0) body->bullet().setJointPos(link, value);
   }
   body->update_poses();
+  const std::vector<double> torques = holding_torques(*body, feet, kGravity);
   for (JointDrive& drive : joints) {
-    drive.actuator.reset(body->bullet().getJointPos(drive.bullet_link), holding_torque(drive.bullet_link));
+    drive.actuator.reset(body->bullet().getJointPos(drive.bullet_link),
+                         torques[static_cast<std::size_t>(drive.bullet_link)]);
   }
 }
 
@@ -201,7 +214,7 @@ std::string Plant::Impl::name_of(const btCollisionObject* object) const {
       return robot->links[static_cast<std::size_t>(body->tree().groups()[group].root_link)].name;
     }
     for (std::size_t i = 0; i < objects.size(); ++i) {
-      if (collider->m_multiBody == &objects[i]->bullet()) return object_names[i];
+      if (collider->m_multiBody == &objects[i]->bullet()) return object_models[i].name;
     }
   }
   for (const auto& candidate : fixed) {
@@ -216,6 +229,7 @@ Plant::Plant(const RobotModel& robot, const Scene& scene, const DeviceTable& dev
   Impl& p = *impl_;
   p.robot = &robot;
   p.world.setGravity(btVector3(0, 0, -kGravity));
+  p.world.use_mid_step_velocities();
   btContactSolverInfo& info = p.world.getSolverInfo();
   info.m_numIterations = 50;
   info.m_erp2 = 0.2;
@@ -224,18 +238,21 @@ Plant::Plant(const RobotModel& robot, const Scene& scene, const DeviceTable& dev
   for (const FixedBody& fixed : scene.fixed) {
     p.fixed.push_back(std::make_unique<StaticBody>(p.world, fixed, kFixedFriction));
   }
-  p.add_robot(scene, devices);
+  const std::map<std::string, double> posture = load_posture(scene.robot_srdf, scene.posture, robot);
+  p.add_robot(scene, devices, posture);
   p.add_drives(devices, actuators);
   p.add_probes(devices);
   for (const SceneObject& object : scene.objects) {
-    const RobotModel model = with_weights(object);
-    p.objects.push_back(std::make_unique<Multibody>(
-        p.world, model, RigidTree(model, {}, {}), false, object.X_WO, kObjectGroup,
-        kObjectGroup | kFixedGroup | kRobotGroup,
-        std::vector<Surface>(model.links.size(), Surface{kObjectFriction, false})));
-    p.object_names.push_back(object.name);
+    p.objects.push_back(make_object(p.world, object, kObjectFriction));
+    p.object_models.push_back(object);
   }
-  p.set_posture(load_posture(scene.robot_srdf, scene.posture, robot));
+  p.set_posture(posture);
+  if (scene.base == BaseKind::kHoisted) p.hoist = std::make_unique<Hoist>(scene, robot, *p.body);
+  p.events = std::make_unique<EventPlayer>(
+      scene, robot, *p.body, kStep, [&p](std::size_t object, const std::vector<AttachedWeight>& weights) {
+        p.object_models[object].weights = weights;
+        rebuild_object(p.world, p.object_models[object], kObjectFriction, p.objects[object]);
+      });
 }
 
 Plant::~Plant() = default;
@@ -267,16 +284,13 @@ void Plant::step() {
   Impl& p = *impl_;
   btMultiBody& body = p.body->bullet();
   for (JointDrive& joint : p.joints) {
-    const double q = body.getJointPos(joint.bullet_link);
     const double rate = body.getJointVel(joint.bullet_link);
-    double torque = joint.torque_sum / kSubSteps - joint.damping * rate;
-    // Joint stops: as stiff as the series spring, which the 1 ms step is known to bear.
-    const double beyond = q - std::clamp(q, joint.limits.lower, joint.limits.upper);
-    torque -= joint.actuator.parameters().spring_constant * beyond;
-    body.addJointTorque(joint.bullet_link, torque);
+    body.addJointTorque(joint.bullet_link, joint.torque_sum / kSubSteps - joint.damping * rate);
     joint.torque_sum = 0;
   }
   for (HandDrive& drive : p.hands) drive.hand->apply();
+  if (p.hoist) p.hoist->apply();
+  p.events->play(p.steps++);
   std::fill(p.sub_steps.begin(), p.sub_steps.end(), 0);
   p.world.stepSimulation(kStep, 0);
   p.time += kStep;
@@ -302,6 +316,12 @@ Eigen::Isometry3d Plant::X_WO(int object) const {
   return impl_->objects[static_cast<std::size_t>(object)]->X_WL(0);
 }
 
+const SceneObject& Plant::object(int index) const {
+  return impl_->object_models[static_cast<std::size_t>(index)];
+}
+
+double Plant::hoist_tension() const { return impl_->hoist ? impl_->hoist->tension() : 0; }
+
 double Plant::joint_position(int robot_joint) const {
   const int link = impl_->body->bullet_link(robot_joint);
   return link < 0 ? 0 : impl_->body->bullet().getJointPos(link);
@@ -310,6 +330,19 @@ double Plant::joint_position(int robot_joint) const {
 double Plant::joint_velocity(int robot_joint) const {
   const int link = impl_->body->bullet_link(robot_joint);
   return link < 0 ? 0 : impl_->body->bullet().getJointVel(link);
+}
+
+std::vector<AllowedOverlap> Plant::allowed_overlaps() const {
+  const auto name = [&](int group) {
+    return impl_->robot
+        ->links[static_cast<std::size_t>(
+            impl_->body->tree().groups()[static_cast<std::size_t>(group)].root_link)]
+        .name;
+  };
+  std::vector<AllowedOverlap> pairs;
+  for (const ExcusedPair& pair : impl_->self_collision->excused())
+    pairs.push_back({name(pair.group_a), name(pair.group_b), to_string(pair.excuse)});
+  return pairs;
 }
 
 std::vector<Contact> Plant::contacts() const {
@@ -328,7 +361,7 @@ std::vector<Contact> Plant::contacts() const {
 }
 
 bool Plant::object_touches_fixed(int object) const {
-  const std::string& name = impl_->object_names[static_cast<std::size_t>(object)];
+  const std::string& name = impl_->object_models[static_cast<std::size_t>(object)].name;
   const auto is_fixed = [&](const std::string& other) {
     return std::any_of(impl_->fixed.begin(), impl_->fixed.end(),
                        [&](const auto& f) { return f->name() == other; });

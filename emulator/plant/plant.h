@@ -23,6 +23,12 @@ struct Contact {
   double normal_force = 0;     ///< N
 };
 
+/// Two bodies of the robot that do not collide with each other.
+struct AllowedOverlap {
+  std::string link_a, link_b;  ///< the URDF links the rigid bodies hang on
+  std::string reason;          ///< adjacent, compound joint, same hand, touch at zero or touch at start
+};
+
 /// The physical world: robot, objects and surroundings in Bullet, one step a millisecond.
 ///
 /// A drive's electronics act on its actuator in `kSubSteps` control sub-steps a physics step; the multibody
@@ -36,7 +42,7 @@ class Plant {
 
   /// Builds the world of `scene` around `robot`; `devices` tells which joints have which actuator class and
   /// where force/torque sensors and inertial units sit. Throws std::runtime_error when a class or frame is
-  /// missing.
+  /// missing, or a link of the rope or of a push.
   Plant(const RobotModel& robot, const Scene& scene, const DeviceTable& devices,
         const std::map<std::string, ActuatorParameters>& actuators);
   ~Plant();
@@ -63,9 +69,15 @@ class Plant {
   [[nodiscard]] double time() const;  ///< s
   [[nodiscard]] Eigen::Isometry3d X_WL(int robot_link) const;
   [[nodiscard]] Eigen::Isometry3d X_WO(int object) const;
+  /// An object with the weights it carries now.
+  [[nodiscard]] const SceneObject& object(int index) const;
+  /// Pull of a hoisted base's rope, N; 0 when it is slack or there is none.
+  [[nodiscard]] double hoist_tension() const;
   [[nodiscard]] double joint_position(int robot_joint) const;  ///< rad; fixed joints 0
   [[nodiscard]] double joint_velocity(int robot_joint) const;  ///< rad/s
   [[nodiscard]] std::vector<Contact> contacts() const;
+  /// Pairs of the robot's bodies that pass through each other; all others collide.
+  [[nodiscard]] std::vector<AllowedOverlap> allowed_overlaps() const;
   [[nodiscard]] bool object_touches_fixed(int object) const;
   [[nodiscard]] double tendon_tension(int hand) const;  ///< N
   /// FNV-1a hash of all positions and velocities, for reproducibility checks.

@@ -17,7 +17,7 @@ RobotModel with_weights(const SceneObject& object) {
     clamp.name = weight.name + "_clamp";
     clamp.parent_link = 0;
     clamp.child_link = first_link;
-    clamp.X_PJ.translation().x() = weight.position - object.length / 2;
+    clamp.X_PJ = object.X_OA(weight);
     for (Link link : weight.model.links) {
       link.name = weight.name + "/" + link.name;
       link.parent_joint = link.parent_joint < 0 ? first_joint : link.parent_joint + first_joint + 1;
@@ -31,6 +31,27 @@ RobotModel with_weights(const SceneObject& object) {
     }
   }
   return model;
+}
+
+std::unique_ptr<Multibody> make_object(btMultiBodyDynamicsWorld& world, const SceneObject& object,
+                                       double friction) {
+  const RobotModel model = with_weights(object);
+  return std::make_unique<Multibody>(world, model, RigidTree(model, {}, {}), false, object.X_WO, kObjectGroup,
+                                     kObjectGroup | kFixedGroup | kRobotGroup,
+                                     std::vector<Surface>(model.links.size(), Surface{friction, false}));
+}
+
+void rebuild_object(btMultiBodyDynamicsWorld& world, const SceneObject& object, double friction,
+                    std::unique_ptr<Multibody>& body) {
+  SceneObject moved = object;
+  moved.X_WO = body->X_WL(0);
+  const btVector3 com = body->bullet().getBasePos();
+  const btVector3 velocity = body->bullet().getBaseVel();
+  const btVector3 spin = body->bullet().getBaseOmega();
+  body.reset();
+  body = make_object(world, moved, friction);
+  body->bullet().setBaseOmega(spin);
+  body->bullet().setBaseVel(velocity + spin.cross(body->bullet().getBasePos() - com));
 }
 
 StaticBody::StaticBody(btMultiBodyDynamicsWorld& world, const FixedBody& fixed, double friction)

@@ -14,6 +14,15 @@ namespace walkman::plant {
 /// The object's model with its weights attached by fixed joints, as one rigid tree.
 [[nodiscard]] RobotModel with_weights(const SceneObject& object);
 
+/// A movable object as a multibody without joints, at `object.X_WO` and at rest.
+[[nodiscard]] std::unique_ptr<Multibody> make_object(btMultiBodyDynamicsWorld& world,
+                                                     const SceneObject& object, double friction);
+
+/// Builds `body` anew after `object`'s weights have changed: where it is, moving as it moves. What touches it
+/// is found again in the next step.
+void rebuild_object(btMultiBodyDynamicsWorld& world, const SceneObject& object, double friction,
+                    std::unique_ptr<Multibody>& body);
+
 /// A body of the scene that never moves: one static rigid body a URDF link.
 class StaticBody {
  public:

@@ -9,6 +9,7 @@
 
 #include "emulator/plant/group_motion.h"
 #include "emulator/plant/inertial_probe.h"
+#include "emulator/plant/mid_step_velocity.h"
 #include "emulator/plant/multibody.h"
 #include "urdf/wrench.h"
 
@@ -48,6 +49,9 @@ class PlantWorld : public btMultiBodyDynamicsWorld {
 
   void add_probe(WrenchProbe& probe) { probes_.push_back(&probe); }
   void add_probe(InertialProbe& probe) { inertial_probes_.push_back(&probe); }
+  /// From now on velocity terms are those of the poses' own instant (MidStepVelocity).
+  void use_mid_step_velocities() { mid_step_ = true; }
+  void removeMultiBody(btMultiBody* body) override;
 
  protected:
   void solveExternalForces(btContactSolverInfo& info) override;
@@ -57,6 +61,8 @@ class PlantWorld : public btMultiBodyDynamicsWorld {
   std::vector<WrenchProbe*> probes_;
   std::vector<InertialProbe*> inertial_probes_;
   std::map<const btMultiBody*, std::vector<double>> velocity_before_;
+  bool mid_step_ = false;
+  std::map<const btMultiBody*, MidStepVelocity> mid_step_velocity_;
 };
 
 }  // namespace walkman::plant

@@ -62,13 +62,13 @@ TEST(Experiment1, BarLiesAcrossTheTableOnItsWeights) {
   }
 }
 
-TEST(Experiment1, RobotHangsTwoMillimetresAboveTheFloor) {
+TEST(Experiment1, RobotStandsOnTheFloor) {
   const Scene& scene = experiment_1();
-  EXPECT_EQ(scene.base, BaseKind::kFixed);
+  EXPECT_EQ(scene.base, BaseKind::kFloating);
   const RobotModel robot = load_robot_model(scene.robot_urdf);
   const Posed pose(robot, load_posture(scene.robot_srdf, scene.posture, robot));
-  EXPECT_NEAR((scene.X_WB * pose("r_sole")).translation().z(), 0.002, 1e-4);
-  EXPECT_NEAR((scene.X_WB * pose("l_sole")).translation().z(), 0.002, 1e-4);
+  EXPECT_NEAR((scene.X_WB * pose("r_sole")).translation().z(), 0, 1e-4);
+  EXPECT_NEAR((scene.X_WB * pose("l_sole")).translation().z(), 0, 1e-4);
 }
 
 TEST(Experiment1, WeightIsASteelClamp) {
@@ -85,6 +85,31 @@ TEST(Experiment1, WeightIsASteelClamp) {
   EXPECT_NEAR(I(0, 0), box * a * a / 6 - hole * r * r / 2, 1e-8);
   EXPECT_NEAR(I(1, 1), box * (a * a + t * t) / 12 - hole * (3 * r * r + t * t) / 12, 1e-8);
   EXPECT_NEAR(I(2, 2), I(1, 1), 1e-12);
+}
+
+TEST(SceneEvents, ComeInOrderOfTimeWithAllTheySay) {
+  const Scene scene = load_scene(kData / "scene_events.yaml");
+  ASSERT_EQ(scene.events.size(), 4U);
+  EXPECT_EQ(scene.events[0].at, 1.5);
+  const auto& chest = std::get<PushEvent>(scene.events[0].what);
+  EXPECT_EQ(chest.link, "DWYTorso");
+  EXPECT_EQ(chest.force_W, Eigen::Vector3d(300, 0, 0));
+  EXPECT_EQ(chest.p_LP, Eigen::Vector3d::Zero());
+  EXPECT_EQ(chest.duration, 0.1);
+  const auto& elbow = std::get<PushEvent>(scene.events[1].what);
+  EXPECT_EQ(elbow.p_LP, Eigen::Vector3d(0, 0.1, 0));
+  EXPECT_EQ(scene.events[1].line, 22);
+  EXPECT_EQ(std::get<MoveWeightEvent>(scene.events[2].what).position, 0.4);
+  EXPECT_EQ(std::get<RemoveWeightEvent>(scene.events[3].what).weight, "left_weight");
+}
+
+TEST(HoistRope, IsReadAndHasDefaults) {
+  const HoistRope rope = load_scene(kData / "scene_events.yaml").rope;
+  EXPECT_EQ(rope.p_LE, Eigen::Vector3d(0, 0, 0.2));
+  EXPECT_EQ(rope.p_WA.value(), Eigen::Vector3d(0, 0, 3));
+  EXPECT_EQ(rope.length.value(), 1.4);
+  const HoistRope none = experiment_1().rope;
+  EXPECT_FALSE(none.p_WA || none.length);
 }
 
 TEST(Jitter, IsUniformWithinItsBoundsAndDeterministic) {

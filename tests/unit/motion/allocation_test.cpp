@@ -56,16 +56,14 @@ TEST(Allocation, TheCountSeesEigenAndTheLibrary) {
   EXPECT_EQ(numbers.back(), 1);
 }
 
-TEST(Allocation, AStepMakesNone) {
-  const ReferenceRobot& robot = reference_robot();
-  HandMotion hand(robot.model, robot.joint_names, robot.X_WB);
-  hand.reset(robot.q_home);
-  hand.set_table(ConvexPrism(Eigen::Vector3d::UnitZ(),
-                             {{0.5, -0.8, 0.9}, {1.3, -0.8, 0.9}, {1.3, 0.8, 0.9}, {0.5, 0.8, 0.9}}));
+void expect_no_allocation(HandMotion& hand) {
   Eigen::Isometry3d X_WH = hand.X_WH();
+  const double top = X_WH.translation().z() - 0.08;
+  hand.set_table(ConvexPrism(Eigen::Vector3d::UnitZ(),
+                             {{0.5, -0.8, top}, {1.3, -0.8, top}, {1.3, 0.8, top}, {0.5, 0.8, top}}));
   X_WH.translation() += Eigen::Vector3d(0.2, 0.1, 0.1);
   Eigen::Isometry3d X_WTable = X_WH;
-  X_WTable.translation().z() = 0.7;
+  X_WTable.translation().z() -= 0.4;
   const int before = allocations;
   hand.go_to(X_WH, {});
   for (int i = 0; i < 1000; ++i) {
@@ -82,6 +80,25 @@ TEST(Allocation, AStepMakesNone) {
   EXPECT_EQ(after, before);
   EXPECT_TRUE(reached);
   EXPECT_TRUE(blocked);
+}
+
+TEST(Allocation, AStepMakesNone) {
+  const ReferenceRobot& robot = reference_robot();
+  HandMotion hand(robot.model, robot.joint_names, robot.X_WB);
+  hand.reset(robot.q_home);
+  expect_no_allocation(hand);
+}
+
+TEST(Allocation, AStepOfARobotThatStandsMakesNone) {
+  const ReferenceRobot& robot = reference_robot();
+  Kinematics posed(robot.model, robot.joint_names);
+  posed.set_base(robot.X_WB);
+  posed.update(robot.q_home);
+  Stance stance(robot.model);
+  stance.take(posed);
+  HandMotion hand(robot.model, robot.joint_names, stance);
+  hand.reset(robot.q_home);
+  expect_no_allocation(hand);
 }
 
 }  // namespace

@@ -1,47 +1,9 @@
 // The whole plant of the first experiment.
 
-#include "emulator/plant/plant.h"
-
-#include <gtest/gtest.h>
+#include "tests/unit/plant/whole_plant.h"
 
 namespace walkman::plant {
 namespace {
-
-class WholePlant : public ::testing::Test {
- protected:
-  static constexpr double kGravity = Plant::kGravity;
-  const std::string urdf_ = WALKMAN_URDF_DIR;
-  Scene scene_ = load_scene(urdf_ + "/scenes/experiment_1.yaml");
-  RobotModel robot_ = load_robot_model(scene_.robot_urdf);
-  DeviceTable devices_ = load_device_table(scene_.device_table, robot_);
-  std::map<std::string, ActuatorParameters> actuators_ =
-      load_actuators(urdf_ + "/../emulator/plant/actuators");
-
-  [[nodiscard]] std::unique_ptr<Plant> build() const {
-    return std::make_unique<Plant>(robot_, scene_, devices_, actuators_);
-  }
-  /// Steps with every brake closed but that of drive `free`, whose motor gets `torque`.
-  static void run(Plant& plant, int steps, int free = -1, double torque = 0) {
-    for (int i = 0; i < steps; ++i) {
-      for (int s = 0; s < Plant::kSubSteps; ++s) {
-        for (int d = 0; d < plant.drive_count(); ++d)
-          plant.advance_drive(d, d == free ? torque : 0, d != free);
-      }
-      plant.step();
-    }
-  }
-  [[nodiscard]] int drive(const std::string& name) const {
-    int index = 0;
-    for (const Bus& bus : devices_.buses) {
-      for (const Device& device : bus.devices) {
-        if (device.actuator.empty()) continue;  // a sensor
-        if (device.name == name) return index;
-        ++index;
-      }
-    }
-    return -1;
-  }
-};
 
 TEST_F(WholePlant, TableCarriesTheBarAndNothingElseDoes) {
   const auto plant = build();
@@ -102,8 +64,8 @@ TEST_F(WholePlant, AnInertialUnitOnAMovingHandFeelsWhatItsPathSays) {
   std::vector<Eigen::Isometry3d> path;
   std::vector<InertialMotion> felt;
   for (int i = 0; i < 100; ++i) {
+    path.push_back(plant->X_WL(link));  // a step's readings are those of its start
     run(*plant, 1, drive("RElbj"), 30);
-    path.push_back(plant->X_WL(link));
     felt.push_back(plant->inertial_motion(1));
   }
   double fastest = 0, hardest = 0, worst_force = 0, worst_rate = 0;

@@ -1,0 +1,79 @@
+// Time of one millisecond's step of the plant on one core: median and 99th percentile, beside what the host
+// takes away from a loop that does nothing, measured in turns with it.
+
+#include <algorithm>
+#include <chrono>
+#include <cstdio>
+#include <cstdlib>
+#include <exception>
+#include <functional>
+#include <vector>
+
+#include "tests/bench/plant/plant_scenes.h"
+
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+double microseconds(Clock::duration d) { return std::chrono::duration<double, std::micro>(d).count(); }
+
+/// Longest time between two looks at the clock by a loop that does nothing else for `us` microseconds.
+double idle_gap(double us) {
+  const auto begin = Clock::now();
+  auto last = begin;
+  double longest = 0;
+  while (microseconds(last - begin) < us) {
+    const auto now = Clock::now();
+    longest = std::max(longest, microseconds(now - last));
+    last = now;
+  }
+  return longest;
+}
+
+double percentile(std::vector<double> values, double share) {
+  std::sort(values.begin(), values.end());
+  return values[static_cast<std::size_t>(share * static_cast<double>(values.size() - 1))];
+}
+
+void measure(const char* name, double target_us, int steps, const walkman::plant::Plant& plant,
+             const std::function<void()>& step) {
+  std::vector<double> us, gaps;
+  for (int i = 0; i < steps; ++i) {
+    const auto begin = Clock::now();
+    step();
+    us.push_back(microseconds(Clock::now() - begin));
+    if (i % 10 == 0) gaps.push_back(idle_gap(us.back()));
+  }
+  const double median = percentile(us, 0.5);
+  std::printf("%-13s %8zu %10.1f %10.1f %12.1f %12.1f", name, plant.contacts().size(), median,
+              percentile(us, 0.99), percentile(gaps, 0.5), percentile(gaps, 0.99));
+  if (target_us > 0) {
+    std::printf(" %9.0f %7.2f\n", target_us, median / target_us);
+  } else {
+    std::printf(" %9s %7s\n", "-", "-");
+  }
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  try {
+    const int steps = argc > 1 ? std::max(100, std::atoi(argv[1])) : 3000;
+    const walkman::bench::PlantScenes scenes(WALKMAN_URDF_DIR);
+    std::printf(
+        "one step of 1 ms, us; idle: longest gap in a loop that only reads the clock, as long as a step\n");
+    std::printf("%-13s %8s %10s %10s %12s %12s %9s %7s\n", "scene", "contacts", "median", "p99",
+                "idle median", "idle p99", "target", "ratio");
+    auto plant = scenes.contact_free();
+    measure("contact-free", 0, steps, *plant, [&] { scenes.step(*plant, 0); });
+    plant = scenes.standing();
+    measure("standing", 200, steps, *plant, [&] { scenes.step(*plant, 0); });
+    plant = scenes.holding();
+    measure("both hands", 330, steps, *plant,
+            [&] { scenes.step(*plant, walkman::bench::PlantScenes::kGrip); });
+    return 0;
+  } catch (const std::exception& e) {
+    std::fprintf(stderr, "%s\n", e.what());
+    return 1;
+  }
+}

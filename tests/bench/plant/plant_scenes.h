@@ -1,0 +1,40 @@
+#pragma once
+
+#include <filesystem>
+#include <map>
+#include <memory>
+
+#include "emulator/plant/plant.h"
+
+namespace walkman::bench {
+
+/// The robot and its files, and the worlds in which a step of the plant is timed.
+class PlantScenes {
+ public:
+  /// `urdf`: the folder of the robot's files.
+  explicit PlantScenes(const std::filesystem::path& urdf);
+
+  /// High above the ground, in free fall: nothing touches anything.
+  [[nodiscard]] std::unique_ptr<plant::Plant> contact_free() const;
+  /// On its feet at home, floating, drives holding.
+  [[nodiscard]] std::unique_ptr<plant::Plant> standing() const;
+  /// On its feet with the bar in both hands, the fingers closed by `kGrip` of motor torque.
+  [[nodiscard]] std::unique_ptr<plant::Plant> holding() const;
+
+  static constexpr double kGrip = 2.0;  ///< N·m of the hands' motors
+
+  /// One millisecond: all joints' brakes closed, the hands' motors at `grip`, N·m (0: brake).
+  void step(plant::Plant& plant, double grip) const;
+  [[nodiscard]] const RobotModel& robot() const { return robot_; }
+
+ private:
+  [[nodiscard]] std::unique_ptr<plant::Plant> build(const Scene& scene) const;
+
+  Scene scene_;
+  RobotModel robot_;
+  DeviceTable devices_;
+  std::map<std::string, plant::ActuatorParameters> actuators_;
+  std::vector<bool> is_hand_;  // of each drive
+};
+
+}  // namespace walkman::bench

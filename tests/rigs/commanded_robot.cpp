@@ -1,0 +1,58 @@
+#include "tests/rigs/commanded_robot.h"
+
+#include <stdexcept>
+#include <utility>
+
+namespace walkman::rigs {
+
+CommandedRobot::CommandedRobot(Scene scene, const EmulatorOptions& emulator)
+    : scene_(std::move(scene)),
+      model_(load_robot_model(scene_.robot_urdf)),
+      devices_(load_device_table(scene_.device_table, model_)),
+      emulator_(model_, devices_, scene_, emulator),
+      robot_(model_, devices_, emulator_.interfaces()),
+      cycle_(emulator_, robot::RobotOptions{}.cycle),
+      session_(model_, robot_, cycle_, *this),
+      manipulator_(model_, session_, {}) {}
+
+void CommandedRobot::start() {
+  session_.boot();
+  manipulator_.start();
+}
+
+double CommandedRobot::seconds() const { return std::chrono::duration<double>(emulator_.now()).count(); }
+
+int CommandedRobot::sensor(const std::string& frame) const {
+  int place = 0;
+  for (const Bus& bus : devices_.buses) {
+    for (const Device& device : bus.devices) {
+      if (device.kind != DeviceKind::kForceTorque) continue;
+      if (device.name == frame) return place;
+      ++place;
+    }
+  }
+  throw std::runtime_error("no force/torque sensor '" + frame + "'");
+}
+
+Eigen::Vector3d CommandedRobot::p_Wcm() const {
+  Eigen::Vector3d moment = Eigen::Vector3d::Zero();
+  double mass = 0;
+  for (std::size_t i = 0; i < model_.links.size(); ++i) {
+    const Link& link = model_.links[i];
+    moment += link.mass * (plant().X_WL(static_cast<int>(i)) * link.p_LLcm);
+    mass += link.mass;
+  }
+  return moment / mass;
+}
+
+void CommandedRobot::on_stance(bool stands, const Eigen::Isometry3d& X_TB) {
+  constexpr int kRootLink = 0;
+  stands_ = stands;
+  X_WT_ = plant().X_WL(kRootLink) * X_TB.inverse();
+}
+
+void CommandedRobot::on_cycle(Time, const Wrench&, const Eigen::Isometry3d&) {
+  if (each_cycle) each_cycle();
+}
+
+}  // namespace walkman::rigs

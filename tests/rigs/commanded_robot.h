@@ -1,0 +1,57 @@
+#pragma once
+
+#include <functional>
+#include <vector>
+
+#include "adaptation/regrasp/manipulator.h"
+#include "apps/lockstep_cycle.h"
+#include "drivers/robot/robot.h"
+#include "emulator/emulator.h"
+
+namespace walkman::rigs {
+
+/// The whole emulated robot on its embedded buses under the drivers' command: what an experiment has, without
+/// the camera's part of it. Ground truth is in reach, for judging.
+class CommandedRobot : private regrasp::Observer {
+ public:
+  /// `scene` as loaded or changed; `emulator` as in Emulator.
+  CommandedRobot(Scene scene, const EmulatorOptions& emulator);
+
+  /// Boots and takes the stance. Throws regrasp::RunStopped.
+  void start();
+
+  /// Called after every cycle, outside of which nothing moves.
+  std::function<void()> each_cycle;
+
+  [[nodiscard]] const Scene& scene() const { return scene_; }
+  [[nodiscard]] const RobotModel& model() const { return model_; }
+  [[nodiscard]] const plant::Plant& plant() const { return emulator_.plant(); }
+  [[nodiscard]] regrasp::Session& session() { return session_; }
+  [[nodiscard]] regrasp::Manipulator& manipulator() { return manipulator_; }
+  [[nodiscard]] bool stands() const { return stands_; }
+  /// Where the frame of the stance is in the world, by the plant.
+  [[nodiscard]] const Eigen::Isometry3d& X_WT() const { return X_WT_; }
+  [[nodiscard]] double seconds() const;  ///< emulated
+  /// Place of a force/torque frame among the plant's sensors.
+  [[nodiscard]] int sensor(const std::string& frame) const;
+
+  /// Centre of mass of the robot in W, by the plant's link poses and the model's masses, m.
+  [[nodiscard]] Eigen::Vector3d p_Wcm() const;
+
+ private:
+  void on_stance(bool stands, const Eigen::Isometry3d& X_TB) override;
+  void on_cycle(Time now, const Wrench& F_So_S, const Eigen::Isometry3d& X_TH) override;
+
+  Scene scene_;
+  RobotModel model_;
+  DeviceTable devices_;
+  Emulator emulator_;
+  robot::Robot robot_;
+  apps::LockstepCycle cycle_;
+  regrasp::Session session_;
+  regrasp::Manipulator manipulator_;
+  bool stands_ = false;
+  Eigen::Isometry3d X_WT_ = Eigen::Isometry3d::Identity();
+};
+
+}  // namespace walkman::rigs

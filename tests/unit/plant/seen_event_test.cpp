@@ -1,0 +1,57 @@
+// What the camera sees of a weight that moves or is taken off.
+
+#include <cmath>
+
+#include "emulator/multisense.h"
+#include "tests/unit/plant/whole_plant.h"
+
+namespace walkman::plant {
+namespace {
+
+class SeenEvents : public WholePlant {
+ protected:
+  /// Points of a noise-free frame on a clamp at `position` m from the bar's left end: beyond the bar's own
+  /// radius, within the clamp's edges.
+  static int points_at(MultiSense& camera, const Plant& plant, double position) {
+    camera::OrganizedCloud cloud;
+    camera.render(camera.exposure(), cloud);
+    const Eigen::Isometry3d X_OC = plant.X_WO(0).inverse() * camera.exposure().X_WC;
+    int count = 0;
+    for (const Eigen::Vector3f& p_C : cloud.points) {
+      if (!p_C.allFinite()) continue;
+      const Eigen::Vector3d p_O = X_OC * p_C.cast<double>();
+      const double off_axis = std::hypot(p_O.y(), p_O.z());
+      if (std::abs(p_O.x() - (position - 0.525)) < 0.02 && off_axis > 0.038 && off_axis < 0.066 &&
+          p_O.z() > 0.01)
+        ++count;
+    }
+    return count;
+  }
+};
+
+TEST_F(SeenEvents, TheCameraSeesAWeightWhereItIs) {
+  scene_.events = {{0.2, 0, MoveWeightEvent{"bar", "left_weight", 0.40}},
+                   {0.4, 0, RemoveWeightEvent{"bar", "left_weight"}}};
+  const auto plant = build();
+  MultiSense camera(robot_, scene_, robot_.link_index("multisense/left_camera_optical_frame"),
+                    sensors::StereoOptions{}.noise_free(), 15, 1);
+  const auto look_after = [&](int steps) {
+    run(*plant, steps);
+    camera.advance(std::chrono::nanoseconds(static_cast<std::int64_t>(std::llround(plant->time() * 1e9))),
+                   *plant);
+  };
+  look_after(150);
+  const int there = points_at(camera, *plant, 0.10);
+  EXPECT_GT(there, 50);
+  EXPECT_EQ(points_at(camera, *plant, 0.40), 0);
+  look_after(150);
+  EXPECT_EQ(points_at(camera, *plant, 0.10), 0);
+  EXPECT_GT(points_at(camera, *plant, 0.40), 50);
+  look_after(150);
+  EXPECT_EQ(points_at(camera, *plant, 0.10), 0);
+  EXPECT_EQ(points_at(camera, *plant, 0.40), 0);
+  EXPECT_GT(points_at(camera, *plant, 0.95), 20);  // the other one stays
+}
+
+}  // namespace
+}  // namespace walkman::plant

@@ -1,0 +1,92 @@
+// Which bodies of the robot meet each other, and that they do.
+
+#include <set>
+
+#include "tests/unit/plant/whole_plant.h"
+
+namespace walkman::plant {
+namespace {
+
+using Pair = std::pair<std::string, std::string>;
+
+class SelfCollisionOfTheRobot : public WholePlant {
+ protected:
+  SelfCollisionOfTheRobot() { stand_alone(BaseKind::kFixed, 0.5); }
+
+  /// Pushes one joint with `torque` for `seconds` and tells where it came to and what met what at the end.
+  struct Outcome {
+    double position = 0;
+    std::set<Pair> met;
+  };
+  [[nodiscard]] Outcome drive_joint(const std::string& name, double torque, double seconds) const {
+    const auto plant = build();
+    run(*plant, static_cast<int>(seconds / Plant::kStep), drive(name), torque);
+    Outcome outcome{plant->joint_position(robot_.joint_index(name)), {}};
+    for (const Contact& contact : plant->contacts())
+      outcome.met.insert(std::minmax(contact.body_a, contact.body_b));
+    return outcome;
+  }
+  /// The same without anything in the way.
+  [[nodiscard]] double unhindered(const std::string& name, double torque, double seconds) const {
+    RobotModel bare = robot_;
+    for (Link& link : bare.links) link.collisions.clear();
+    const Plant plant(bare, scene_, devices_, actuators_);
+    auto& moving = const_cast<Plant&>(plant);
+    run(moving, static_cast<int>(seconds / Plant::kStep), drive(name), torque);
+    return plant.joint_position(robot_.joint_index(name));
+  }
+};
+
+TEST_F(SelfCollisionOfTheRobot, ExcusesNeighboursAndOverlapsOnly) {
+  const auto plant = build();
+  std::map<Pair, std::string> excused;
+  for (const AllowedOverlap& pair : plant->allowed_overlaps())
+    excused[std::minmax(pair.link_a, pair.link_b)] = pair.reason;
+  EXPECT_EQ(excused[std::minmax<std::string>("RElb", "RForearm")], "adjacent");
+  EXPECT_EQ(excused[std::minmax<std::string>("RWrMot2", "r_arm_ft")], "compound joint");
+  EXPECT_EQ(excused[std::minmax<std::string>("RFinger1Distal", "RThumbDistal")], "same hand");
+  for (const auto& [a, b] :
+       {Pair{"RForearm", "DWYTorso"}, Pair{"RShy", "DWYTorso"}, Pair{"RForearm", "LForearm"},
+        Pair{"r_arm_ft", "l_arm_ft"}, Pair{"RLowLeg", "LLowLeg"}, Pair{"RFoot", "LFoot"},
+        Pair{"RThumbDistal", "LThumbDistal"}, Pair{"r_arm_ft", "RThighUpLeg"}}) {
+    EXPECT_FALSE(excused.contains(std::minmax(a, b))) << a << " " << b;
+  }
+  // At home nothing may be pressed against anything of the robot's own.
+  auto still = build();
+  run(*still, 200);
+  EXPECT_TRUE(still->contacts().empty());
+}
+
+TEST_F(SelfCollisionOfTheRobot, TheUpperArmStopsAtTheTorso) {
+  const Outcome stopped = drive_joint("RShSag", 40, 2.5);
+  EXPECT_TRUE(stopped.met.contains(std::minmax<std::string>("DWYTorso", "RShy")));
+  EXPECT_GT(unhindered("RShSag", 40, 2.5), stopped.position + 0.3);
+  // Twice the torque bends the springs further, no more.
+  EXPECT_NEAR(drive_joint("RShSag", 80, 2.5).position, stopped.position, 0.05);
+}
+
+TEST_F(SelfCollisionOfTheRobot, LegsStopAtEachOther) {
+  const Outcome stopped = drive_joint("RHipLat", 40, 2.5);
+  EXPECT_TRUE(stopped.met.contains(std::minmax<std::string>("RLowLeg", "LLowLeg")));
+  EXPECT_GT(unhindered("RHipLat", 40, 2.5), stopped.position + 0.1);
+}
+
+TEST_F(SelfCollisionOfTheRobot, ArmsStopAtEachOther) {
+  const auto plant = build();
+  // Both shoulders turn the forearms inwards in front of the chest.
+  std::set<Pair> met;
+  for (int i = 0; i < 2500; ++i)
+    step(*plant,
+         {{drive("RShYaw"), 25}, {drive("LShYaw"), -25}, {drive("RShSag"), -15}, {drive("LShSag"), -15}});
+  for (const Contact& contact : plant->contacts()) {
+    met.insert(std::minmax(contact.body_a, contact.body_b));
+  }
+  for (const auto& [a, b] : met) printf("%s %s\n", a.c_str(), b.c_str());
+  const bool arms = std::any_of(met.begin(), met.end(), [](const Pair& pair) {
+    return (pair.first[0] == 'L' || pair.first[0] == 'l') && (pair.second[0] == 'R' || pair.second[0] == 'r');
+  });
+  EXPECT_TRUE(arms);
+}
+
+}  // namespace
+}  // namespace walkman::plant

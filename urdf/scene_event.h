@@ -1,0 +1,48 @@
+#pragma once
+
+#include <string>
+#include <variant>
+#include <vector>
+
+#include <Eigen/Core>
+
+namespace walkman {
+
+class YamlMap;
+struct SceneObject;
+
+/// A force on a link of the robot for a while.
+struct PushEvent {
+  std::string link;
+  Eigen::Vector3d force_W = Eigen::Vector3d::Zero();  ///< N
+  Eigen::Vector3d p_LP = Eigen::Vector3d::Zero();     ///< where it acts, in the link's frame, m
+  double duration = 0;                                ///< s
+};
+
+/// A weight of an object slid along it to another place.
+struct MoveWeightEvent {
+  std::string object, weight;
+  double position = 0;  ///< m from the object's left end
+};
+
+/// A weight taken off its object; it is gone from then on.
+struct RemoveWeightEvent {
+  std::string object, weight;
+};
+
+/// Something that happens to the world by itself, at a time of the emulated clock.
+struct SceneEvent {
+  double at = 0;  ///< s
+  int line = 0;   ///< where the scene file describes it
+  std::variant<PushEvent, MoveWeightEvent, RemoveWeightEvent> what;
+};
+
+/// Reads `events` of a scene whose objects are `objects`. The result is in order of time, those of one time
+/// in the file's order. Throws as `load_scene`; which links the robot has is not known here.
+[[nodiscard]] std::vector<SceneEvent> read_events(const std::vector<YamlMap>& maps,
+                                                  const std::vector<SceneObject>& objects);
+
+/// The keys an event may have, for YamlMap.
+[[nodiscard]] const std::vector<std::string>& event_keys();
+
+}  // namespace walkman
