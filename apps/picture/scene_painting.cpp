@@ -56,9 +56,9 @@ void paint_robot(const EmulatedWorld& world, const Snapshot& snapshot, ScenePain
   }
 }
 
-void paint_objects(const EmulatedWorld& world, const Snapshot& snapshot, ScenePainting& painting) {
-  for (std::size_t o = 0; o < world.scene.objects.size(); ++o) {
-    const SceneObject& object = world.scene.objects[o];
+void paint_objects(const Snapshot& snapshot, ScenePainting& painting) {
+  for (std::size_t o = 0; o < snapshot.objects.size(); ++o) {
+    const SceneObject& object = snapshot.objects[o];
     const RobotModel model = plant::with_weights(object);
     const std::vector<Eigen::Isometry3d> X_OL = link_poses(model, {});
     for (std::size_t i = 0; i < model.links.size(); ++i) {
@@ -96,7 +96,7 @@ void paint_scene(const EmulatedWorld& world, const Snapshot& snapshot, ScenePain
   paint_robot(world, snapshot, painting);
   Eigen::AlignedBox3d robot_W;
   for (const Eigen::Vector3d& corner : painting.subject_W) robot_W.extend(corner);
-  paint_objects(world, snapshot, painting);
+  paint_objects(snapshot, painting);
   for (const FixedBody& body : world.scene.fixed) paint_fixed(body, robot_W, painting);
 }
 

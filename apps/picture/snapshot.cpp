@@ -11,6 +11,7 @@ Snapshot take_snapshot(const EmulatedWorld& world) {
   }
   for (std::size_t i = 0; i < world.scene.objects.size(); ++i) {
     snapshot.X_WO.push_back(plant.X_WO(static_cast<int>(i)));
+    snapshot.objects.push_back(plant.object(static_cast<int>(i)));
   }
   return snapshot;
 }

@@ -13,6 +13,7 @@ struct Snapshot {
   Time at{};
   std::vector<Eigen::Isometry3d> X_WL;  ///< of each robot link
   std::vector<Eigen::Isometry3d> X_WO;  ///< of each object
+  std::vector<SceneObject> objects;     ///< with the weights they carry at this moment
 };
 
 [[nodiscard]] Snapshot take_snapshot(const EmulatedWorld& world);

@@ -57,6 +57,7 @@ FixedBody ground_body() {
 Twin::Twin(const RobotModel& model, const DeviceTable& devices, const TwinOptions& options)
     : fixed_base_(options.fixed_base) {
   world_.setGravity(btVector3(0, 0, -kGravity));
+  if (options.mid_step_velocities) world_.use_mid_step_velocities();
   btContactSolverInfo& info = world_.getSolverInfo();
   info.m_numIterations = 50;
   info.m_erp2 = 0.2;

@@ -35,6 +35,9 @@ struct TwinOptions {
   bool ground = false;  ///< on the plane z = 0, touched by any part of the robot
   Eigen::Isometry3d X_WR = Eigen::Isometry3d::Identity();
   std::map<std::string, double> posture;  ///< first joint positions
+  /// Bullet takes velocity terms at the poses' own instant, as the plant does; MuJoCo has no such thing, so
+  /// the two part by what a step of Euler's method leaves out.
+  bool mid_step_velocities = false;
   std::vector<std::string> sensors{"r_arm_ft", "l_arm_ft", "r_leg_ft", "l_leg_ft"};
 };
 

@@ -1,6 +1,6 @@
-// How long a 1 ms step of the robot takes in Bullet, with the plant's own multibody, solver and wrench
-// probes, and in MuJoCo with its default solver: same model, same torque law, the steps of both in turn in
-// one thread.
+// How long a 1 ms step of the robot takes in Bullet, with the plant's own multibody, solver, velocity terms and
+// wrench probes, and in MuJoCo with its default solver: same model, same torque law, the steps of both in turn
+// in one thread. In either the robot meets the ground alone, not itself.
 //
 //   walkman-peer-bench [STEPS]
 
@@ -75,6 +75,7 @@ int run_all(int steps) {
   const DeviceTable devices = load_device_table(scene.device_table, robot);
   peers::TwinOptions options;
   options.X_WR = scene.X_WB;
+  options.mid_step_velocities = true;
   options.posture = load_posture(scene.robot_srdf, scene.posture, robot);
   peers::Twin hung(robot, devices, options);
   hung.hold_posture(robot, devices, 5);
