@@ -75,7 +75,7 @@ nodes::ForceTorqueParameters force_torque_parameters(const Device& device, const
 /// The kind of force/torque sensor `options` names, or the one beside the actuators.
 ForceTorqueKind force_torque_kind(const EmulatorOptions& options) {
   if (!options.force_torque.empty()) return load_force_torque_kind(options.force_torque);
-  return load_force_torque_kind(options.actuators.parent_path() / "sensors" / "force_torque_45mm.yaml");
+  return load_force_torque_kind(options.actuators / ".." / "sensors" / "force_torque_45mm.yaml");
 }
 
 // Errors of an inertial unit, uniform within plus or minus, and noise of a sample: estimates in the range of
