@@ -396,7 +396,11 @@ const Slip& Plant::slip(int hand, int object) const {
 }
 
 int Plant::constraint_count() const {
-  return impl_->world.getNumConstraints() + impl_->world.getNumMultiBodyConstraints();
+  int count = impl_->world.getNumConstraints();
+  for (int i = 0; i < impl_->world.getNumMultiBodyConstraints(); ++i) {
+    if (dynamic_cast<const JointStop*>(impl_->world.getMultiBodyConstraint(i)) == nullptr) ++count;
+  }
+  return count;
 }
 
 std::uint64_t Plant::state_hash() const {

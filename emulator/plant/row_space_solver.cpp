@@ -36,7 +36,9 @@ void RowSpaceSolver::gather(int row_count) {
     inverse_[i] = row.m_jacDiagABInv;
   }
   impulse0_ = impulse_;
-  delassus_.noalias() = response_ * jacobian_.transpose();
+  delassus_.resize(row_count, row_count);
+  delassus_.triangularView<Eigen::Lower>() = response_ * jacobian_.transpose();
+  delassus_.triangularView<Eigen::StrictlyUpper>() = delassus_.transpose();
   velocity_.noalias() =
       jacobian_ * Eigen::Map<const Eigen::VectorXd>(&m_data.m_deltaVelocities[0], velocities);
 }
@@ -79,7 +81,7 @@ double RowSpaceSolver::sweep_friction(int first, int count, int first_normal) {
     const int k = i + 1;
     double a = impulse_[i] + rhs_[i] - impulse_[i] * cfm_[i] - velocity_[i] * inverse_[i];
     double b = impulse_[k] + rhs_[k] - impulse_[k] * cfm_[k] - velocity_[k] * inverse_[k];
-    const double norm = std::hypot(a, b);
+    const double norm = std::sqrt(a * a + b * b);
     if (norm > limit) {
       const double scale = norm > 0 ? limit / norm : 0;
       a *= scale;

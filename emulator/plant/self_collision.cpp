@@ -88,8 +88,11 @@ bool joined_by_compound(const RobotModel& model, const RigidTree& tree, std::siz
   const int between = tree.groups()[lower].parent;
   if (between < 0) return false;
   // A palm on its sensor belongs to the wrist.
-  if (!tree.groups()[lower].moves)
-    return joined_by_compound(model, tree, upper, static_cast<std::size_t>(between));
+  if (!tree.groups()[lower].moves) {
+    const auto wrist = static_cast<std::size_t>(between);
+    return tree.groups()[wrist].parent == static_cast<int>(upper) ||
+           joined_by_compound(model, tree, upper, wrist);
+  }
   const RigidBodyGroup& middle = tree.groups()[static_cast<std::size_t>(between)];
   if (middle.parent != static_cast<int>(upper)) return false;
   // Both joints' origins in the middle body's frame: its own carrier's, and that of the joint it carries.
