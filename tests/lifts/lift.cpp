@@ -44,12 +44,12 @@ double distance_to_line(const Eigen::Vector3d& point, const wrench::ComLine& lin
   return (point - line.foot).cross(line.direction).norm();
 }
 
-/// Judges a mean load of the object about Ho in T.
-void judge(const Wrench& F_Ho_T, const Eigen::Vector3d& p_HoCm_T, double weight, double& force_error,
+/// Judges a mean load of the object about Ho in E, T or W; both have z up.
+void judge(const Wrench& F_Ho_E, const Eigen::Vector3d& p_HoCm_E, double weight, double& force_error,
            double& line_error) {
-  force_error = -F_Ho_T.force.z() / weight - 1;
-  const auto line = wrench::com_line(F_Ho_T, kMinForce);
-  line_error = line ? distance_to_line(p_HoCm_T, *line) : 1;
+  force_error = -F_Ho_E.force.z() / weight - 1;
+  const auto line = wrench::com_line(F_Ho_E, kMinForce);
+  line_error = line ? distance_to_line(p_HoCm_E, *line) : 1;
 }
 
 }  // namespace
@@ -60,6 +60,7 @@ LiftResult run_lift(const Scene& scene, const EmulatorOptions& options, const Li
   rigs::CommandedRobot robot(with_bar(scene, lift), emulator);
   const wrench::HandWeight hand(robot.model(), robot.session().side().sensor_frame);
   const int wrist = robot.sensor(robot.session().side().sensor_frame);
+  const int sensor_link = robot.model().link_index(robot.session().side().sensor_frame);
   const int palm = robot.model().link_index(robot.session().side().grasp_frame);
   const SceneObject& bar = robot.scene().objects[kBar];
   LiftResult result;
@@ -74,26 +75,27 @@ LiftResult run_lift(const Scene& scene, const EmulatorOptions& options, const Li
 
     result.held = true;
     wrench::WrenchAverage truth;
-    Eigen::Vector3d p_HoCm_T = Eigen::Vector3d::Zero();
+    Eigen::Vector3d p_HoCm_W = Eigen::Vector3d::Zero(), p_HoCm_T = Eigen::Vector3d::Zero();
     const Eigen::Isometry3d X_PO = robot.plant().X_WL(palm).inverse() * robot.plant().X_WO(kBar);
     robot.each_cycle = [&] {
-      const motion::Kinematics& measured = robot.session().measured();
-      const Wrench& F_So_S = robot.plant().F_So_S(wrist);
-      const Wrench own = hand.F_So_S(measured);
-      const Eigen::Isometry3d& X_TS = robot.session().X_TS();
-      const Wrench F_So_T{X_TS.linear() * (F_So_S.torque - own.torque),
-                          X_TS.linear() * (F_So_S.force - own.force)};
-      const Eigen::Vector3d p_THo = robot.session().X_TH().translation();
-      truth.add(wrench::shift(F_So_T, p_THo - X_TS.translation()));
-      const Eigen::Isometry3d X_TO = robot.X_WT().inverse() * robot.plant().X_WO(kBar);
-      p_HoCm_T = X_TO * bar.p_OOcm() - p_THo;
-      result.held = result.held && !robot.plant().object_touches_fixed(kBar);
-      const Eigen::Isometry3d now = robot.plant().X_WL(palm).inverse() * robot.plant().X_WO(kBar);
+      const plant::Plant& plant = robot.plant();
+      const Wrench& F_So_S = plant.F_So_S(wrist);
+      const Wrench own = hand.F_So_S(robot.session().measured());
+      const Eigen::Isometry3d X_WS = plant.X_WL(sensor_link);
+      const Eigen::Isometry3d X_WP = plant.X_WL(palm);
+      const Wrench F_So_W{X_WS.linear() * (F_So_S.torque - own.torque),
+                          X_WS.linear() * (F_So_S.force - own.force)};
+      const Eigen::Vector3d p_WCm = plant.X_WO(kBar) * bar.p_OOcm();
+      truth.add(wrench::shift(F_So_W, X_WP.translation() - X_WS.translation()));
+      p_HoCm_W = p_WCm - X_WP.translation();
+      p_HoCm_T = robot.X_WT().inverse() * p_WCm - robot.session().X_TH().translation();
+      result.held = result.held && !plant.object_touches_fixed(kBar);
+      const Eigen::Isometry3d now = X_WP.inverse() * plant.X_WO(kBar);
       result.slip = std::max(result.slip, (now.translation() - X_PO.translation()).norm());
     };
     const Wrench read = arm.weigh();
     const double weight = bar.mass() * motion::kGravity;
-    judge(truth.mean(), p_HoCm_T, weight, result.force_error, result.line_error);
+    judge(truth.mean(), p_HoCm_W, weight, result.force_error, result.line_error);
     judge(read, p_HoCm_T, weight, result.read_force_error, result.read_line_error);
   } catch (const regrasp::RunStopped& stop) {
     result.held = false;

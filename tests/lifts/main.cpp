@@ -98,14 +98,20 @@ int main(int argc, char** argv) {
   std::string scene_file = tree + "/urdf/scenes/experiment_1.yaml";
   int count = 32, jobs = static_cast<int>(std::max(1U, std::thread::hardware_concurrency()));
   std::uint64_t seed = 1;
+  std::string errors = "noise";
   app.add_option("--count", count, "Lifts")->check(CLI::Range(1, 10000));
   app.add_option("--seed", seed, "Of the draws");
   app.add_option("--jobs", jobs, "Lifts at a time (default: one a core)")->check(CLI::Range(1, 256));
+  app.add_option("--sensor-errors", errors,
+                 "What the reading has: noise and resolution, as judged (noise), or cross-talk, residuals "
+                 "and drift as well (all)")
+      ->check(CLI::IsMember({"noise", "all"}));
   app.add_option("--scene", scene_file, "Scene with robot, table and bar");
   CLI11_PARSE(app, argc, argv);
   try {
     EmulatorOptions options;
     options.actuators = tree + "/emulator/plant/actuators";
+    options.sensor_errors = errors == "all" ? SensorErrors::kAll : SensorErrors::kNoiseAndResolution;
     const auto cases = lifts::draw(count, seed);
     return lifts::report(cases, lifts::run(cases, load_scene(scene_file), options, jobs)) ? 0 : 1;
   } catch (const std::exception& e) {
