@@ -30,16 +30,6 @@ Scene with_bar(Scene scene, const LiftCase& lift) {
   return scene;
 }
 
-/// On top of the bar's middle, the hand square to it.
-Eigen::Isometry3d grasp_frame(const Eigen::Isometry3d& X_TO) {
-  Eigen::Isometry3d X_TG = Eigen::Isometry3d::Identity();
-  const Eigen::Vector3d right = X_TO.linear().col(0);
-  const Eigen::Vector3d up = Eigen::Vector3d::UnitZ();
-  X_TG.linear() << right, up, right.cross(up);
-  X_TG.translation() = X_TO.translation() + kRadius * up;
-  return X_TG;
-}
-
 double distance_to_line(const Eigen::Vector3d& point, const wrench::ComLine& line) {
   return (point - line.foot).cross(line.direction).norm();
 }
@@ -66,7 +56,7 @@ LiftResult run_lift(const Scene& scene, const EmulatorOptions& options, const Li
   LiftResult result;
   try {
     robot.start();
-    const Eigen::Isometry3d X_TG = grasp_frame(robot.X_WT().inverse() * robot.plant().X_WO(kBar));
+    const Eigen::Isometry3d X_TG = robot.X_TG_on_top(kBar, kRadius);
     regrasp::Manipulator& arm = robot.manipulator();
     arm.approach(X_TG);
     arm.tare();

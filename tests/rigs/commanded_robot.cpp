@@ -5,6 +5,18 @@
 
 namespace walkman::rigs {
 
+Time SteppedCycle::next() {
+  const Time end = emulator_.now() + period_;
+  const auto step = [this] { emulator_.advance(emulator_.now() + Emulator::kPhysicsStep); };
+  while (emulator_.now() < end) {
+    if (each_step)
+      each_step(step);
+    else
+      step();
+  }
+  return emulator_.now();
+}
+
 CommandedRobot::CommandedRobot(Scene scene, const EmulatorOptions& emulator)
     : scene_(std::move(scene)),
       model_(load_robot_model(scene_.robot_urdf)),
@@ -32,6 +44,16 @@ int CommandedRobot::sensor(const std::string& frame) const {
     }
   }
   throw std::runtime_error("no force/torque sensor '" + frame + "'");
+}
+
+Eigen::Isometry3d CommandedRobot::X_TG_on_top(int object, double height) const {
+  const Eigen::Isometry3d X_TO = X_WT_.inverse() * plant().X_WO(object);
+  const Eigen::Vector3d right = X_TO.linear().col(0);
+  const Eigen::Vector3d up = Eigen::Vector3d::UnitZ();
+  Eigen::Isometry3d X_TG = Eigen::Isometry3d::Identity();
+  X_TG.linear() << right, up, right.cross(up);
+  X_TG.translation() = X_TO.translation() + height * up;
+  return X_TG;
 }
 
 Eigen::Vector3d CommandedRobot::p_Wcm() const {

@@ -4,11 +4,26 @@
 #include <vector>
 
 #include "adaptation/regrasp/manipulator.h"
-#include "apps/lockstep_cycle.h"
+#include "drivers/robot/cycle.h"
 #include "drivers/robot/robot.h"
 #include "emulator/emulator.h"
 
 namespace walkman::rigs {
+
+/// Advances an emulator by one SYNC period, physics step by physics step.
+class SteppedCycle : public robot::Cycle {
+ public:
+  SteppedCycle(Emulator& emulator, Time period) : emulator_(emulator), period_(period) {}
+
+  Time next() override;
+
+  /// Called instead of the step, which it has to make by calling its argument; for clocks and counters.
+  std::function<void(const std::function<void()>&)> each_step;
+
+ private:
+  Emulator& emulator_;
+  Time period_;
+};
 
 /// The whole emulated robot on its embedded buses under the drivers' command: what an experiment has, without
 /// the camera's part of it. Ground truth is in reach, for judging.
@@ -26,6 +41,7 @@ class CommandedRobot : private regrasp::Observer {
   [[nodiscard]] const Scene& scene() const { return scene_; }
   [[nodiscard]] const RobotModel& model() const { return model_; }
   [[nodiscard]] const plant::Plant& plant() const { return emulator_.plant(); }
+  [[nodiscard]] SteppedCycle& cycle() { return cycle_; }
   [[nodiscard]] regrasp::Session& session() { return session_; }
   [[nodiscard]] regrasp::Manipulator& manipulator() { return manipulator_; }
   [[nodiscard]] bool stands() const { return stands_; }
@@ -34,6 +50,9 @@ class CommandedRobot : private regrasp::Observer {
   [[nodiscard]] double seconds() const;  ///< emulated
   /// Place of a force/torque frame among the plant's sensors.
   [[nodiscard]] int sensor(const std::string& frame) const;
+
+  /// Grasp frame on top of the middle of a level object, `height` (m) above its axis, the hand square to it.
+  [[nodiscard]] Eigen::Isometry3d X_TG_on_top(int object, double height) const;
 
   /// Centre of mass of the robot in W, by the plant's link poses and the model's masses, m.
   [[nodiscard]] Eigen::Vector3d p_Wcm() const;
@@ -47,7 +66,7 @@ class CommandedRobot : private regrasp::Observer {
   DeviceTable devices_;
   Emulator emulator_;
   robot::Robot robot_;
-  apps::LockstepCycle cycle_;
+  SteppedCycle cycle_;
   regrasp::Session session_;
   regrasp::Manipulator manipulator_;
   bool stands_ = false;
