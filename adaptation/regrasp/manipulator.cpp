@@ -66,8 +66,9 @@ void Manipulator::move_to(const Eigen::Isometry3d& X_TH, double speed) {
   limits.angular_velocity = parameters_.angular_speed;
   const auto refuse = [&](const std::string& reason) {
     const Eigen::Vector3d p = X_TH.translation();
-    throw RunStopped(fmt::format("the hand cannot reach ({:.3f}, {:.3f}, {:.3f}) m from the base: {}", p.x(),
-                                 p.y(), p.z(), reason));
+    throw RunStopped(
+        fmt::format("the hand cannot reach ({:.3f}, {:.3f}, {:.3f}) m from where the base stood: {}", p.x(),
+                    p.y(), p.z(), reason));
   };
   const motion::HandMotion::Reach ahead = motion_->reachable(X_TH, limits);
   if (ahead.status != motion::HandMotion::Status::kReached) {

@@ -10,8 +10,8 @@ namespace {
 
 double rounded(double value) { return std::round(value * 1e6) / 1e6; }
 
-/// Where on the handle's axis the weight hangs, in the base frame.
-Eigen::Vector3d centre_of_mass_B(const regrasp::Weighing& weighing) {
+/// Where on the handle's axis the weight hangs, in the frame of the stance.
+Eigen::Vector3d centre_of_mass_T(const regrasp::Weighing& weighing) {
   return weighing.X_TH * Eigen::Vector3d(weighing.displacement, 0, 0);
 }
 
@@ -36,9 +36,9 @@ std::string to_text(const GraspResult& result) {
       fmt::format("{}{}{} after {:.2f} s: {} regrasps", result.outcome, result.reason.empty() ? "" : ": ",
                   result.reason, result.seconds, regrasps_of(result));
   if (!result.weighings.empty()) {
-    const Eigen::Vector3d com = centre_of_mass_B(result.weighings.back());
-    text += fmt::format(", centre of mass at ({:.3f}, {:.3f}, {:.3f}) m from the base", com.x(), com.y(),
-                        com.z());
+    const Eigen::Vector3d com = centre_of_mass_T(result.weighings.back());
+    text += fmt::format(", centre of mass at ({:.3f}, {:.3f}, {:.3f}) m from where the base stood", com.x(),
+                        com.y(), com.z());
   }
   text += fmt::format("\n{} SYNC cycles, {} frames received, {} not sent, {} lost, {} emergencies, ",
                       result.counters.syncs, result.counters.frames_received, result.counters.frames_not_sent,
@@ -63,7 +63,7 @@ std::string to_json_text(const GraspResult& result) {
                                  {"tau", rounded(weighing.torque)},
                                  {"d", rounded(weighing.displacement)},
                                  {"hand", vector_json(weighing.X_TH.translation())},
-                                 {"centre_of_mass", vector_json(centre_of_mass_B(weighing))}});
+                                 {"centre_of_mass", vector_json(centre_of_mass_T(weighing))}});
   }
   json["sync_cycles"] = result.counters.syncs;
   json["overruns"] = result.overruns;

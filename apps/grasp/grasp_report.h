@@ -12,7 +12,7 @@ namespace walkman::apps {
 /// What came of a run, for people.
 [[nodiscard]] std::string to_text(const GraspResult& result);
 
-/// The same for programs; SI units. Positions in the robot's base frame.
+/// The same for programs; SI units. Positions in the frame of the robot's stance (motion::Stance).
 [[nodiscard]] std::string to_json_text(const GraspResult& result);
 
 }  // namespace walkman::apps
