@@ -27,7 +27,7 @@ double share(const YamlMap& map, const std::string& key) {
 }
 
 Eigen::Vector3d positive3(const YamlMap& map, const std::string& key) {
-  const Eigen::Vector3d value = map.vector3(key);
+  Eigen::Vector3d value = map.vector3(key);
   if (value.minCoeff() <= 0) map.fail(key, "expected three positive numbers");
   return value;
 }

@@ -170,7 +170,7 @@ Wrench Manipulator::weigh() { return mean_object_load(parameters_.average_time);
 Eigen::Isometry3d Manipulator::lower_and_release() {
   move_to(X_TH_grasp_, parameters_.lift_speed);
   hold(parameters_.hold_time);
-  const Eigen::Isometry3d X_TH = session_.X_TH();
+  Eigen::Isometry3d X_TH = session_.X_TH();
   for_seconds(parameters_.close_time, [&](double share) {
     session_.set_grip(1 - share, parameters_.grip_torque);
     motion_->set_payload((1 - share) * payload_.mass, payload_.p_HCm);

@@ -9,12 +9,13 @@ void MidStepVelocity::set_velocity(btMultiBody& body, const std::vector<double>&
   }
   for (int i = 0; i < body.getNumLinks(); ++i) {
     const btMultibodyLink& link = body.getLink(i);
-    if (link.m_dofCount > 0) body.setJointVel(i, velocity[static_cast<std::size_t>(6 + link.m_dofOffset)]);
+    if (link.m_dofCount > 0)
+      body.setJointVel(i, velocity[std::size_t{6} + static_cast<std::size_t>(link.m_dofOffset)]);
   }
 }
 
 void MidStepVelocity::predict(btMultiBody& body, double dt) {
-  const auto count = static_cast<std::size_t>(6 + body.getNumDofs());
+  const auto count = std::size_t{6} + static_cast<std::size_t>(body.getNumDofs());
   start_.assign(body.getVelocityVector(), body.getVelocityVector() + count);
   body.computeAccelerationsArticulatedBodyAlgorithmMultiDof(dt / 2, r_, v_, m_, false, false, false);
   middle_.assign(body.getVelocityVector(), body.getVelocityVector() + count);

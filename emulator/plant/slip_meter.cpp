@@ -32,7 +32,7 @@ void SlipMeter::update(btDispatcher& dispatcher) {
     if (!first && (b == nullptr || b->m_multiBody != &object_->bullet())) continue;
     const btMultiBodyLinkCollider* other = first ? b : a;
     const bool hand = other != nullptr && other->m_multiBody == &robot_->bullet() &&
-                      hand_groups_[static_cast<std::size_t>(other->m_link + 1)];
+                      hand_groups_[static_cast<std::size_t>(other->m_link) + 1];
     for (int k = 0; k < manifold->getNumContacts(); ++k) {
       const btManifoldPoint& point = manifold->getContactPoint(k);
       if (point.getAppliedImpulse() <= 0) continue;
