@@ -15,7 +15,7 @@ class KernelLockstepCycle final : public robot::Cycle {
  public:
   /// How long a cycle waits on the host's clock for what does not come; the drivers then judge. Long enough
   /// for a busy host: a cycle that was given up makes the run another one.
-  static constexpr Time kPatience = std::chrono::seconds(5);
+  static constexpr Time kPatience = std::chrono::seconds(2);
 
   /// `interrupted` is asked while waiting; true ends the run with Interrupted. All must outlive this.
   KernelLockstepCycle(robot::Robot& robot, MasterBuses& buses, Time period, std::function<bool()> interrupted)
