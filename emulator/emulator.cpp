@@ -78,8 +78,7 @@ struct ForceTorqueKinds {
       : wrist(load(options, "force_torque_45mm.yaml")), ankle(load(options, "force_torque_ankle.yaml")) {}
   static ForceTorqueKind load(const EmulatorOptions& options, const char* file) {
     const bool given = !options.sensors.empty();
-    return load_force_torque_kind((given ? options.sensors : options.actuators / ".." / "sensors") /
-                                  file);
+    return load_force_torque_kind((given ? options.sensors : options.actuators / ".." / "sensors") / file);
   }
   /// A sensor nothing hangs below sits in a foot.
   [[nodiscard]] const ForceTorqueKind& of(const RobotModel& robot, const std::string& frame) const {

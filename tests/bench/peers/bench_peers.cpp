@@ -1,6 +1,6 @@
-// How long a 1 ms step of the robot takes in Bullet, with the plant's own multibody, solver, velocity terms and
-// wrench probes, and in MuJoCo with its default solver: same model, same torque law, the steps of both in turn
-// in one thread. In either the robot meets the ground alone, not itself.
+// How long a 1 ms step of the robot takes in Bullet, with the plant's own multibody, solver, velocity terms
+// and wrench probes, and in MuJoCo with its default solver: same model, same torque law, the steps of both in
+// turn in one thread. In either the robot meets the ground alone, not itself.
 //
 //   walkman-peer-bench [STEPS]
 

@@ -130,8 +130,10 @@ TEST_P(EveryClass, WindingAndCaseWarmWithTheirTimeConstants) {
               0.05 * loss * p_.case_thermal_resistance);
 }
 
-TEST_P(EveryClass, PeakTorqueLastsThePeakTimeThenDeratesToTheContinuousOne) {
-  if (p_.continuous_torque == p_.peak_torque) GTEST_SKIP() << "a class without overload";
+class ClassWithOverload : public EveryClass {};
+
+TEST_P(ClassWithOverload, PeakTorqueLastsThePeakTimeThenDeratesToTheContinuousOne) {
+  ASSERT_LT(p_.continuous_torque, p_.peak_torque);
   Motor motor(p_);
   double t = 0;
   while (motor.torque() >= 0 && t < 0.79 * p_.peak_time) {
@@ -149,6 +151,18 @@ TEST_P(EveryClass, PeakTorqueLastsThePeakTimeThenDeratesToTheContinuousOne) {
   EXPECT_DOUBLE_EQ(motor.available_torque(1), p_.peak_torque);
 }
 
+class ClassWithoutOverload : public EveryClass {};
+
+TEST_P(ClassWithoutOverload, PeakTorqueLastsForGood) {
+  ASSERT_EQ(p_.continuous_torque, p_.peak_torque);
+  Motor motor(p_);
+  for (double t = 0; t < 60; t += kStep) {
+    motor.advance(p_.peak_torque, p_.peak_torque, false, kStep);
+    ASSERT_DOUBLE_EQ(motor.torque(), p_.peak_torque) << t;
+  }
+  EXPECT_EQ(motor.overload(), 0);
+}
+
 TEST_P(EveryClass, WithoutSupplyThereIsNoTorque) {
   Motor motor(p_);
   motor.set_supply_voltage(0);
@@ -156,9 +170,13 @@ TEST_P(EveryClass, WithoutSupplyThereIsNoTorque) {
   EXPECT_EQ(motor.torque(), 0);
 }
 
+std::string class_name(const ::testing::TestParamInfo<const char*>& instance) { return instance.param; }
+
 INSTANTIATE_TEST_SUITE_P(Actuators, EveryClass,
-                         ::testing::Values("big", "medium", "medium2", "small", "hand"),
-                         [](const auto& instance) { return std::string(instance.param); });
+                         ::testing::Values("big", "medium", "medium2", "small", "hand"), class_name);
+INSTANTIATE_TEST_SUITE_P(Actuators, ClassWithOverload, ::testing::Values("big", "medium", "medium2", "small"),
+                         class_name);
+INSTANTIATE_TEST_SUITE_P(Actuators, ClassWithoutOverload, ::testing::Values("hand"), class_name);
 
 }  // namespace
 }  // namespace walkman::plant
