@@ -18,9 +18,9 @@ namespace walkman::plant {
 /// What a force/torque sensor in the load path reads: the load of everything distal to it.
 ///
 /// Momentum balance of the distal subtree over the step (Newton–Euler about each centre of mass, with the
-/// contact forces the solver applied), at the poses of the start of the step. Exact for Bullet's discrete
-/// step, without lag. Bullet's own joint feedback is not used: in 3.24 it counts joint torques and Coriolis
-/// terms twice.
+/// contact forces the solver applied), at the poses and velocities of the start of the step. Exact for a
+/// semi-implicit step, without lag; with mid-step velocities the velocity terms are half a step old. Bullet's
+/// own joint feedback is not used: in 3.24 it counts joint torques and Coriolis terms twice.
 class WrenchProbe {
  public:
   /// The sensor's frame S is that of the URDF link `sensor_link`; the subtree starts at the group of
