@@ -1,27 +1,32 @@
 #pragma once
 
-#include <BulletDynamics/Featherstone/btMultiBodyConstraint.h>
+#include <optional>
+
+#include <BulletDynamics/Featherstone/btMultiBody.h>
 
 namespace walkman::plant {
 
-/// The two hard stops of a joint: one-sided, without bounce, as rows of the solver, so that any torque is
-/// held without the give (and the limit on the step) of a spring.
-///
-/// The rows' reaction is torque inside the mechanism, on the link and its parent alike. It stays out of
-/// Bullet's applied constraint forces, which wrenches count as load from outside.
-class JointStop : public btMultiBodyConstraint {
+/// A joint's two mechanical ends, as rows of the contact solver: where the next step would pass one, an impulse
+/// leaves just the speed that reaches it, and what is beyond comes back by Bullet's erp2 a step.
+class JointStop {
  public:
-  /// Of the joint that carries `link` (Bullet's index), which may be from `lower` to `upper`, rad or m.
-  JointStop(btMultiBody& body, int link, double lower, double upper);
+  /// Limits in rad or m.
+  JointStop(btMultiBody& body, int link, double lower, double upper)
+      : body_(&body), link_(link), lower_(lower), upper_(upper) {}
 
-  void finalizeMultiDof() override;
-  [[nodiscard]] int getIslandIdA() const override;
-  [[nodiscard]] int getIslandIdB() const override { return getIslandIdA(); }
-  void createConstraintRows(btMultiBodyConstraintArray& rows, btMultiBodyJacobianData& data,
-                            const btContactSolverInfo& info) override;
-  void debugDraw(btIDebugDraw* /*drawer*/) override {}
+  [[nodiscard]] btMultiBody& body() const { return *body_; }
+  [[nodiscard]] int link() const { return link_; }
+
+  struct End {
+    double direction;  // +1: the lower end, which pushes up
+    double target;     // velocity along it after the step, at least
+  };
+  /// The end that the coming step could pass, if any.
+  [[nodiscard]] std::optional<End> reached(double dt, double erp) const;
 
  private:
+  btMultiBody* body_;
+  int link_;
   double lower_, upper_;
 };
 

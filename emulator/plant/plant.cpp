@@ -94,9 +94,6 @@ struct Plant::Impl {
   std::vector<int> sub_steps;  // taken since the last step, a drive
   double time = 0;
 
-  ~Impl() {
-    for (const auto& stop : stops) world.removeMultiBodyConstraint(stop.get());
-  }
   void add_robot(const Scene& scene, const DeviceTable& devices,
                  const std::map<std::string, double>& posture);
   void add_drives(const DeviceTable& devices, const std::map<std::string, ActuatorParameters>& actuators);
@@ -181,7 +178,7 @@ void Plant::Impl::add_drives(const DeviceTable& devices,
       if (joint.type == JointType::kContinuous) continue;
       stops.push_back(std::make_unique<JointStop>(body->bullet(), joints.back().bullet_link,
                                                   joint.limits.lower, joint.limits.upper));
-      world.addMultiBodyConstraint(stops.back().get());
+      solver.add_stop(*stops.back());
     }
   }
   sub_steps.assign(drives.size(), 0);
@@ -396,11 +393,7 @@ const Slip& Plant::slip(int hand, int object) const {
 }
 
 int Plant::constraint_count() const {
-  int count = impl_->world.getNumConstraints();
-  for (int i = 0; i < impl_->world.getNumMultiBodyConstraints(); ++i) {
-    if (dynamic_cast<const JointStop*>(impl_->world.getMultiBodyConstraint(i)) == nullptr) ++count;
-  }
-  return count;
+  return impl_->world.getNumConstraints() + impl_->world.getNumMultiBodyConstraints();
 }
 
 std::uint64_t Plant::state_hash() const {
@@ -426,7 +419,5 @@ std::uint64_t Plant::state_hash() const {
   for (const auto& object : impl_->objects) mix_body(*object);
   return hash;
 }
-
-long Plant::solver_fallbacks() const { return impl_->solver.fallbacks(); }
 
 }  // namespace walkman::plant

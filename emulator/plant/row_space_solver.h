@@ -5,46 +5,47 @@
 #include <BulletDynamics/Featherstone/btMultiBodyConstraintSolver.h>
 #include <Eigen/Core>
 
+#include "emulator/plant/constraint_rows.h"
+
 namespace walkman::plant {
 
-/// Projected Gauss–Seidel over the rows' own space.
+/// Projected Gauss–Seidel over the rows' own space, for worlds where only multibodies move.
 ///
-/// Bullet's stock solver keeps one velocity vector as long as all degrees of freedom and touches it twice for
-/// each row and sweep. Here W = J M⁻¹ Jᵀ is formed once and the sweeps run on W alone, in the stock solver's
-/// row order and with its limits; the friction cone is exact (both tangential impulses scaled together). The
-/// impulses go back to the multibodies once at the end.
+/// Bullet's stock solver runs the articulated-body recursion over the whole tree once for each row, then keeps
+/// one velocity vector as long as all degrees of freedom and touches it twice for each row and sweep. Here
+/// W = J H⁻¹ Jᵀ comes from a factorised H along the links' own paths, and the sweeps run on W alone, in the
+/// stock solver's row order and with its targets; the friction cone is exact (both tangential impulses scaled
+/// together), and the sweeps start from the impulses the contact points kept.
 ///
-/// Rows it does not know (rigid bodies that move, one friction direction) fall back to the stock solver.
-/// Spinning and rolling friction is written back to the links' applied constraint torques, which Bullet 3.24
-/// forgets, so that a wrench computed from them is complete.
+/// Bullet's own constraints, rigid bodies that move, restitution, rolling and spinning friction are not known
+/// here; PlantWorld admits none.
 class RowSpaceSolver : public btMultiBodyConstraintSolver {
  public:
-  [[nodiscard]] long fallbacks() const { return fallbacks_; }
+  /// The stop must outlive the solver or be taken out again.
+  void add_stop(JointStop& stop) { stops_.push_back(&stop); }
+  [[nodiscard]] int last_sweeps() const { return sweeps_; }
 
-  btScalar solveGroupCacheFriendlyIterations(btCollisionObject** bodies, int body_count,
-                                             btPersistentManifold** manifolds, int manifold_count,
-                                             btTypedConstraint** constraints, int constraint_count,
-                                             const btContactSolverInfo& info, btIDebugDraw* drawer) override;
-  btScalar solveGroupCacheFriendlyFinish(btCollisionObject** bodies, int body_count,
-                                         const btContactSolverInfo& info) override;
+  void solveMultiBodyGroup(btCollisionObject** bodies, int body_count, btPersistentManifold** manifolds,
+                           int manifold_count, btTypedConstraint** constraints, int constraint_count,
+                           btMultiBodyConstraint** multibody_constraints, int multibody_constraint_count,
+                           const btContactSolverInfo& info, btIDebugDraw* drawer,
+                           btDispatcher* dispatcher) override;
 
  private:
-  [[nodiscard]] bool can_solve(const btContactSolverInfo& info) const;
-  void gather(int row_count);
-  double sweep_bilateral(int count, bool forward);
-  double sweep_normals(int first, int count);
-  double sweep_friction(int first, int count, int first_normal);
-  void apply();
-  /// Moves row `row` by `delta` and returns the squared velocity it changed by.
-  double move(int row, double delta);
+  double sweep_stops(bool forward);
+  double sweep_normals();
+  double sweep_friction();
+  /// Impulse that would bring row `row` to its target, before any limit.
+  [[nodiscard]] double wanted(int row) const;
+  /// Gives row `row` the impulse `impulse` and returns the velocity it changed by.
+  double move(int row, double impulse);
 
-  using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
-  std::vector<btMultiBodySolverConstraint*> rows_;
-  RowMajor jacobian_, response_;  // rows × velocities: J and J M⁻¹
-  Eigen::MatrixXd delassus_;      // W
-  Eigen::VectorXd velocity_;      // J v of each row, with the impulses so far
-  Eigen::VectorXd impulse_, impulse0_, rhs_, cfm_, inverse_;
-  long fallbacks_ = 0;
+  std::vector<JointStop*> stops_;
+  ConstraintRows rows_;
+  Eigen::MatrixXd delassus_;   // W
+  Eigen::VectorXd velocity_;   // J v of each row, with the impulses so far
+  Eigen::VectorXd impulse_, target_, softness_, inverse_;
+  int sweeps_ = 0;
 };
 
 }  // namespace walkman::plant

@@ -50,7 +50,6 @@ class HandWorld {
   [[nodiscard]] int constraint_count() const {
     return world_.getNumConstraints() + world_.getNumMultiBodyConstraints();
   }
-  [[nodiscard]] long solver_fallbacks() const { return solver_.fallbacks(); }
 
  private:
   template <typename Visit>
