@@ -16,15 +16,17 @@ btVector3 origin_of(const btMultiBody& body, int link) {
   return link < 0 ? body.getBasePos() : body.getLink(link).m_cachedWorldTransform.getOrigin();
 }
 
-/// The impulse a point kept, along its tangents of now.
-btVector3 kept_tangential_impulse(const btManifoldPoint& point) {
-  return point.m_lateralFrictionDir1 * point.m_appliedImpulseLateral1 +
+/// On body A.
+btVector3 impulse_of(const btManifoldPoint& point) {
+  return point.m_normalWorldOnB * point.m_appliedImpulse +
+         point.m_lateralFrictionDir1 * point.m_appliedImpulseLateral1 +
          point.m_lateralFrictionDir2 * point.m_appliedImpulseLateral2;
 }
 
 }  // namespace
 
-void ConstraintRows::build(std::span<JointStop* const> stops, std::span<btPersistentManifold* const> manifolds,
+void ConstraintRows::build(std::span<JointStop* const> stops,
+                           std::span<btPersistentManifold* const> manifolds,
                            const btContactSolverInfo& info) {
   for (Tree& tree : trees_) tree.current = false;
   blocks_.clear();
@@ -69,7 +71,7 @@ void ConstraintRows::add_stop(JointStop& stop, const btContactSolverInfo& info) 
   double* entries = &whitened_[block.a.first_entry];
   entries[block.a.length - 1] = end->direction;
   trees_[static_cast<std::size_t>(block.a.tree)].inertia.whiten(stop.link(), entries);
-  rows_.push_back({end->direction * stop.body().getJointVel(stop.link()), end->target, 0, 0});
+  rows_.push_back({end->direction * stop.body().getJointVel(stop.link()), end->target, 0});
   blocks_.push_back(block);
 }
 
@@ -82,8 +84,7 @@ void ConstraintRows::add_manifold(btPersistentManifold& manifold, const btContac
   block.row_count = kContactRows * manifold.getNumContacts();
   block.a = side(a == nullptr ? -1 : tree_of(a->m_multiBody), a == nullptr ? -1 : a->m_link, block.row_count);
   block.b = side(b == nullptr ? -1 : tree_of(b->m_multiBody), b == nullptr ? -1 : b->m_link, block.row_count);
-  for (int i = 0; i < manifold.getNumContacts(); ++i)
-    add_contact(block, manifold.getContactPoint(i), info);
+  for (int i = 0; i < manifold.getNumContacts(); ++i) add_contact(block, manifold.getContactPoint(i), info);
   blocks_.push_back(block);
 }
 
@@ -101,15 +102,14 @@ void ConstraintRows::add_contact(const RowBlock& block, btManifoldPoint& point,
   const double gap = point.getDistance() + info.m_linearSlop;
   contacts_.push_back({&point, point.m_combinedFriction});
   const double speed = add_direction(block, point, point.m_normalWorldOnB);
-  rows_.push_back({speed, -gap * (gap > 0 ? 1 : erp) / dt, softness, point.m_appliedImpulse});
+  rows_.push_back({speed, -gap * (gap > 0 ? 1 : erp) / dt, softness});
 
   const bool anchored = (point.m_contactPointFlags & BT_CONTACT_FLAG_FRICTION_ANCHOR) != 0;
-  const btVector3 kept = kept_tangential_impulse(point);
   btPlaneSpace1(point.m_normalWorldOnB, point.m_lateralFrictionDir1, point.m_lateralFrictionDir2);
   for (const btVector3& tangent : {point.m_lateralFrictionDir1, point.m_lateralFrictionDir2}) {
     const double offset = (point.getPositionWorldOnA() - point.getPositionWorldOnB()).dot(tangent);
     const double slide = add_direction(block, point, tangent);
-    rows_.push_back({slide, anchored ? -offset * info.m_frictionERP / dt : 0, 0, kept.dot(tangent)});
+    rows_.push_back({slide, anchored ? -offset * info.m_frictionERP / dt : 0, 0});
   }
 }
 
@@ -164,7 +164,7 @@ void ConstraintRows::delassus(Eigen::MatrixXd& W) const {
   W.triangularView<Eigen::StrictlyUpper>() = W.transpose();
 }
 
-void ConstraintRows::push_links(const RowBlock& block, const ContactRow& contact,
+void ConstraintRows::push_links(const RowBlock& block, const btManifoldPoint& point,
                                 const btVector3& force) const {
   const auto push = [&](const RowBlock::Side& side, const btVector3& p_W, const btVector3& F) {
     if (side.tree < 0) return;
@@ -178,8 +178,8 @@ void ConstraintRows::push_links(const RowBlock& block, const ContactRow& contact
       body.addLinkConstraintTorque(side.link, torque);
     }
   };
-  push(block.a, contact.point->getPositionWorldOnA(), force);
-  push(block.b, contact.point->getPositionWorldOnB(), -force);
+  push(block.a, point.getPositionWorldOnA(), force);
+  push(block.b, point.getPositionWorldOnB(), -force);
 }
 
 void ConstraintRows::apply(const Eigen::VectorXd& impulses, double dt) {
@@ -194,14 +194,12 @@ void ConstraintRows::apply(const Eigen::VectorXd& impulses, double dt) {
       }
     }
     for (int row = block.first_row; row + 2 < block.first_row + block.row_count; row += kContactRows) {
-      const ContactRow& contact = contacts_[static_cast<std::size_t>((row - stop_count_) / kContactRows)];
-      btManifoldPoint& point = *contact.point;
+      btManifoldPoint& point = *contacts_[static_cast<std::size_t>((row - stop_count_) / kContactRows)].point;
       point.m_appliedImpulse = impulses[row];
       point.m_appliedImpulseLateral1 = impulses[row + 1];
       point.m_appliedImpulseLateral2 = impulses[row + 2];
       if (impulses[row] == 0) continue;
-      push_links(block, contact,
-                 (point.m_normalWorldOnB * impulses[row] + kept_tangential_impulse(point)) / dt);
+      push_links(block, point, impulse_of(point) / dt);
     }
   }
   for (Tree& tree : trees_) {

@@ -27,10 +27,9 @@ struct RowBlock {
 
 /// One inequality or friction row, in impulses (N s or N m s) and velocities (m/s or rad/s) along it.
 struct Row {
-  double velocity = 0;    // before the solve
-  double target = 0;      // what the impulse shall make of it
-  double softness = 0;    // m/s that the row gives way per N s: Bullet's CFM over the step
-  double impulse = 0;     // from the step before
+  double velocity;  // before the solve
+  double target;    // what the impulse shall make of it
+  double softness;  // velocity the row gives way by per impulse: Bullet's CFM over the step
 };
 
 /// A contact: three rows, along its normal and two tangents.
@@ -53,8 +52,8 @@ class ConstraintRows {
 
   /// W = J H⁻¹ Jᵀ: velocity along each row by a unit impulse along each other.
   void delassus(Eigen::MatrixXd& W) const;
-  /// Hands the impulses to the multibodies: their change of velocity, and the forces of contacts as constraint
-  /// forces at the links; contact points remember theirs.
+  /// Hands the impulses to the multibodies: their change of velocity, and the forces of contacts as
+  /// constraint forces at the links; contact points remember theirs.
   void apply(const Eigen::VectorXd& impulses, double dt);
 
  private:
@@ -74,7 +73,7 @@ class ConstraintRows {
   double whiten(const RowBlock::Side& side, int row, const btVector3& p_W, const btVector3& direction);
   void couple(const RowBlock& rows, const RowBlock::Side& s, const RowBlock& columns, const RowBlock::Side& t,
               Eigen::MatrixXd& W) const;
-  void push_links(const RowBlock& block, const ContactRow& contact, const btVector3& force) const;
+  void push_links(const RowBlock& block, const btManifoldPoint& point, const btVector3& force) const;
 
   std::vector<Tree> trees_;
   std::vector<RowBlock> blocks_;

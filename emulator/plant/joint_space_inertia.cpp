@@ -108,7 +108,8 @@ void JointSpaceInertia::fill_rows(const btMultiBody& body) {
       double* entry = row(velocity);
       std::size_t k = 0;
       if (!fixed_) {
-        for (; k < kBase; ++k) entry[k] = k < 3 ? moment[static_cast<int>(k)] : force[static_cast<int>(k) - 3];
+        for (; k < kBase; ++k)
+          entry[k] = k < 3 ? moment[static_cast<int>(k)] : force[static_cast<int>(k) - 3];
       }
       for (; k < path.size(); ++k) {
         const Spatial& other = axes_[static_cast<std::size_t>(path[k])];

@@ -11,8 +11,8 @@ namespace walkman::plant {
 /// Joint-space inertia H of a multibody at its cached poses, factorised along its branches: H = Lᵀ L.
 ///
 /// Composite rigid bodies and branch-induced sparsity as in Featherstone, Rigid Body Dynamics Algorithms
-/// (2008), §6.2 and §6.4: a row of L has entries only where the joint's ancestors are, so a row of a contact's
-/// Jacobian never leaves the path from the base to its link.
+/// (2008), §6.2 and §6.4: a row of L has entries only where the joint's ancestors are, so a row of a
+/// contact's Jacobian never leaves the path from the base to its link.
 ///
 /// Velocities are numbered as btMultiBody::getVelocityVector() has them: angular and linear velocity of the
 /// base's centre of mass in world axes, then the joints. On paths of a fixed base its six are left out.
@@ -26,7 +26,8 @@ class JointSpaceInertia {
   /// Jacobian of a point's velocity along `direction`, both in W: as many entries as the link's path has.
   void point_jacobian(int link, const btVector3& p_WP, const btVector3& direction, double* row) const;
 
-  /// j becomes L⁻ᵀ j, in place, on the link's path. The dot product of two such rows is that of their J H⁻¹ Jᵀ.
+  /// j becomes L⁻ᵀ j, in place, on the link's path. The dot product of two such rows is that of their J H⁻¹
+  /// Jᵀ.
   void whiten(int link, double* row) const;
 
   /// z becomes the velocity L⁻¹ z, in place; as long as the velocity vector.
@@ -36,7 +37,7 @@ class JointSpaceInertia {
   /// Of a body and all it carries, about the base's centre of mass, in world axes.
   struct Composite {
     double mass = 0;
-    btVector3 first{0, 0, 0};                        // mass times position
+    btVector3 first{0, 0, 0};                               // mass times position
     double xx = 0, yy = 0, zz = 0, xy = 0, xz = 0, yz = 0;  // moment of inertia
     void add(const Composite& other);
   };
@@ -56,10 +57,10 @@ class JointSpaceInertia {
   [[nodiscard]] std::span<const int> path_of(int velocity) const;
 
   bool fixed_ = false;
-  btVector3 origin_{0, 0, 0};          // the base's centre of mass, the point all is taken about
-  std::vector<int> last_velocity_;     // of each link, base first: the outermost on its path, or −1
-  std::vector<std::size_t> start_;     // of a velocity's row in `paths_` and `factor_`
-  std::vector<int> length_;            // of that row, itself included
+  btVector3 origin_{0, 0, 0};       // the base's centre of mass, the point all is taken about
+  std::vector<int> last_velocity_;  // of each link, base first: the outermost on its path, or −1
+  std::vector<std::size_t> start_;  // of a velocity's row in `paths_` and `factor_`
+  std::vector<int> length_;         // of that row, itself included
   std::vector<int> paths_;
   std::vector<double> factor_;         // H, then L
   std::vector<Spatial> axes_;          // of each joint velocity, at `origin_`

@@ -11,13 +11,13 @@
 #include "emulator/plant/hoist.h"
 #include "emulator/plant/joint_stop.h"
 #include "emulator/plant/multibody.h"
+#include "emulator/plant/plant_world.h"
 #include "emulator/plant/row_space_solver.h"
 #include "emulator/plant/self_collision.h"
 #include "emulator/plant/self_collision_dispatcher.h"
 #include "emulator/plant/soft_hand.h"
 #include "emulator/plant/standing_load.h"
 #include "emulator/plant/world_objects.h"
-#include "emulator/plant/wrench_probe.h"
 
 namespace walkman::plant {
 namespace {

@@ -12,8 +12,7 @@ constexpr int kContactRows = 3;
 }  // namespace
 
 double RowSpaceSolver::wanted(int row) const {
-  return impulse_[row] +
-         (target_[row] - velocity_[row] - impulse_[row] * softness_[row]) * inverse_[row];
+  return impulse_[row] + (target_[row] - velocity_[row] - impulse_[row] * softness_[row]) * inverse_[row];
 }
 
 double RowSpaceSolver::move(int row, double impulse) {
@@ -43,19 +42,26 @@ double RowSpaceSolver::sweep_normals() {
 
 double RowSpaceSolver::sweep_friction() {
   double worst = 0;
-  int i = rows_.stop_count();
+  int normal = rows_.stop_count();
   for (const ContactRow& contact : rows_.contacts()) {
-    const double limit = contact.friction * impulse_[i];
-    double a = wanted(i + 1);
-    double b = wanted(i + 2);
+    const double limit = contact.friction * impulse_[normal];
+    const int i = normal + 1;
+    const int k = normal + 2;
+    normal += kContactRows;
+    if (limit == 0 && impulse_[i] == 0 && impulse_[k] == 0) continue;
+    double a = wanted(i);
+    double b = wanted(k);
     const double norm = std::sqrt(a * a + b * b);
     if (norm > limit) {
-      const double scale = norm > 0 ? limit / norm : 0;
-      a *= scale;
-      b *= scale;
+      a *= limit / norm;
+      b *= limit / norm;
     }
-    worst = std::max({worst, move(i + 1, a), move(i + 2, b)});
-    i += kContactRows;
+    const double change_a = a - impulse_[i];
+    const double change_b = b - impulse_[k];
+    impulse_[i] = a;
+    impulse_[k] = b;
+    velocity_.noalias() += delassus_.col(i) * change_a + delassus_.col(k) * change_b;
+    worst = std::max({worst, std::abs(change_a) / inverse_[i], std::abs(change_b) / inverse_[k]});
   }
   return worst;
 }
@@ -75,12 +81,11 @@ void RowSpaceSolver::solveMultiBodyGroup(btCollisionObject** /*bodies*/, int /*b
   for (Eigen::Index i = 0; i < count; ++i) {
     const Row& row = rows_.rows()[static_cast<std::size_t>(i)];
     velocity_[i] = row.velocity;
-    impulse_[i] = row.impulse;
     target_[i] = row.target;
     softness_[i] = row.softness;
     inverse_[i] = 1 / (delassus_(i, i) + row.softness);
   }
-  velocity_.noalias() += delassus_ * impulse_;
+  impulse_.setZero();
   while (sweeps_ < info.m_numIterations) {
     const bool forward = (sweeps_++ & 1) != 0;
     const double change = std::max({sweep_stops(forward), sweep_normals(), sweep_friction()});

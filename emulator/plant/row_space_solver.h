@@ -11,11 +11,12 @@ namespace walkman::plant {
 
 /// Projected Gauss–Seidel over the rows' own space, for worlds where only multibodies move.
 ///
-/// Bullet's stock solver runs the articulated-body recursion over the whole tree once for each row, then keeps
-/// one velocity vector as long as all degrees of freedom and touches it twice for each row and sweep. Here
-/// W = J H⁻¹ Jᵀ comes from a factorised H along the links' own paths, and the sweeps run on W alone, in the
-/// stock solver's row order and with its targets; the friction cone is exact (both tangential impulses scaled
-/// together), and the sweeps start from the impulses the contact points kept.
+/// Bullet's stock solver runs the articulated-body recursion over the whole tree once for each row, then
+/// keeps one velocity vector as long as all degrees of freedom and touches it twice for each row and sweep.
+/// Here W = J H⁻¹ Jᵀ comes from a factorised H along the links' own paths, and the sweeps run on W alone, in
+/// the stock solver's row order and with its targets; the friction cone is exact (both tangential impulses
+/// scaled together). The sweeps start from no impulse: impulses kept from the step before would let friction
+/// hold what wedged itself in, far beyond what the normal forces of a grip explain.
 ///
 /// Bullet's own constraints, rigid bodies that move, restitution, rolling and spinning friction are not known
 /// here; PlantWorld admits none.
@@ -42,8 +43,8 @@ class RowSpaceSolver : public btMultiBodyConstraintSolver {
 
   std::vector<JointStop*> stops_;
   ConstraintRows rows_;
-  Eigen::MatrixXd delassus_;   // W
-  Eigen::VectorXd velocity_;   // J v of each row, with the impulses so far
+  Eigen::MatrixXd delassus_;  // W
+  Eigen::VectorXd velocity_;  // J v of each row, with the impulses so far
   Eigen::VectorXd impulse_, target_, softness_, inverse_;
   int sweeps_ = 0;
 };

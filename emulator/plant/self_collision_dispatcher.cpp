@@ -1,6 +1,5 @@
 #include "emulator/plant/self_collision_dispatcher.h"
 
-#include <array>
 #include <cmath>
 
 #include <BulletCollision/CollisionShapes/btCompoundShape.h>
@@ -12,49 +11,16 @@ namespace {
 constexpr double kNear = 0.002;          // m
 constexpr double kAboutToTouch = 0.001;  // m
 
-struct Box {
-  btTransform X_WC;
-  btVector3 half;
-};
-
-Box box_of(const btCollisionObject& object, const btCompoundShape& compound, int child) {
-  btVector3 low, high;
-  compound.getChildShape(child)->getAabb(btTransform::getIdentity(), low, high);
-  Box box{object.getWorldTransform() * compound.getChildTransform(child), (high - low) / 2};
-  box.X_WC.setOrigin(box.X_WC * ((high + low) / 2));
-  return box;
-}
-
-/// Whether no shape of one is near a shape of the other.
-bool apart(const btCollisionObject& a, const btCollisionObject& b) {
-  const btCollisionShape* shape_a = a.getCollisionShape();
-  const btCollisionShape* shape_b = b.getCollisionShape();
-  if (!shape_a->isCompound() || !shape_b->isCompound()) return false;
-  const auto& compound_a = static_cast<const btCompoundShape&>(*shape_a);
-  const auto& compound_b = static_cast<const btCompoundShape&>(*shape_b);
-  constexpr int kMost = 8;
-  const int count = compound_b.getNumChildShapes();
-  if (count > kMost) return false;
-  std::array<Box, kMost> boxes;
-  for (int k = 0; k < count; ++k) boxes[static_cast<std::size_t>(k)] = box_of(b, compound_b, k);
-  for (int i = 0; i < compound_a.getNumChildShapes(); ++i) {
-    Box box_a = box_of(a, compound_a, i);
-    box_a.half += btVector3(kNear, kNear, kNear);
-    for (int k = 0; k < count; ++k) {
-      const Box& box_b = boxes[static_cast<std::size_t>(k)];
-      if (!boxes_apart(box_a.X_WC, box_a.half, box_b.X_WC, box_b.half)) return false;
-    }
-  }
-  return true;
-}
-
 }  // namespace
 
 bool boxes_apart(const btTransform& X_WA, const btVector3& half_a, const btTransform& X_WB,
                  const btVector3& half_b) {
+  const btVector3 between = X_WB.getOrigin() - X_WA.getOrigin();
+  const double reach = half_a.length() + half_b.length();
+  if (between.length2() > reach * reach) return true;
   const btMatrix3x3 R = X_WA.getBasis().transposeTimes(X_WB.getBasis());
-  const btVector3 t = (X_WB.getOrigin() - X_WA.getOrigin()) * X_WA.getBasis();  // in A
-  constexpr double kParallel = 1e-9;  // edges that are nearly parallel give no axis of their own
+  const btVector3 t = between * X_WA.getBasis();  // in A
+  constexpr double kParallel = 1e-9;              // edges that are nearly parallel give no axis of their own
   btMatrix3x3 Q = R.absolute();
   for (int i = 0; i < 3; ++i) Q[i] += btVector3(kParallel, kParallel, kParallel);
   for (int i = 0; i < 3; ++i) {
@@ -67,9 +33,9 @@ bool boxes_apart(const btTransform& X_WA, const btVector3& half_a, const btTrans
     for (int k = 0; k < 3; ++k) {
       const int k1 = (k + 1) % 3;
       const int k2 = (k + 2) % 3;
-      const double reach =
+      const double along =
           half_a[i1] * Q[i2][k] + half_a[i2] * Q[i1][k] + half_b[k1] * Q[i][k2] + half_b[k2] * Q[i][k1];
-      if (std::abs(t[i2] * R[i1][k] - t[i1] * R[i2][k]) > reach) return true;
+      if (std::abs(t[i2] * R[i1][k] - t[i1] * R[i2][k]) > along) return true;
     }
   }
   return false;
@@ -78,6 +44,43 @@ bool boxes_apart(const btTransform& X_WA, const btVector3& half_a, const btTrans
 SelfCollisionDispatcher::SelfCollisionDispatcher(btCollisionConfiguration* configuration)
     : btCollisionDispatcher(configuration) {
   setNearCallback(&SelfCollisionDispatcher::meet);
+}
+
+void SelfCollisionDispatcher::dispatchAllCollisionPairs(btOverlappingPairCache* pairs,
+                                                        const btDispatcherInfo& info,
+                                                        btDispatcher* dispatcher) {
+  ++search_;
+  btCollisionDispatcher::dispatchAllCollisionPairs(pairs, info, dispatcher);
+}
+
+const std::vector<SelfCollisionDispatcher::Box>& SelfCollisionDispatcher::boxes_of(
+    const btCollisionObject& link) {
+  LinkBoxes& of_link = boxes_[&link];
+  if (of_link.search == search_) return of_link.boxes;
+  of_link.search = search_;
+  of_link.boxes.clear();
+  const auto& compound = static_cast<const btCompoundShape&>(*link.getCollisionShape());
+  for (int i = 0; i < compound.getNumChildShapes(); ++i) {
+    btVector3 low, high;
+    compound.getChildShape(i)->getAabb(btTransform::getIdentity(), low, high);
+    Box box{link.getWorldTransform() * compound.getChildTransform(i), (high - low) / 2};
+    box.X_WC.setOrigin(box.X_WC * ((high + low) / 2));
+    of_link.boxes.push_back(box);
+  }
+  return of_link.boxes;
+}
+
+bool SelfCollisionDispatcher::apart(const btCollisionObject& a, const btCollisionObject& b) {
+  if (!a.getCollisionShape()->isCompound() || !b.getCollisionShape()->isCompound()) return false;
+  const std::vector<Box>& boxes_a = boxes_of(a);
+  const std::vector<Box>& boxes_b = boxes_of(b);
+  for (const Box& box : boxes_a) {
+    const btVector3 grown = box.half + btVector3(kNear, kNear, kNear);
+    for (const Box& other : boxes_b) {
+      if (!boxes_apart(box.X_WC, grown, other.X_WC, other.half)) return false;
+    }
+  }
+  return true;
 }
 
 void SelfCollisionDispatcher::forget_distant_points(btCollisionAlgorithm& algorithm) {
@@ -99,10 +102,10 @@ void SelfCollisionDispatcher::meet(btBroadphasePair& pair, btCollisionDispatcher
   const auto* link_b = btMultiBodyLinkCollider::upcast(b);
   const bool own = link_a != nullptr && link_b != nullptr && link_a->m_multiBody == link_b->m_multiBody;
   if (!own) return defaultNearCallback(pair, dispatcher, info);
-  if (!apart(*a, *b)) {
+  auto& self = static_cast<SelfCollisionDispatcher&>(dispatcher);
+  if (!self.apart(*a, *b)) {
     defaultNearCallback(pair, dispatcher, info);
-    if (pair.m_algorithm != nullptr)
-      static_cast<SelfCollisionDispatcher&>(dispatcher).forget_distant_points(*pair.m_algorithm);
+    if (pair.m_algorithm != nullptr) self.forget_distant_points(*pair.m_algorithm);
     return;
   }
   if (pair.m_algorithm == nullptr) return;

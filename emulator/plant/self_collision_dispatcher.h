@@ -1,5 +1,8 @@
 #pragma once
 
+#include <unordered_map>
+#include <vector>
+
 #include <BulletCollision/BroadphaseCollision/btCollisionAlgorithm.h>
 #include <BulletCollision/CollisionDispatch/btCollisionDispatcher.h>
 
@@ -14,11 +17,29 @@ class SelfCollisionDispatcher : public btCollisionDispatcher {
  public:
   explicit SelfCollisionDispatcher(btCollisionConfiguration* configuration);
 
+  void dispatchAllCollisionPairs(btOverlappingPairCache* pairs, const btDispatcherInfo& info,
+                                 btDispatcher* dispatcher) override;
+
  private:
+  struct Box {
+    btTransform X_WC;
+    btVector3 half;
+  };
+  /// Of the shapes of a link, as of the search for pairs with this number.
+  struct LinkBoxes {
+    long search = -1;
+    std::vector<Box> boxes;
+  };
+
+  const std::vector<Box>& boxes_of(const btCollisionObject& link);
+  /// Whether no shape of one is near a shape of the other.
+  bool apart(const btCollisionObject& a, const btCollisionObject& b);
   void forget_distant_points(btCollisionAlgorithm& algorithm);
   static void meet(btBroadphasePair& pair, btCollisionDispatcher& dispatcher, const btDispatcherInfo& info);
 
   btManifoldArray manifolds_;
+  std::unordered_map<const btCollisionObject*, LinkBoxes> boxes_;
+  long search_ = 0;
 };
 
 /// Whether two boxes, each given by its centre's pose and half its edges, are apart by the separating axes of

@@ -43,32 +43,4 @@ void WrenchProbe::measure(const std::vector<double>& before, double dt, const bt
   F_So_S_.torque = R_SW * from_bullet(torque);
 }
 
-void PlantWorld::removeMultiBody(btMultiBody* body) {
-  velocity_before_.erase(body);
-  mid_step_velocity_.erase(body);
-  btMultiBodyDynamicsWorld::removeMultiBody(body);
-}
-
-void PlantWorld::solveExternalForces(btContactSolverInfo& info) {
-  for (int i = 0; i < m_multiBodies.size(); ++i) {
-    btMultiBody* mb = m_multiBodies[i];
-    velocity_before_[mb].assign(mb->getVelocityVector(), mb->getVelocityVector() + 6 + mb->getNumDofs());
-    if (mid_step_) mid_step_velocity_[mb].predict(*mb, info.m_timeStep);
-  }
-  btMultiBodyDynamicsWorld::solveExternalForces(info);
-  if (!mid_step_) return;
-  for (int i = 0; i < m_multiBodies.size(); ++i)
-    mid_step_velocity_[m_multiBodies[i]].correct(*m_multiBodies[i]);
-}
-
-void PlantWorld::integrateTransforms(btScalar dt) {
-  for (WrenchProbe* probe : probes_) {
-    probe->measure(velocity_before_[&probe->body_->bullet()], dt, getGravity());
-  }
-  for (InertialProbe* probe : inertial_probes_) {
-    probe->measure(velocity_before_[&probe->body_->bullet()], dt, getGravity());
-  }
-  btMultiBodyDynamicsWorld::integrateTransforms(dt);
-}
-
 }  // namespace walkman::plant

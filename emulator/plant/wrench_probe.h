@@ -1,15 +1,10 @@
 #pragma once
 
-#include <map>
 #include <vector>
 
-#include <BulletDynamics/Featherstone/btMultiBodyDynamicsWorld.h>
-#include <Eigen/Geometry>
-#include <btBulletDynamicsCommon.h>
+#include <LinearMath/btVector3.h>
 
 #include "emulator/plant/group_motion.h"
-#include "emulator/plant/inertial_probe.h"
-#include "emulator/plant/mid_step_velocity.h"
 #include "emulator/plant/multibody.h"
 #include "urdf/wrench.h"
 
@@ -40,29 +35,6 @@ class WrenchProbe {
   std::vector<int> subtree_;  // Bullet link indices
   GroupMotion motion_;
   Wrench F_So_S_;
-};
-
-/// Bullet's multibody world with probes that measure inside the step.
-class PlantWorld : public btMultiBodyDynamicsWorld {
- public:
-  using btMultiBodyDynamicsWorld::btMultiBodyDynamicsWorld;
-
-  void add_probe(WrenchProbe& probe) { probes_.push_back(&probe); }
-  void add_probe(InertialProbe& probe) { inertial_probes_.push_back(&probe); }
-  /// From now on velocity terms are those of the poses' own instant (MidStepVelocity).
-  void use_mid_step_velocities() { mid_step_ = true; }
-  void removeMultiBody(btMultiBody* body) override;
-
- protected:
-  void solveExternalForces(btContactSolverInfo& info) override;
-  void integrateTransforms(btScalar dt) override;
-
- private:
-  std::vector<WrenchProbe*> probes_;
-  std::vector<InertialProbe*> inertial_probes_;
-  std::map<const btMultiBody*, std::vector<double>> velocity_before_;
-  bool mid_step_ = false;
-  std::map<const btMultiBody*, MidStepVelocity> mid_step_velocity_;
 };
 
 }  // namespace walkman::plant

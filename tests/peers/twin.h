@@ -7,9 +7,9 @@
 
 #include <btBulletDynamicsCommon.h>
 
+#include "emulator/plant/plant_world.h"
 #include "emulator/plant/row_space_solver.h"
 #include "emulator/plant/world_objects.h"
-#include "emulator/plant/wrench_probe.h"
 #include "tests/peers/mujoco_model.h"
 #include "urdf/device_table.h"
 

@@ -7,6 +7,7 @@
 
 #include "emulator/plant/bullet_types.h"
 #include "emulator/plant/multibody.h"
+#include "emulator/plant/plant_world.h"
 #include "emulator/plant/row_space_solver.h"
 #include "emulator/plant/world_objects.h"
 
@@ -116,6 +117,21 @@ TEST(Contact, HoldsBelowTheFrictionConeAndSlipsAboveIt) {
       EXPECT_NEAR(moved, 0.5 * 0.1 * kFriction * kGravity * 0.25, 0.02);  // a = (1.1 − 1) μ g over 0.5 s
     }
   }
+}
+
+TEST(PlantWorld, RefusesWhatItsSolverWouldPassOver) {
+  btDefaultCollisionConfiguration configuration;
+  btCollisionDispatcher dispatcher(&configuration);
+  btDbvtBroadphase broadphase;
+  RowSpaceSolver solver;
+  PlantWorld world(&dispatcher, &broadphase, &solver, &configuration);
+  btSphereShape ball(0.1);
+  btRigidBody moving(1, nullptr, &ball, btVector3(1, 1, 1));
+  EXPECT_THROW(world.addRigidBody(&moving), std::logic_error);
+  EXPECT_THROW(world.addRigidBody(&moving, kObjectGroup, kFixedGroup), std::logic_error);
+  btPoint2PointConstraint pin(moving, btVector3(0, 0, 0));
+  EXPECT_THROW(world.addConstraint(&pin, false), std::logic_error);
+  EXPECT_EQ(world.getNumCollisionObjects() + world.getNumConstraints(), 0);
 }
 
 }  // namespace

@@ -42,13 +42,13 @@ TEST_P(BothHands, CloseRoundCylindersAndHoldThem) {
     last_closure = world.motor_position();
 
     world.switch_gravity_on();  // the palm faces down: nothing is below the cylinder but the fingers
-    world.run(0.3, kGripTorque);
+    world.run(3, kGripTorque);  // the motor rings on its tendon at 3 Hz, and a thin rod rolls with it
     const double slipped = world.slip().travel;
     const Eigen::Isometry3d before = world.X_PO();
     world.run(1, kGripTorque);
     EXPECT_TRUE(world.slip().held);
-    EXPECT_LT(world.slip().travel - slipped, 2e-3);
-    EXPECT_LT((world.X_PO().translation() - before.translation()).norm(), 1e-3);
+    EXPECT_LT(world.slip().travel - slipped, 5e-4);
+    EXPECT_LT((world.X_PO().translation() - before.translation()).norm(), 2e-4);
     EXPECT_EQ(world.constraint_count(), 0);
   }
 }

@@ -9,6 +9,7 @@
 #include <kdl/chainidsolver_recursive_newton_euler.hpp>
 
 #include "emulator/plant/bullet_types.h"
+#include "emulator/plant/plant_world.h"
 #include "emulator/plant/row_space_solver.h"
 #include "tests/unit/plant/kdl_wrist.h"
 
