@@ -1,5 +1,6 @@
 // Time of one millisecond's step of the plant on one core: median and 99th percentile, beside what the host
 // takes away from a loop that does nothing, measured in turns with it.
+//   walkman-bench-plant [STEPS [contact-free|standing|lift|both-grip]]
 
 #include <algorithm>
 #include <chrono>
@@ -97,13 +98,16 @@ int main(int argc, char** argv) {
         "one step of 1 ms, us; idle: longest gap in a loop that only reads the clock, as long as a step\n");
     std::printf("%-13s %8s %10s %10s %12s %12s %9s %7s\n", "scene", "contacts", "median", "p99",
                 "idle median", "idle p99", "target", "ratio");
-    auto plant = scenes.contact_free();
-    measure("contact-free", 0, steps, *plant, [&] { scenes.step(*plant, 0); });
-    plant = scenes.standing();
-    measure("standing", 200, steps, *plant, [&] { scenes.step(*plant, 0); });
-    measure_lift(330, steps);
-    plant = scenes.gripping();
-    measure("both grip", 0, steps, *plant, [&] { scenes.step(*plant, walkman::bench::PlantScenes::kGrip); });
+    const std::string only = argc > 2 ? argv[2] : "";
+    const auto wanted = [&](const char* name) { return only.empty() || only == name; };
+    const auto time = [&](const char* name, double target_us, std::unique_ptr<walkman::plant::Plant> plant,
+                          double grip) {
+      measure(name, target_us, steps, *plant, [&] { scenes.step(*plant, grip); });
+    };
+    if (wanted("contact-free")) time("contact-free", 0, scenes.contact_free(), 0);
+    if (wanted("standing")) time("standing", 200, scenes.standing(), 0);
+    if (wanted("lift")) measure_lift(330, steps);
+    if (wanted("both-grip")) time("both-grip", 0, scenes.gripping(), walkman::bench::PlantScenes::kGrip);
     return 0;
   } catch (const std::exception& e) {
     std::fprintf(stderr, "%s\n", e.what());
