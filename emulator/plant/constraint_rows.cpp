@@ -7,8 +7,6 @@
 namespace walkman::plant {
 namespace {
 
-constexpr int kContactRows = 3;
-
 using Rows = Eigen::Map<const Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>, 0,
                         Eigen::OuterStride<>>;
 
@@ -68,7 +66,7 @@ void ConstraintRows::add_stop(JointStop& stop, const btContactSolverInfo& info) 
   block.a = side(tree_of(&stop.body()), stop.link(), 1);
   block.first_row = static_cast<int>(rows_.size());
   block.row_count = 1;
-  double* entries = &whitened_[block.a.first_entry];
+  double* entries = whitened_.data() + block.a.first_entry;
   entries[block.a.length - 1] = end->direction;
   trees_[static_cast<std::size_t>(block.a.tree)].inertia.whiten(stop.link(), entries);
   rows_.push_back({end->direction * stop.body().getJointVel(stop.link()), end->target, 0});
@@ -125,7 +123,8 @@ double ConstraintRows::whiten(const RowBlock::Side& side, int row, const btVecto
                               const btVector3& direction) {
   if (side.length == 0) return 0;
   const Tree& tree = trees_[static_cast<std::size_t>(side.tree)];
-  double* entries = &whitened_[side.first_entry + static_cast<std::size_t>(row * side.length)];
+  double* entries = whitened_.data() + side.first_entry +
+                    static_cast<std::size_t>(row) * static_cast<std::size_t>(side.length);
   tree.inertia.point_jacobian(side.link, p_W, direction, entries);
   const btScalar* velocity = tree.body->getVelocityVector();
   double along = 0;
@@ -144,8 +143,9 @@ void ConstraintRows::couple(const RowBlock& rows, const RowBlock::Side& s, const
   const auto common = std::mismatch(path_s.begin(), path_s.end(), path_t.begin(), path_t.end()).first;
   const auto shared = common - path_s.begin();
   if (shared == 0) return;
-  const Rows left(&whitened_[s.first_entry], rows.row_count, s.length, Eigen::OuterStride<>(s.length));
-  const Rows right(&whitened_[t.first_entry], columns.row_count, t.length, Eigen::OuterStride<>(t.length));
+  const Rows left(whitened_.data() + s.first_entry, rows.row_count, s.length, Eigen::OuterStride<>(s.length));
+  const Rows right(whitened_.data() + t.first_entry, columns.row_count, t.length,
+                   Eigen::OuterStride<>(t.length));
   W.block(rows.first_row, columns.first_row, rows.row_count, columns.row_count).noalias() +=
       left.leftCols(shared) * right.leftCols(shared).transpose();
 }
@@ -188,7 +188,7 @@ void ConstraintRows::apply(const Eigen::VectorXd& impulses, double dt) {
       if (side->tree < 0) continue;
       Tree& tree = trees_[static_cast<std::size_t>(side->tree)];
       const std::span<const int> path = tree.inertia.path(side->link);
-      const double* entries = &whitened_[side->first_entry];
+      const double* entries = whitened_.data() + side->first_entry;
       for (int row = block.first_row; row < block.first_row + block.row_count; ++row) {
         for (const int v : path) tree.change[static_cast<std::size_t>(v)] += impulses[row] * *entries++;
       }

@@ -33,6 +33,7 @@ struct Row {
 };
 
 /// A contact: three rows, along its normal and two tangents.
+constexpr int kContactRows = 3;
 struct ContactRow {
   btManifoldPoint* point;
   double friction;

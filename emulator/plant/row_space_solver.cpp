@@ -7,7 +7,7 @@
 namespace walkman::plant {
 namespace {
 
-constexpr int kContactRows = 3;
+constexpr double kImmovable = 1e-15;  // 1/kg: a held base against a wall; no impulse moves the two apart
 
 }  // namespace
 
@@ -20,7 +20,7 @@ double RowSpaceSolver::move(int row, double impulse) {
   if (delta == 0) return 0;
   impulse_[row] = impulse;
   velocity_.noalias() += delassus_.col(row) * delta;
-  return std::abs(delta) / inverse_[row];
+  return std::abs(delta) * diagonal_[row];
 }
 
 double RowSpaceSolver::sweep_stops(bool forward) {
@@ -61,7 +61,7 @@ double RowSpaceSolver::sweep_friction() {
     impulse_[i] = a;
     impulse_[k] = b;
     velocity_.noalias() += delassus_.col(i) * change_a + delassus_.col(k) * change_b;
-    worst = std::max({worst, std::abs(change_a) / inverse_[i], std::abs(change_b) / inverse_[k]});
+    worst = std::max({worst, std::abs(change_a) * diagonal_[i], std::abs(change_b) * diagonal_[k]});
   }
   return worst;
 }
@@ -77,13 +77,15 @@ void RowSpaceSolver::solveMultiBodyGroup(btCollisionObject** /*bodies*/, int /*b
   sweeps_ = 0;
   if (count == 0) return;
   rows_.delassus(delassus_);
-  for (Eigen::VectorXd* v : {&velocity_, &impulse_, &target_, &softness_, &inverse_}) v->resize(count);
+  for (Eigen::VectorXd* v : {&velocity_, &impulse_, &target_, &softness_, &diagonal_, &inverse_})
+    v->resize(count);
   for (Eigen::Index i = 0; i < count; ++i) {
     const Row& row = rows_.rows()[static_cast<std::size_t>(i)];
     velocity_[i] = row.velocity;
     target_[i] = row.target;
     softness_[i] = row.softness;
-    inverse_[i] = 1 / (delassus_(i, i) + row.softness);
+    diagonal_[i] = delassus_(i, i) + row.softness;
+    inverse_[i] = diagonal_[i] > kImmovable ? 1 / diagonal_[i] : 0;
   }
   impulse_.setZero();
   while (sweeps_ < info.m_numIterations) {

@@ -45,7 +45,7 @@ class RowSpaceSolver : public btMultiBodyConstraintSolver {
   ConstraintRows rows_;
   Eigen::MatrixXd delassus_;  // W
   Eigen::VectorXd velocity_;  // J v of each row, with the impulses so far
-  Eigen::VectorXd impulse_, target_, softness_, inverse_;
+  Eigen::VectorXd impulse_, target_, softness_, diagonal_, inverse_;
   int sweeps_ = 0;
 };
 

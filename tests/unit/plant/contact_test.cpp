@@ -119,6 +119,18 @@ TEST(Contact, HoldsBelowTheFrictionConeAndSlipsAboveIt) {
   }
 }
 
+TEST(Contact, OfTwoBodiesThatCannotMoveDoesNothing) {
+  BlockOnFloor scene(std::make_unique<RowSpaceSolver>());
+  const RobotModel model = box("post", {0.1, 0.1, 0.1}, 2);
+  Eigen::Isometry3d X_WP = Eigen::Isometry3d::Identity();
+  X_WP.translation() = Eigen::Vector3d(0.5, 0, 0.0499);  // in the floor by 0.1 mm
+  const Multibody post(scene.world, model, RigidTree(model, {}, {}), true, X_WP, kObjectGroup,
+                       kObjectGroup | kFixedGroup, std::vector<Surface>{{0.8, false}});
+  scene.run(0.5);
+  EXPECT_EQ(post.X_WL(0).translation(), X_WP.translation());
+  EXPECT_NEAR(scene.normal_force(), 2 * kGravity, 1e-3 * 2 * kGravity);  // the block's alone
+}
+
 TEST(PlantWorld, RefusesWhatItsSolverWouldPassOver) {
   btDefaultCollisionConfiguration configuration;
   btCollisionDispatcher dispatcher(&configuration);
