@@ -2,12 +2,12 @@
 
 #include <cstdio>
 #include <stdexcept>
-#include <thread>
 
 #include "apps/exit_code.h"
 #include "apps/frame_log.h"
 #include "apps/stop_signals.h"
 #include "emulator/clock/host_clock.h"
+#include "emulator/clock/host_scheduling.h"
 #include "emulator/clock/lockstep_pacer.h"
 #include "emulator/clock/real_time_pacer.h"
 
@@ -172,9 +172,7 @@ void Emulation::Impl::run_real_time(const std::function<void()>& progress) {
       ports[i]->readable = false;
       real_time->note_arrival(i);
     }
-    // Let the sender of a burst finish it, and take the rest at once: on a single processor each frame would
-    // cost a change of process.
-    if (real_time->run(wall)) std::this_thread::yield();
+    real_time->run(wall);
     if (wall - housekept < kHousekeeping) continue;
     keep_house(wall);
     progress();
@@ -193,6 +191,7 @@ void Emulation::attach(int descriptor, std::function<void()> on_readable, std::f
 }
 
 void Emulation::run(StopSignals& signals, const std::function<void()>& progress) {
+  clock::wait_for_senders();
   impl_->began = impl_->housekept = clock::host_now();
   impl_->loop.add(signals.descriptor(), [this, &signals] { impl_->stop = signals.arrived(); });
   if (impl_->lockstep) {

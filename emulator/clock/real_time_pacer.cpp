@@ -25,19 +25,17 @@ bool RealTimePacer::enter() noexcept {
   return any;
 }
 
-bool RealTimePacer::run(Time host_now) {
+void RealTimePacer::run(Time host_now) {
   carry(host_now);  // first: what arrived now was not on the bus before
-  const bool entered = enter();
-  if (entered) carry(host_now);
-  bool answered = hand_out();
+  if (enter()) carry(host_now);
+  hand_out();
   if (schedule_.due(emulator_->now(), host_now)) {
     schedule_.begin_step(emulator_->now(), host_now);
     emulator_->advance(emulator_->now() + Emulator::kPhysicsStep);
     carry(host_now);
-    answered = hand_out() || answered;
+    hand_out();
     if (events_.published_at) events_.published_at(emulator_->now());
   }
-  return entered && !answered;
 }
 
 Time RealTimePacer::wake_at() const noexcept {
@@ -60,14 +58,8 @@ void RealTimePacer::carry(Time host_now) noexcept {
   if (events_.moved) events_.moved();
 }
 
-bool RealTimePacer::hand_out() noexcept {
-  bool any = false;
-  for (bus::Bridge* bridge : bridges_) {
-    const std::uint64_t before = bridge->counters().handed;
-    (void)bridge->hand_out();  // what remains goes with the next step
-    any = any || bridge->counters().handed != before;
-  }
-  return any;
+void RealTimePacer::hand_out() noexcept {
+  for (bus::Bridge* bridge : bridges_) (void)bridge->hand_out();  // what remains goes with the next step
 }
 
 }  // namespace walkman::clock

@@ -25,8 +25,7 @@ class RealTimePacer {
   void note_arrival(std::size_t bridge) noexcept { arrived_[bridge] = true; }
 
   /// Carries the buses to the present, hands out what the nodes sent, and runs at most one physics step.
-  /// True when frames came in and none went out: their sender may be in the middle of a burst.
-  bool run(Time host_now);
+  void run(Time host_now);
 
   /// When `run` is to be called again if nothing arrives; the past when a physics step is due already.
   [[nodiscard]] Time wake_at() const noexcept;
@@ -37,7 +36,7 @@ class RealTimePacer {
 
  private:
   [[nodiscard]] bool enter() noexcept;
-  [[nodiscard]] bool hand_out() noexcept;
+  void hand_out() noexcept;
   void carry(Time host_now) noexcept;
 
   Emulator* emulator_;

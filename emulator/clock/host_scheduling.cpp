@@ -1,0 +1,13 @@
+#include "emulator/clock/host_scheduling.h"
+
+#include <sched.h>
+
+namespace walkman::clock {
+
+void wait_for_senders() noexcept {
+  if (sched_getscheduler(0) != SCHED_OTHER) return;
+  const sched_param none{};
+  (void)sched_setscheduler(0, SCHED_BATCH, &none);  // without it frames are answered all the same
+}
+
+}  // namespace walkman::clock
