@@ -33,8 +33,9 @@ SocketCamera::SocketCamera(std::string path, std::function<Time()> now)
     if (header_.type != MessageType::kHello) fail("the camera did not begin with a hello");
     hello_ = decode_hello(payload());
     filled_ = 0;
-    // Memory for a cloud is taken and touched now, not in a control cycle.
+    // Memory for clouds is taken and touched now, not in a control cycle.
     cloud_.points.assign(static_cast<std::size_t>(hello_.width) * hello_.height, Eigen::Vector3f::Zero());
+    spare_ = cloud_.points;
     buffer_.assign(kHeaderBytes + kCloudFixedBytes + cloud_.points.size() * sizeof(Eigen::Vector3f), 0);
   } catch (...) {
     if (socket_ >= 0) close(socket_);
@@ -131,6 +132,7 @@ bool SocketCamera::latest(Time not_before, OrganizedCloud& out) {
   // The camera looked at its clock when the request arrived, a little after `asked_at_`: never too young.
   cloud_.stamp = asked_at_ - (camera_now - cloud_.stamp);
   std::swap(out, cloud_);
+  if (cloud_.points.capacity() < out.points.size()) std::swap(cloud_.points, spare_);
   return out.stamp >= not_before;
 }
 

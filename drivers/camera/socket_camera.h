@@ -49,7 +49,8 @@ class SocketCamera final : public RangeCamera {
   MessageHeader header_;
   std::vector<std::uint8_t> buffer_;  // header and payload of the message that is coming in
   std::size_t filled_ = 0;
-  OrganizedCloud cloud_;  // the next one's memory
+  OrganizedCloud cloud_;                // the next one's memory
+  std::vector<Eigen::Vector3f> spare_;  // and that of the one after it, if the caller has none to give back
 };
 
 }  // namespace walkman::camera
