@@ -6,17 +6,17 @@
 
 #include <poll.h>
 #include <sys/eventfd.h>
-#include <sys/resource.h>
 #include <sys/socket.h>
 #include <sys/un.h>
 #include <unistd.h>
+
+#include "emulator/clock/host_scheduling.h"
 
 namespace walkman {
 namespace {
 
 constexpr std::size_t kMaxClients = 8;
 constexpr int kSendLimitMs = 10'000;  // for a client that has stopped reading
-constexpr int kNice = 5;              // the control loop's process goes first
 
 [[noreturn]] void fail(const std::string& path, const std::string& what) {
   throw std::runtime_error(path + ": " + what + " (" + std::strerror(errno) + ")");
@@ -91,7 +91,7 @@ void CloudServer::publish(Time now) {
 }
 
 void CloudServer::work() {
-  setpriority(PRIO_PROCESS, 0, kNice);  // of this thread alone, on Linux
+  clock::stay_behind();  // the control loop goes first
   std::vector<pollfd> waits;
   while (true) {
     waits.assign({{stop_, POLLIN, 0}, {clients_.size() < kMaxClients ? listener_ : -1, POLLIN, 0}});

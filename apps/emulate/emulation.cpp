@@ -191,7 +191,7 @@ void Emulation::attach(int descriptor, std::function<void()> on_readable, std::f
 }
 
 void Emulation::run(StopSignals& signals, const std::function<void()>& progress) {
-  clock::wait_for_senders();
+  clock::let_bursts_finish();
   impl_->began = impl_->housekept = clock::host_now();
   impl_->loop.add(signals.descriptor(), [this, &signals] { impl_->stop = signals.arrived(); });
   if (impl_->lockstep) {

@@ -132,7 +132,7 @@ bool SocketCamera::latest(Time not_before, OrganizedCloud& out) {
   // The camera looked at its clock when the request arrived, a little after `asked_at_`: never too young.
   cloud_.stamp = asked_at_ - (camera_now - cloud_.stamp);
   std::swap(out, cloud_);
-  if (cloud_.points.capacity() < out.points.size()) std::swap(cloud_.points, spare_);
+  if (cloud_.points.capacity() < spare_.capacity()) std::swap(cloud_.points, spare_);
   return out.stamp >= not_before;
 }
 

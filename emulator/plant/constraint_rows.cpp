@@ -23,15 +23,14 @@ btVector3 impulse_of(const btManifoldPoint& point) {
 
 }  // namespace
 
-void ConstraintRows::build(std::span<JointStop* const> stops,
-                           std::span<btPersistentManifold* const> manifolds,
+void ConstraintRows::build(std::span<const JointStop> stops, std::span<btPersistentManifold* const> manifolds,
                            const btContactSolverInfo& info) {
   for (Tree& tree : trees_) tree.current = false;
   blocks_.clear();
   rows_.clear();
   contacts_.clear();
   whitened_.clear();
-  for (JointStop* stop : stops) add_stop(*stop, info);
+  for (const JointStop& stop : stops) add_stop(stop, info);
   stop_count_ = static_cast<int>(rows_.size());
   for (btPersistentManifold* manifold : manifolds) add_manifold(*manifold, info);
 }
@@ -59,7 +58,7 @@ RowBlock::Side ConstraintRows::side(int tree, int link, int rows) {
   return side;
 }
 
-void ConstraintRows::add_stop(JointStop& stop, const btContactSolverInfo& info) {
+void ConstraintRows::add_stop(const JointStop& stop, const btContactSolverInfo& info) {
   const auto end = stop.reached(info.m_timeStep, info.m_erp2);
   if (!end) return;
   RowBlock block;
@@ -193,7 +192,8 @@ void ConstraintRows::apply(const Eigen::VectorXd& impulses, double dt) {
         for (const int v : path) tree.change[static_cast<std::size_t>(v)] += impulses[row] * *entries++;
       }
     }
-    for (int row = block.first_row; row + 2 < block.first_row + block.row_count; row += kContactRows) {
+    for (int row = block.first_row; row + kContactRows <= block.first_row + block.row_count;
+         row += kContactRows) {
       btManifoldPoint& point = *contacts_[static_cast<std::size_t>((row - stop_count_) / kContactRows)].point;
       point.m_appliedImpulse = impulses[row];
       point.m_appliedImpulseLateral1 = impulses[row + 1];

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstddef>
+#include <span>
 #include <vector>
 
 #include <BulletCollision/NarrowPhaseCollision/btPersistentManifold.h>
@@ -43,11 +44,10 @@ struct ContactRow {
 /// other and with what does not move; no other rigid body may move in the world.
 class ConstraintRows {
  public:
-  void build(std::span<JointStop* const> stops, std::span<btPersistentManifold* const> manifolds,
+  void build(std::span<const JointStop> stops, std::span<btPersistentManifold* const> manifolds,
              const btContactSolverInfo& info);
 
   [[nodiscard]] int stop_count() const { return stop_count_; }
-  [[nodiscard]] int contact_count() const { return static_cast<int>(contacts_.size()); }
   [[nodiscard]] const std::vector<Row>& rows() const { return rows_; }
   [[nodiscard]] const std::vector<ContactRow>& contacts() const { return contacts_; }
 
@@ -67,7 +67,7 @@ class ConstraintRows {
 
   int tree_of(btMultiBody* body);
   [[nodiscard]] RowBlock::Side side(int tree, int link, int rows);
-  void add_stop(JointStop& stop, const btContactSolverInfo& info);
+  void add_stop(const JointStop& stop, const btContactSolverInfo& info);
   void add_manifold(btPersistentManifold& manifold, const btContactSolverInfo& info);
   void add_contact(const RowBlock& block, btManifoldPoint& point, const btContactSolverInfo& info);
   double add_direction(const RowBlock& block, const btManifoldPoint& point, const btVector3& direction);

@@ -6,12 +6,14 @@ namespace walkman::plant {
 namespace {
 
 constexpr int kBase = 6;
+constexpr double kMassless = 1e-15;  // kg or kg m^2
+constexpr double kHeld = 1e150;
 
 }  // namespace
 
 void JointSpaceInertia::Composite::add(const Composite& other) {
   mass += other.mass;
-  first += other.first;
+  first_moment += other.first_moment;
   xx += other.xx;
   yy += other.yy;
   zz += other.zz;
@@ -102,8 +104,8 @@ void JointSpaceInertia::fill_rows(const btMultiBody& body) {
       const btVector3 turned(carried.xx * w[0] + carried.xy * w[1] + carried.xz * w[2],
                              carried.xy * w[0] + carried.yy * w[1] + carried.yz * w[2],
                              carried.xz * w[0] + carried.yz * w[1] + carried.zz * w[2]);
-      const btVector3 moment = turned + carried.first.cross(S.linear);
-      const btVector3 force = S.linear * carried.mass + w.cross(carried.first);
+      const btVector3 moment = turned + carried.first_moment.cross(S.linear);
+      const btVector3 force = S.linear * carried.mass + w.cross(carried.first_moment);
       const std::span<const int> path = path_of(velocity);
       double* entry = row(velocity);
       std::size_t k = 0;
@@ -123,7 +125,7 @@ void JointSpaceInertia::fill_rows(const btMultiBody& body) {
     return;
   }
   const Composite& all = composites_.front();
-  const btVector3& h = all.first;
+  const btVector3& h = all.first_moment;
   const double block[kBase][kBase] = {
       {all.xx},
       {all.xy, all.yy},
@@ -142,7 +144,8 @@ void JointSpaceInertia::factorise() {
     const std::span<const int> path = path_of(v);
     double* own = row(v);
     const int last = static_cast<int>(path.size()) - 1;
-    const double diagonal = std::sqrt(own[last]);
+    // What carries no mass is held where it is: an impulse on it would move it without end.
+    const double diagonal = own[last] > kMassless ? std::sqrt(own[last]) : kHeld;
     for (int k = 0; k < last; ++k) own[k] /= diagonal;
     own[last] = diagonal;
     for (int a = 0; a < last; ++a) {

@@ -11,7 +11,7 @@ namespace walkman::plant {
 /// Joint-space inertia H of a multibody at its cached poses, factorised along its branches: H = Lᵀ L.
 ///
 /// Composite rigid bodies and branch-induced sparsity as in Featherstone, Rigid Body Dynamics Algorithms
-/// (2008), §6.2 and §6.4: a row of L has entries only where the joint's ancestors are, so a row of a
+/// (2008), §6.2, §6.4 and §6.5: a row of L has entries only where the joint's ancestors are, so a row of a
 /// contact's Jacobian never leaves the path from the base to its link.
 ///
 /// Velocities are numbered as btMultiBody::getVelocityVector() has them: angular and linear velocity of the
@@ -26,8 +26,8 @@ class JointSpaceInertia {
   /// Jacobian of a point's velocity along `direction`, both in W: as many entries as the link's path has.
   void point_jacobian(int link, const btVector3& p_WP, const btVector3& direction, double* row) const;
 
-  /// j becomes L⁻ᵀ j, in place, on the link's path. The dot product of two such rows is that of their J H⁻¹
-  /// Jᵀ.
+  /// `row` becomes L⁻ᵀ row, in place, on the link's path. The dot product of two such rows, as far as their
+  /// paths agree, is that of their J H⁻¹ Jᵀ.
   void whiten(int link, double* row) const;
 
   /// z becomes the velocity L⁻¹ z, in place; as long as the velocity vector.
@@ -37,12 +37,12 @@ class JointSpaceInertia {
   /// Of a body and all it carries, about the base's centre of mass, in world axes.
   struct Composite {
     double mass = 0;
-    btVector3 first{0, 0, 0};                               // mass times position
+    btVector3 first_moment{0, 0, 0};                        // mass times position
     double xx = 0, yy = 0, zz = 0, xy = 0, xz = 0, yz = 0;  // moment of inertia
     void add(const Composite& other);
   };
   struct Spatial {
-    btVector3 angular, linear;
+    btVector3 angular{0, 0, 0}, linear{0, 0, 0};
   };
 
   void lay_out(const btMultiBody& body);

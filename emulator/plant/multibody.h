@@ -26,8 +26,8 @@ struct Surface {
 /// A URDF tree as one Bullet multibody. Owns the multibody, its colliders and their shapes; removes them from
 /// the world when destroyed.
 ///
-/// Every link gets a collider (Bullet drops constraints of links without one): a 1 cm sphere that meets
-/// nothing where the model gives no shape. Link indices of Bullet are group indices of the tree less one.
+/// Every link gets a collider, which carries its pose of the step's end: a 1 cm sphere that meets nothing
+/// where the model gives no shape. Link indices of Bullet are group indices of the tree less one.
 class Multibody {
  public:
   /// X_WR: pose of the model's root link. `surfaces`: one a URDF link, in the model's order.

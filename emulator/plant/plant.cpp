@@ -84,7 +84,6 @@ struct Plant::Impl {
   std::unique_ptr<Hoist> hoist;
   std::unique_ptr<EventPlayer> events;
   long steps = 0;
-  std::vector<std::unique_ptr<JointStop>> stops;
   std::vector<JointDrive> joints;
   std::vector<HandDrive> hands;
   std::vector<DriveSlot> drives;
@@ -176,9 +175,8 @@ void Plant::Impl::add_drives(const DeviceTable& devices,
       drives.push_back({false, static_cast<int>(joints.size())});
       joints.push_back({body->bullet_link(index), joint.damping, SeriesElasticActuator(found->second)});
       if (joint.type == JointType::kContinuous) continue;
-      stops.push_back(std::make_unique<JointStop>(body->bullet(), joints.back().bullet_link,
-                                                  joint.limits.lower, joint.limits.upper));
-      solver.add_stop(*stops.back());
+      solver.add_stop(
+          JointStop(body->bullet(), joints.back().bullet_link, joint.limits.lower, joint.limits.upper));
     }
   }
   sub_steps.assign(drives.size(), 0);
@@ -390,10 +388,6 @@ double Plant::tendon_tension(int hand) const {
 const Slip& Plant::slip(int hand, int object) const {
   const auto& slips = impl_->hands[static_cast<std::size_t>(hand)].slips;
   return slips[static_cast<std::size_t>(object)].slip();
-}
-
-int Plant::constraint_count() const {
-  return impl_->world.getNumConstraints() + impl_->world.getNumMultiBodyConstraints();
 }
 
 std::uint64_t Plant::state_hash() const {

@@ -83,8 +83,6 @@ class Plant {
   [[nodiscard]] double tendon_tension(int hand) const;  ///< N
   /// How far an object has slipped in a hand since the world was built.
   [[nodiscard]] const Slip& slip(int hand, int object) const;
-  /// Bullet's constraints other than contacts: welds, locks, joint springs.
-  [[nodiscard]] int constraint_count() const;
   /// FNV-1a hash of all positions and velocities, for reproducibility checks.
   [[nodiscard]] std::uint64_t state_hash() const;
 

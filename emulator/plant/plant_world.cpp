@@ -8,18 +8,19 @@ namespace walkman::plant {
 PlantWorld::PlantWorld(btDispatcher* dispatcher, btBroadphaseInterface* broadphase,
                        btMultiBodyConstraintSolver* solver, btCollisionConfiguration* configuration)
     : btMultiBodyDynamicsWorld(dispatcher, broadphase, solver, configuration) {
-  // All contacts of a step in one call of the solver, however many.
+  // All contacts of a step in one call of the solver, however many: a second call would push every stop
+  // twice.
   getSolverInfo().m_minimumSolverBatchSize = std::numeric_limits<int>::max();
 }
 
 void PlantWorld::addRigidBody(btRigidBody* body) {
-  if (!body->isStaticOrKinematicObject())
+  if (!body->isStaticObject())
     throw std::logic_error("a rigid body that moves: PlantWorld has multibodies only");
   btMultiBodyDynamicsWorld::addRigidBody(body);
 }
 
 void PlantWorld::addRigidBody(btRigidBody* body, int group, int mask) {
-  if (!body->isStaticOrKinematicObject())
+  if (!body->isStaticObject())
     throw std::logic_error("a rigid body that moves: PlantWorld has multibodies only");
   btMultiBodyDynamicsWorld::addRigidBody(body, group, mask);
 }

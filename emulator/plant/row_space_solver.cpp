@@ -74,7 +74,6 @@ void RowSpaceSolver::solveMultiBodyGroup(btCollisionObject** /*bodies*/, int /*b
                                          btIDebugDraw* /*drawer*/, btDispatcher* /*dispatcher*/) {
   rows_.build(stops_, {manifolds, static_cast<std::size_t>(manifold_count)}, info);
   const auto count = static_cast<Eigen::Index>(rows_.rows().size());
-  sweeps_ = 0;
   if (count == 0) return;
   rows_.delassus(delassus_);
   for (Eigen::VectorXd* v : {&velocity_, &impulse_, &target_, &softness_, &diagonal_, &inverse_})
@@ -88,10 +87,10 @@ void RowSpaceSolver::solveMultiBodyGroup(btCollisionObject** /*bodies*/, int /*b
     inverse_[i] = diagonal_[i] > kImmovable ? 1 / diagonal_[i] : 0;
   }
   impulse_.setZero();
-  while (sweeps_ < info.m_numIterations) {
-    const bool forward = (sweeps_++ & 1) != 0;
-    const double change = std::max({sweep_stops(forward), sweep_normals(), sweep_friction()});
-    if (change <= info.m_leastSquaresResidualThreshold) break;
+  for (int sweep = 0; sweep < info.m_numIterations; ++sweep) {
+    const bool forward = (sweep & 1) != 0;
+    const double residual = std::max({sweep_stops(forward), sweep_normals(), sweep_friction()});
+    if (residual * residual <= info.m_leastSquaresResidualThreshold) break;
   }
   rows_.apply(impulse_, info.m_timeStep);
 }

@@ -18,13 +18,13 @@ namespace walkman::plant {
 /// scaled together). The sweeps start from no impulse: impulses kept from the step before would let friction
 /// hold what wedged itself in, far beyond what the normal forces of a grip explain.
 ///
-/// Bullet's own constraints, rigid bodies that move, restitution, rolling and spinning friction are not known
-/// here; PlantWorld admits none.
+/// To be called once a step with all contacts (PlantWorld sees to it): every call has all the stops, and
+/// starts from the velocities before the solve. Bullet's own constraints and rigid bodies that move, which
+/// PlantWorld refuses, are not known here; restitution, rolling and spinning friction are passed over.
 class RowSpaceSolver : public btMultiBodyConstraintSolver {
  public:
-  /// The stop must outlive the solver or be taken out again.
-  void add_stop(JointStop& stop) { stops_.push_back(&stop); }
-  [[nodiscard]] int last_sweeps() const { return sweeps_; }
+  /// The stop's body must stay for as long as the world is stepped.
+  void add_stop(const JointStop& stop) { stops_.push_back(stop); }
 
   void solveMultiBodyGroup(btCollisionObject** bodies, int body_count, btPersistentManifold** manifolds,
                            int manifold_count, btTypedConstraint** constraints, int constraint_count,
@@ -38,15 +38,14 @@ class RowSpaceSolver : public btMultiBodyConstraintSolver {
   double sweep_friction();
   /// Impulse that would bring row `row` to its target, before any limit.
   [[nodiscard]] double wanted(int row) const;
-  /// Gives row `row` the impulse `impulse` and returns the velocity it changed by.
+  /// Gives row `row` the impulse `impulse` and returns the residual it had.
   double move(int row, double impulse);
 
-  std::vector<JointStop*> stops_;
+  std::vector<JointStop> stops_;
   ConstraintRows rows_;
   Eigen::MatrixXd delassus_;  // W
   Eigen::VectorXd velocity_;  // J v of each row, with the impulses so far
   Eigen::VectorXd impulse_, target_, softness_, diagonal_, inverse_;
-  int sweeps_ = 0;
 };
 
 }  // namespace walkman::plant

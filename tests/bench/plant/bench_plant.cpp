@@ -3,6 +3,7 @@
 //   walkman-bench-plant [STEPS [contact-free|standing|lift|both-grip]]
 
 #include <algorithm>
+#include <array>
 #include <chrono>
 #include <cstdio>
 #include <cstdlib>
@@ -92,13 +93,18 @@ void measure_lift(double target_us, int steps) {
 
 int main(int argc, char** argv) {
   try {
+    const std::string only = argc > 2 ? argv[2] : "";
+    const std::array<const char*, 4> known{"contact-free", "standing", "lift", "both-grip"};
+    if (!only.empty() && std::find(known.begin(), known.end(), only) == known.end()) {
+      std::fprintf(stderr, "scene '%s', expected contact-free, standing, lift or both-grip\n", only.c_str());
+      return 2;
+    }
     const int steps = argc > 1 ? std::max(100, std::atoi(argv[1])) : 3000;
     const walkman::bench::PlantScenes scenes(WALKMAN_URDF_DIR);
     std::printf(
         "one step of 1 ms, us; idle: longest gap in a loop that only reads the clock, as long as a step\n");
     std::printf("%-13s %8s %10s %10s %12s %12s %9s %7s\n", "scene", "contacts", "median", "p99",
                 "idle median", "idle p99", "target", "ratio");
-    const std::string only = argc > 2 ? argv[2] : "";
     const auto wanted = [&](const char* name) { return only.empty() || only == name; };
     const auto time = [&](const char* name, double target_us, std::unique_ptr<walkman::plant::Plant> plant,
                           double grip) {

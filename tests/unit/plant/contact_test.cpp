@@ -143,6 +143,7 @@ TEST(PlantWorld, RefusesWhatItsSolverWouldPassOver) {
   EXPECT_THROW(world.addRigidBody(&moving, kObjectGroup, kFixedGroup), std::logic_error);
   btPoint2PointConstraint pin(moving, btVector3(0, 0, 0));
   EXPECT_THROW(world.addConstraint(&pin, false), std::logic_error);
+  EXPECT_THROW(world.addMultiBodyConstraint(nullptr), std::logic_error);
   EXPECT_EQ(world.getNumCollisionObjects() + world.getNumConstraints(), 0);
 }
 

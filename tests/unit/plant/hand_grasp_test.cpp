@@ -49,7 +49,6 @@ TEST_P(BothHands, CloseRoundCylindersAndHoldThem) {
     EXPECT_TRUE(world.slip().held);
     EXPECT_LT(world.slip().travel - slipped, 5e-4);
     EXPECT_LT((world.X_PO().translation() - before.translation()).norm(), 2e-4);
-    EXPECT_EQ(world.constraint_count(), 0);
   }
 }
 

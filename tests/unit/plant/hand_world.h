@@ -46,10 +46,6 @@ class HandWorld {
   [[nodiscard]] double motor_position() const { return hand_->readings().motor_position; }
   [[nodiscard]] double tension() const { return hand_->tension(); }
   [[nodiscard]] const plant::Slip& slip() const { return meter_->slip(); }
-  /// Joints Bullet would hold by constraints: welds, locks, springs.
-  [[nodiscard]] int constraint_count() const {
-    return world_.getNumConstraints() + world_.getNumMultiBodyConstraints();
-  }
 
  private:
   template <typename Visit>

@@ -3,12 +3,18 @@
 
 #include "emulator/plant/joint_space_inertia.h"
 
+#include <algorithm>
+#include <cmath>
+#include <numeric>
 #include <random>
+#include <string>
+#include <vector>
 
 #include <BulletDynamics/Featherstone/btMultiBodyDynamicsWorld.h>
 #include <btBulletCollisionCommon.h>
 #include <gtest/gtest.h>
 
+#include "emulator/plant/constraint_rows.h"
 #include "emulator/plant/multibody.h"
 
 namespace walkman::plant {
@@ -125,7 +131,7 @@ TEST_P(OfTheRobot, ResponsesToImpulsesAreBullets) {
   }
 }
 
-TEST_P(OfTheRobot, MobilityIsThatOfPointAndImpulseInEitherOrder) {
+TEST_P(OfTheRobot, MobilityBetweenTwoPointsIsBullets) {
   int coupled = 0;
   for (int i = 0; i < 500; ++i) {
     const Push a = random_push();
@@ -145,6 +151,63 @@ TEST_P(OfTheRobot, MobilityIsThatOfPointAndImpulseInEitherOrder) {
     if (theirs != 0) ++coupled;
   }
   EXPECT_GT(coupled, 100);
+}
+
+TEST_P(OfTheRobot, AContactOfTwoOfItsOwnLinksIsBullets) {
+  btMultiBody& body = body_.bullet();
+  const int hand = body_.bullet_link(model_.joint_index("RWrj2"));
+  const int thigh = body_.bullet_link(model_.joint_index("LHipYaw"));
+  btPersistentManifold manifold(body.getLink(hand).m_collider, body.getLink(thigh).m_collider, 0, 0.02, 1);
+  const btVector3 p_W = body.getLink(hand).m_cachedWorldTransform.getOrigin();
+  btManifoldPoint touching(btVector3(0, 0, 0), btVector3(0, 0, 0), btVector3(0.36, 0.48, 0.8), -1e-4);
+  touching.m_positionWorldOnA = p_W;
+  touching.m_positionWorldOnB = p_W + btVector3(0, 0, 1e-4);
+  touching.m_combinedFriction = 0.5;
+  manifold.addManifoldPoint(touching);
+  for (int i = 0; i < body.getNumLinks(); ++i) {
+    if (body.getLink(i).m_dofCount > 0) body.setJointVel(i, uniform(random_));
+  }
+  const std::vector<double> before(body.getVelocityVector(), body.getVelocityVector() + velocities());
+
+  btContactSolverInfo info;
+  info.m_timeStep = 1e-3;
+  ConstraintRows rows;
+  btPersistentManifold* const manifolds[] = {&manifold};
+  rows.build({}, manifolds, info);
+  ASSERT_EQ(rows.rows().size(), 3U);
+  Eigen::MatrixXd W;
+  rows.delassus(W);
+
+  const btManifoldPoint& point = manifold.getContactPoint(0);
+  std::vector<std::vector<double>> jacobians, responses;
+  for (const btVector3& direction :
+       {point.m_normalWorldOnB, point.m_lateralFrictionDir1, point.m_lateralFrictionDir2}) {
+    std::vector<double> jacobian = bullets_jacobian({hand, point.m_positionWorldOnA, direction});
+    const std::vector<double> other = bullets_jacobian({thigh, point.m_positionWorldOnB, -direction});
+    for (std::size_t v = 0; v < jacobian.size(); ++v) jacobian[v] += other[v];
+    std::vector<double> change(velocities(), 0);
+    body.calcAccelerationDeltasMultiDof(jacobian.data(), change.data(), scratch_r_, scratch_v_);
+    jacobians.push_back(jacobian);
+    responses.push_back(change);
+  }
+  const auto dot = [](const std::vector<double>& a, const std::vector<double>& b) {
+    return std::inner_product(a.begin(), a.end(), b.begin(), 0.0);
+  };
+  const Eigen::Vector3d impulses(3, -0.7, 1.1);
+  rows.apply(impulses, info.m_timeStep);
+  body.processDeltaVeeMultiDof2();
+  std::vector<double> expected = before;
+  for (std::size_t i = 0; i < 3; ++i) {
+    for (std::size_t k = 0; k < 3; ++k) {
+      EXPECT_NEAR(W(static_cast<int>(i), static_cast<int>(k)), dot(jacobians[i], responses[k]),
+                  1e-9 * (1 + std::abs(dot(jacobians[i], responses[i]))));
+    }
+    EXPECT_NEAR(rows.rows()[i].velocity, dot(jacobians[i], before), 1e-12);
+    for (std::size_t v = 0; v < expected.size(); ++v)
+      expected[v] += impulses[static_cast<int>(i)] * responses[i][v];
+  }
+  for (std::size_t v = fixed_base_ ? 6 : 0; v < expected.size(); ++v)
+    EXPECT_NEAR(body.getVelocityVector()[v], expected[v], 1e-9 * (1 + std::abs(expected[v])));
 }
 
 INSTANTIATE_TEST_SUITE_P(Base, OfTheRobot, ::testing::Bool(),

@@ -89,10 +89,9 @@ TEST_F(WholePlant, AnInertialUnitOnAMovingHandFeelsWhatItsPathSays) {
   EXPECT_LT(worst_rate, 0.001 * fastest);
 }
 
-TEST_F(WholePlant, NothingIsWeldedAndABarOnTheTableIsHeldByNoHand) {
+TEST_F(WholePlant, ABarOnTheTableIsHeldByNoHand) {
   const auto plant = build();
   run(*plant, 1500, drive("r_handj_synergy"), 2.0);
-  EXPECT_EQ(plant->constraint_count(), 0);
   for (const int hand : {0, 1}) {
     EXPECT_FALSE(plant->slip(hand, 0).held);
     EXPECT_EQ(plant->slip(hand, 0).travel, 0);
