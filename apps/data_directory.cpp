@@ -22,9 +22,9 @@ std::filesystem::path installed_data() {
 std::filesystem::path data_directory() {
   const char* set = std::getenv("WALKMAN_DATA");
   const std::filesystem::path installed = installed_data();
-  const std::filesystem::path folder = set != nullptr        ? set
-                                       : has_data(installed) ? installed
-                                                             : std::filesystem::path(WALKMAN_SOURCE_TREE);
+  std::filesystem::path folder = set != nullptr        ? set
+                                 : has_data(installed) ? installed
+                                                       : std::filesystem::path(WALKMAN_SOURCE_TREE);
   if (!has_data(folder)) {
     throw std::runtime_error(folder.string() +
                              ": no urdf/walkman.urdf here, expected the product's data (set WALKMAN_DATA)");

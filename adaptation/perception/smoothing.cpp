@@ -14,7 +14,7 @@ namespace {
 using Cloud = pcl::PointCloud<pcl::PointXYZ>;
 
 Cloud::Ptr to_pcl(std::span<const Eigen::Vector3f> points) {
-  const auto cloud = std::make_shared<Cloud>();
+  auto cloud = std::make_shared<Cloud>();
   cloud->reserve(points.size());
   for (const auto& p : points) cloud->emplace_back(p.x(), p.y(), p.z());
   return cloud;

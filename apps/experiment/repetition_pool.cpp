@@ -113,6 +113,7 @@ std::vector<RepetitionResult> run_repetitions(
       ++next;
     }
     std::vector<pollfd> waits;
+    waits.reserve(running.size());
     for (const Child& child : running) waits.push_back({child.pipe, POLLIN, 0});
     if (poll(waits.data(), waits.size(), -1) < 0 && errno != EINTR) break;
     for (std::size_t i = running.size(); i-- > 0;) {

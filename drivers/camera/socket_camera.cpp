@@ -19,7 +19,7 @@ constexpr Time kHelloLimit = std::chrono::seconds(2);
 constexpr Time kCloudLimit = std::chrono::seconds(30);
 // What one call takes in while polling: a fraction of a millisecond's work.
 constexpr std::size_t kMaxBytes = std::numeric_limits<std::size_t>::max();
-constexpr std::size_t kBytesPerPoll = 512 * 1024;
+constexpr std::size_t kBytesPerPoll = std::size_t{512} * 1024;
 
 }  // namespace
 
