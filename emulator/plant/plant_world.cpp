@@ -4,6 +4,18 @@
 #include <stdexcept>
 
 namespace walkman::plant {
+namespace {
+
+void require_static(const btRigidBody& body) {
+  if (!body.isStaticObject())
+    throw std::logic_error("a rigid body that moves: PlantWorld has multibodies only");
+}
+
+[[noreturn]] void refuse_constraint() {
+  throw std::logic_error("one of Bullet's constraints: PlantWorld has contacts and joint stops only");
+}
+
+}  // namespace
 
 PlantWorld::PlantWorld(btDispatcher* dispatcher, btBroadphaseInterface* broadphase,
                        btMultiBodyConstraintSolver* solver, btCollisionConfiguration* configuration)
@@ -14,24 +26,20 @@ PlantWorld::PlantWorld(btDispatcher* dispatcher, btBroadphaseInterface* broadpha
 }
 
 void PlantWorld::addRigidBody(btRigidBody* body) {
-  if (!body->isStaticObject())
-    throw std::logic_error("a rigid body that moves: PlantWorld has multibodies only");
+  require_static(*body);
   btMultiBodyDynamicsWorld::addRigidBody(body);
 }
 
 void PlantWorld::addRigidBody(btRigidBody* body, int group, int mask) {
-  if (!body->isStaticObject())
-    throw std::logic_error("a rigid body that moves: PlantWorld has multibodies only");
+  require_static(*body);
   btMultiBodyDynamicsWorld::addRigidBody(body, group, mask);
 }
 
 void PlantWorld::addConstraint(btTypedConstraint* /*constraint*/, bool /*collisions_off*/) {
-  throw std::logic_error("one of Bullet's constraints: PlantWorld has contacts and joint stops only");
+  refuse_constraint();
 }
 
-void PlantWorld::addMultiBodyConstraint(btMultiBodyConstraint* /*constraint*/) {
-  throw std::logic_error("one of Bullet's constraints: PlantWorld has contacts and joint stops only");
-}
+void PlantWorld::addMultiBodyConstraint(btMultiBodyConstraint* /*constraint*/) { refuse_constraint(); }
 
 void PlantWorld::removeMultiBody(btMultiBody* body) {
   velocity_before_.erase(body);
