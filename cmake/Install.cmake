@@ -4,28 +4,28 @@
 include(GNUInstallDirs)
 set(share "${CMAKE_INSTALL_DATADIR}/walkman-hil")
 
-set(device_files "${CMAKE_BINARY_DIR}/device_files")
+set(datasheets "${CMAKE_BINARY_DIR}/datasheets")
 file(GLOB_RECURSE robot_files CONFIGURE_DEPENDS "${WALKMAN_ROOT}/urdf/*.urdf" "${WALKMAN_ROOT}/urdf/*.srdf"
      "${WALKMAN_ROOT}/urdf/*.yaml")
 add_custom_command(
-  OUTPUT "${device_files}/written"
-  COMMAND "${CMAKE_COMMAND}" -E rm -rf "${device_files}"
+  OUTPUT "${datasheets}/written"
+  COMMAND "${CMAKE_COMMAND}" -E rm -rf "${datasheets}"
   COMMAND "${CMAKE_COMMAND}" -E env "WALKMAN_DATA=${WALKMAN_ROOT}" $<TARGET_FILE:walkman-hil> export eds --out
-          "${device_files}/eds"
+          "${datasheets}/eds"
   COMMAND "${CMAKE_COMMAND}" -E env "WALKMAN_DATA=${WALKMAN_ROOT}" $<TARGET_FILE:walkman-hil> export dbc --out
-          "${device_files}/dbc"
-  COMMAND "${CMAKE_COMMAND}" -E touch "${device_files}/written"
+          "${datasheets}/dbc"
+  COMMAND "${CMAKE_COMMAND}" -E touch "${datasheets}/written"
   DEPENDS walkman-hil ${robot_files}
   COMMENT "Writing the EDS and DBC files of the emulated devices"
   VERBATIM)
-add_custom_target(device_descriptions ALL DEPENDS "${device_files}/written")
+add_custom_target(device_descriptions ALL DEPENDS "${datasheets}/written")
 
 install(TARGETS walkman-hil RUNTIME DESTINATION "${CMAKE_INSTALL_BINDIR}")
 install(DIRECTORY "${WALKMAN_ROOT}/urdf/" DESTINATION "${share}/urdf"
         FILES_MATCHING REGEX "\\.(urdf|srdf|yaml|stl|obj|dae)$")
 install(FILES "${WALKMAN_ROOT}/adaptation/parameters.yaml" DESTINATION "${share}/adaptation")
-install(DIRECTORY "${WALKMAN_ROOT}/emulator/plant/actuators" "${WALKMAN_ROOT}/emulator/plant/sensors"
-        DESTINATION "${share}/emulator/plant")
+install(DIRECTORY "${WALKMAN_ROOT}/emulator/plant/actuators" DESTINATION "${share}/emulator/plant" FILES_MATCHING PATTERN "*.yaml")
+install(DIRECTORY "${WALKMAN_ROOT}/emulator/nodes/measuring" DESTINATION "${share}/emulator/nodes" FILES_MATCHING PATTERN "*.yaml")
 install(FILES "${WALKMAN_ROOT}/drivers/robot/identities.yaml" DESTINATION "${share}/drivers/robot")
 install(DIRECTORY "${WALKMAN_ROOT}/drivers/robot/pdo_layouts" DESTINATION "${share}/drivers/robot")
-install(DIRECTORY "${device_files}/eds" "${device_files}/dbc" DESTINATION "${share}")
+install(DIRECTORY "${datasheets}/eds" "${datasheets}/dbc" DESTINATION "${share}")

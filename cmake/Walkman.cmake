@@ -12,9 +12,18 @@ set(WALKMAN_SANITIZE "" CACHE STRING "Sanitizers to compile with, as -fsanitize=
 
 get_filename_component(WALKMAN_ROOT "${CMAKE_CURRENT_LIST_DIR}/.." ABSOLUTE)
 
+# Paths below the source tree are hashed relative to it, so that every clone finds what another one compiled. A cache
+# folder that cannot be written (a read-only home) must not stop the build: then the cache is the build folder's own.
 find_program(CCACHE_PROGRAM ccache)
 if(CCACHE_PROGRAM)
-  set(CMAKE_CXX_COMPILER_LAUNCHER "${CCACHE_PROGRAM}")
+  set(CMAKE_CXX_COMPILER_LAUNCHER env "CCACHE_BASEDIR=${WALKMAN_ROOT}" "${CCACHE_PROGRAM}")
+  execute_process(COMMAND "${CCACHE_PROGRAM}" --get-config cache_dir OUTPUT_VARIABLE ccache_folder ERROR_QUIET
+                  OUTPUT_STRIP_TRAILING_WHITESPACE)
+  execute_process(COMMAND mkdir -p "${ccache_folder}" ERROR_QUIET)
+  execute_process(COMMAND test -w "${ccache_folder}" RESULT_VARIABLE ccache_not_writable)
+  if(ccache_not_writable)
+    list(INSERT CMAKE_CXX_COMPILER_LAUNCHER 1 "CCACHE_DIR=${CMAKE_BINARY_DIR}/ccache")
+  endif()
 endif()
 
 add_library(walkman_settings INTERFACE)
@@ -40,7 +49,8 @@ function(walkman_library name)
   target_link_libraries(walkman_${name} PUBLIC walkman_settings ${ARG_PUBLIC} PRIVATE ${ARG_PRIVATE})
 endfunction()
 
-# walkman_test(NAME SOURCES... LINK targets...): a GoogleTest program; each of its cases is one CTest test.
+# walkman_test(NAME SOURCES... LINK targets...): a GoogleTest program; each of its cases is one CTest test. Tests run in
+# the source tree and name files relative to it, so that their objects are the same in every clone.
 function(walkman_test name)
   cmake_parse_arguments(ARG "" "TIMEOUT" "SOURCES;LINK" ${ARGN})
   if(NOT ARG_TIMEOUT)
@@ -48,7 +58,7 @@ function(walkman_test name)
   endif()
   add_executable(${name} ${ARG_SOURCES})
   target_link_libraries(${name} PRIVATE ${ARG_LINK} GTest::gmock GTest::gtest_main)
-  target_compile_definitions(${name} PRIVATE WALKMAN_TEST_DATA="${WALKMAN_ROOT}/tests/data"
-                                             WALKMAN_URDF_DIR="${WALKMAN_ROOT}/urdf")
-  gtest_discover_tests(${name} PROPERTIES TIMEOUT ${ARG_TIMEOUT} DISCOVERY_TIMEOUT 60)
+  target_compile_definitions(${name} PRIVATE WALKMAN_TEST_DATA="tests/data" WALKMAN_URDF_DIR="urdf"
+                                             WALKMAN_SOURCE_TREE=".")
+  gtest_discover_tests(${name} WORKING_DIRECTORY "${WALKMAN_ROOT}" PROPERTIES TIMEOUT ${ARG_TIMEOUT} DISCOVERY_TIMEOUT 60)
 endfunction()

@@ -6,11 +6,11 @@
 #include <random>
 #include <stdexcept>
 
-#include "emulator/export/device_files.h"
-#include "emulator/nodes/drive_node.h"
-#include "emulator/nodes/force_torque_node.h"
-#include "emulator/nodes/hand_node.h"
-#include "emulator/nodes/inertial_node.h"
+#include "emulator/datasheets/device_files.h"
+#include "emulator/nodes/drive/drive_node.h"
+#include "emulator/nodes/measuring/force_torque_node.h"
+#include "emulator/nodes/drive/hand_node.h"
+#include "emulator/nodes/measuring/inertial_node.h"
 
 namespace walkman {
 namespace {
@@ -78,7 +78,7 @@ struct ForceTorqueKinds {
       : wrist(load(options, "force_torque_45mm.yaml")), ankle(load(options, "force_torque_ankle.yaml")) {}
   static ForceTorqueKind load(const EmulatorOptions& options, const char* file) {
     const bool given = !options.sensors.empty();
-    return load_force_torque_kind((given ? options.sensors : options.actuators / ".." / "sensors") / file);
+    return load_force_torque_kind((given ? options.sensors : options.actuators / "../../nodes/measuring") / file);
   }
   /// A sensor nothing hangs below sits in a foot.
   [[nodiscard]] const ForceTorqueKind& of(const RobotModel& robot, const std::string& frame) const {
@@ -208,7 +208,7 @@ Emulator::Emulator(const RobotModel& robot, const DeviceTable& devices, const Sc
                    const EmulatorOptions& options)
     : impl_(
           std::make_unique<Impl>(robot, devices, scene, options, plant::load_actuators(options.actuators))) {
-  device_files::store_data_sheets(device_files::wired_buses(devices, buses()));
+  datasheets::store_data_sheets(datasheets::wired_buses(devices, buses()));
 }
 
 Emulator::~Emulator() = default;

@@ -7,7 +7,7 @@
 
 #include <Eigen/Geometry>
 
-#include "urdf/robot_model.h"
+#include "urdf/reader/robot_model.h"
 
 namespace walkman::sensors {
 

@@ -5,7 +5,7 @@
 #include "adaptation/perception/stage_one.h"
 #include "drivers/camera/range_camera.h"
 #include "drivers/can/frame.h"
-#include "urdf/wrench.h"
+#include "urdf/reader/wrench.h"
 
 namespace walkman::regrasp {
 

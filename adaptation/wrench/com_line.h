@@ -4,7 +4,7 @@
 
 #include <Eigen/Core>
 
-#include "urdf/wrench.h"
+#include "urdf/reader/wrench.h"
 
 namespace walkman::wrench {
 

@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "adaptation/motion/kinematics.h"
-#include "urdf/wrench.h"
+#include "urdf/reader/wrench.h"
 
 namespace walkman::wrench {
 

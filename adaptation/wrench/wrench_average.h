@@ -1,6 +1,6 @@
 #pragma once
 
-#include "urdf/wrench.h"
+#include "urdf/reader/wrench.h"
 
 namespace walkman::wrench {
 

@@ -4,8 +4,8 @@
 
 #include <fmt/format.h>
 
-#include "apps/exit_code.h"
-#include "urdf/nearest_name.h"
+#include "apps/shared/exit_code.h"
+#include "urdf/reader/nearest_name.h"
 
 namespace walkman::apps {
 namespace {
@@ -30,11 +30,11 @@ void attach(Emulation& emulation, Door& door) {
 
 DoorSet::DoorSet(Emulation& emulation, const DoorOptions& options) {
   if (options.socketcand) {
-    doors::SocketcandOptions settings;
+    gateways::SocketcandOptions settings;
     settings.port = *options.socketcand;
     const std::vector<bus::CanBus*> buses = emulation.emulator().buses();
     try {
-      socketcand_ = std::make_unique<doors::SocketcandServer>(buses, settings);
+      socketcand_ = std::make_unique<gateways::SocketcandServer>(buses, settings);
     } catch (const std::runtime_error& e) {
       throw EnvironmentError(e.what());
     }
@@ -46,7 +46,7 @@ DoorSet::DoorSet(Emulation& emulation, const DoorOptions& options) {
     bus::CanBus& bus = bus_named(emulation, item.substr(0, equals));
     const std::string link = equals == std::string::npos ? "" : item.substr(equals + 1);
     try {
-      slcan_.push_back(std::make_unique<doors::SlcanPort>(bus, link));
+      slcan_.push_back(std::make_unique<gateways::SlcanPort>(bus, link));
     } catch (const std::runtime_error& e) {
       throw EnvironmentError(e.what());
     }

@@ -6,8 +6,8 @@
 #include <vector>
 
 #include "apps/emulate/emulation.h"
-#include "emulator/doors/slcan_port.h"
-#include "emulator/doors/socketcand_server.h"
+#include "emulator/gateways/slcan_port.h"
+#include "emulator/gateways/socketcand_server.h"
 
 namespace walkman::apps {
 
@@ -27,8 +27,8 @@ class DoorSet {
   [[nodiscard]] const std::string& addresses() const noexcept { return addresses_; }
 
  private:
-  std::unique_ptr<doors::SocketcandServer> socketcand_;
-  std::vector<std::unique_ptr<doors::SlcanPort>> slcan_;
+  std::unique_ptr<gateways::SocketcandServer> socketcand_;
+  std::vector<std::unique_ptr<gateways::SlcanPort>> slcan_;
   std::string addresses_;
 };
 

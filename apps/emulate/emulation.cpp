@@ -3,13 +3,13 @@
 #include <cstdio>
 #include <stdexcept>
 
-#include "apps/exit_code.h"
-#include "apps/frame_log.h"
-#include "apps/stop_signals.h"
-#include "emulator/clock/host_clock.h"
-#include "emulator/clock/host_scheduling.h"
-#include "emulator/clock/lockstep_pacer.h"
-#include "emulator/clock/real_time_pacer.h"
+#include "apps/shared/exit_code.h"
+#include "apps/shared/frame_log.h"
+#include "apps/shared/stop_signals.h"
+#include "emulator/pacing/host_clock.h"
+#include "emulator/pacing/host_scheduling.h"
+#include "emulator/pacing/lockstep_pacer.h"
+#include "emulator/pacing/real_time_pacer.h"
 
 namespace walkman::apps {
 namespace {

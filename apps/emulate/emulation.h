@@ -5,12 +5,12 @@
 #include <string>
 #include <vector>
 
-#include "apps/can_map.h"
-#include "apps/emulated_world.h"
+#include "apps/shared/can_map.h"
+#include "apps/shared/emulated_world.h"
 #include "emulator/bus/bridge.h"
-#include "emulator/clock/event_loop.h"
-#include "emulator/clock/real_time_schedule.h"
-#include "emulator/cloud_server.h"
+#include "emulator/pacing/event_loop.h"
+#include "emulator/pacing/real_time_schedule.h"
+#include "emulator/camera/cloud_server.h"
 
 namespace walkman::apps {
 

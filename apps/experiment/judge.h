@@ -6,7 +6,7 @@
 
 #include "adaptation/regrasp/observer.h"
 #include "emulator/emulator.h"
-#include "urdf/scene.h"
+#include "emulator/scene/scene.h"
 
 namespace walkman::apps {
 

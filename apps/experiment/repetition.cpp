@@ -5,15 +5,15 @@
 #include <cmath>
 
 #include "adaptation/regrasp/regrasp.h"
-#include "apps/emulated_world.h"
+#include "apps/shared/emulated_world.h"
 #include "apps/experiment/judge.h"
-#include "apps/lockstep_cycle.h"
-#include "apps/master_options.h"
+#include "apps/shared/lockstep_cycle.h"
+#include "apps/shared/master_options.h"
 #include "drivers/robot/robot.h"
-#include "emulator/bus/candump_log.h"
+#include "emulator/logs/candump_log.h"
 #include "emulator/emulator.h"
-#include "emulator/export/device_files.h"
-#include "emulator/export/state_log.h"
+#include "emulator/datasheets/device_files.h"
+#include "emulator/logs/state_log.h"
 
 namespace walkman::apps {
 namespace {
@@ -37,7 +37,7 @@ class WireTap {
   WireTap(Emulator& emulator, const RepetitionOptions& options) {
     if (!options.out.empty()) {
       log_ = std::make_unique<bus::CandumpLog>(options.out / "can.log");
-      if (options.state_log) states_ = std::make_unique<device_files::StateLog>(options.out / "state.csv");
+      if (options.state_log) states_ = std::make_unique<datasheets::StateLog>(options.out / "state.csv");
     }
     for (bus::CanBus* bus : emulator.buses()) {
       if (log_) {
@@ -61,7 +61,7 @@ class WireTap {
 
  private:
   std::unique_ptr<bus::CandumpLog> log_;
-  std::unique_ptr<device_files::StateLog> states_;
+  std::unique_ptr<datasheets::StateLog> states_;
 };
 
 /// What the buses have to say to a stop: at full load the lowest priorities never get through.
@@ -168,8 +168,8 @@ RepetitionResult run_repetition(const RepetitionOptions& options) {
   }
   if (!options.out.empty()) {
     // As the master has left the PDOs at boot.
-    static_cast<void>(device_files::write_dbc_files(
-        device_files::wired_buses(world.devices, world.emulator.buses()), options.out / "dbc"));
+    static_cast<void>(datasheets::write_dbc_files(
+        datasheets::wired_buses(world.devices, world.emulator.buses()), options.out / "dbc"));
   }
   robot.stop();
   cycle.next();  // the drives take their quick stop, and their brakes hold

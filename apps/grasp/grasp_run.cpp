@@ -6,15 +6,15 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
-#include "apps/can_map.h"
-#include "apps/exit_code.h"
-#include "apps/grasp/lockstep_cycle.h"
-#include "apps/grasp/master_bus.h"
-#include "apps/grasp/real_time_cycle.h"
-#include "apps/master_options.h"
-#include "apps/stop_signals.h"
+#include "apps/shared/can_map.h"
+#include "apps/shared/exit_code.h"
+#include "drivers/robot/lockstep_cycle.h"
+#include "drivers/robot/master_bus.h"
+#include "drivers/robot/real_time_cycle.h"
+#include "apps/shared/master_options.h"
+#include "apps/shared/stop_signals.h"
 #include "drivers/camera/socket_camera.h"
-#include "urdf/scene.h"
+#include "emulator/scene/scene.h"
 
 namespace walkman::apps {
 namespace {

@@ -9,7 +9,7 @@
 #include <fmt/ranges.h>
 
 #include "adaptation/regrasp/regrasp.h"
-#include "apps/lockstep_cycle.h"
+#include "apps/shared/lockstep_cycle.h"
 
 namespace walkman::apps {
 namespace {

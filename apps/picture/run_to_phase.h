@@ -3,8 +3,8 @@
 #include <filesystem>
 #include <string>
 
-#include "apps/emulated_world.h"
-#include "apps/master_options.h"
+#include "apps/shared/emulated_world.h"
+#include "apps/shared/master_options.h"
 
 namespace walkman::apps {
 

@@ -2,8 +2,8 @@
 
 #include <array>
 
-#include "emulator/plant/world_objects.h"
-#include "urdf/kinematics.h"
+#include "emulator/plant/dynamics/world_objects.h"
+#include "urdf/reader/kinematics.h"
 
 namespace walkman::apps {
 namespace {

@@ -4,7 +4,7 @@
 
 #include <Eigen/Geometry>
 
-#include "apps/emulated_world.h"
+#include "apps/shared/emulated_world.h"
 
 namespace walkman::apps {
 

@@ -10,10 +10,10 @@
 #include <fmt/ranges.h>
 
 #include "apps/replay/master_frames.h"
-#include "emulator/bus/candump_log.h"
-#include "emulator/bus/candump_reader.h"
+#include "emulator/logs/candump_log.h"
+#include "emulator/logs/candump_reader.h"
 #include "emulator/bus/frame_length.h"
-#include "urdf/nearest_name.h"
+#include "urdf/reader/nearest_name.h"
 
 namespace walkman::apps {
 namespace {

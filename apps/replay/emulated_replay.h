@@ -6,7 +6,7 @@
 #include <map>
 #include <string>
 
-#include "apps/emulated_world.h"
+#include "apps/shared/emulated_world.h"
 
 namespace walkman::apps {
 

@@ -5,10 +5,10 @@
 #include <optional>
 #include <thread>
 
-#include "apps/can_map.h"
+#include "apps/shared/can_map.h"
 #include "apps/replay/master_frames.h"
-#include "apps/stop_signals.h"
-#include "emulator/bus/candump_reader.h"
+#include "apps/shared/stop_signals.h"
+#include "emulator/logs/candump_reader.h"
 
 namespace walkman::apps {
 namespace {

@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "drivers/robot/pdo_layout.h"
-#include "urdf/device_table.h"
+#include "urdf/reader/device_table.h"
 
 namespace walkman::robot {
 

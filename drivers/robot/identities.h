@@ -4,7 +4,7 @@
 #include <map>
 
 #include "drivers/canopen/identity.h"
-#include "urdf/device_table.h"
+#include "urdf/reader/device_table.h"
 
 namespace walkman::robot {
 

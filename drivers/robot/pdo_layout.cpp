@@ -6,7 +6,7 @@
 
 #include <fmt/format.h>
 
-#include "drivers/canopen/channel_sample.h"
+#include "drivers/cia404/channel_sample.h"
 #include "drivers/canopen/factory_pdos.h"
 #include "drivers/cia402/drive_pdos.h"
 #include "drivers/robot/yaml_numbers.h"

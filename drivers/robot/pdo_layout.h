@@ -4,7 +4,7 @@
 #include <string>
 
 #include "drivers/canopen/pdo_settings.h"
-#include "urdf/device_table.h"
+#include "urdf/reader/device_table.h"
 
 namespace walkman::robot {
 

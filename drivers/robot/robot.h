@@ -11,8 +11,8 @@
 #include "drivers/can/interface.h"
 #include "drivers/robot/identities.h"
 #include "drivers/robot/pdo_layout.h"
-#include "urdf/device_table.h"
-#include "urdf/wrench.h"
+#include "urdf/reader/device_table.h"
+#include "urdf/reader/wrench.h"
 
 namespace walkman::robot {
 

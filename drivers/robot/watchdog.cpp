@@ -4,8 +4,8 @@
 
 #include "drivers/canopen/master.h"
 #include "drivers/cia402/joint_drive.h"
-#include "drivers/ft/force_torque_sensor.h"
-#include "drivers/imu/inertial_unit.h"
+#include "drivers/cia404/force_torque_sensor.h"
+#include "drivers/cia404/inertial_unit.h"
 #include "drivers/robot/set_point.h"
 
 namespace walkman::robot {

@@ -3,7 +3,7 @@
 #include <cstdint>
 #include <string>
 
-#include "urdf/yaml_map.h"
+#include "urdf/reader/yaml_map.h"
 
 namespace walkman::robot {
 

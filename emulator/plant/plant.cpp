@@ -6,18 +6,18 @@
 
 #include <btBulletDynamicsCommon.h>
 
-#include "emulator/plant/bullet_types.h"
-#include "emulator/plant/event_player.h"
-#include "emulator/plant/hoist.h"
-#include "emulator/plant/joint_stop.h"
-#include "emulator/plant/multibody.h"
-#include "emulator/plant/plant_world.h"
-#include "emulator/plant/row_space_solver.h"
-#include "emulator/plant/self_collision.h"
-#include "emulator/plant/self_collision_dispatcher.h"
-#include "emulator/plant/soft_hand.h"
-#include "emulator/plant/standing_load.h"
-#include "emulator/plant/world_objects.h"
+#include "emulator/plant/dynamics/bullet_types.h"
+#include "emulator/plant/dynamics/event_player.h"
+#include "emulator/plant/dynamics/hoist.h"
+#include "emulator/plant/dynamics/joint_stop.h"
+#include "emulator/plant/dynamics/multibody.h"
+#include "emulator/plant/dynamics/plant_world.h"
+#include "emulator/plant/dynamics/row_space_solver.h"
+#include "emulator/plant/contact/self_collision.h"
+#include "emulator/plant/contact/self_collision_dispatcher.h"
+#include "emulator/plant/hands/soft_hand.h"
+#include "emulator/plant/dynamics/standing_load.h"
+#include "emulator/plant/dynamics/world_objects.h"
 
 namespace walkman::plant {
 namespace {

@@ -8,12 +8,12 @@
 
 #include <Eigen/Geometry>
 
-#include "emulator/plant/inertial_motion.h"
-#include "emulator/plant/series_elastic_actuator.h"
-#include "emulator/plant/slip_meter.h"
-#include "urdf/device_table.h"
-#include "urdf/scene.h"
-#include "urdf/wrench.h"
+#include "emulator/plant/probes/inertial_motion.h"
+#include "emulator/plant/actuators/series_elastic_actuator.h"
+#include "emulator/plant/hands/slip_meter.h"
+#include "urdf/reader/device_table.h"
+#include "emulator/scene/scene.h"
+#include "urdf/reader/wrench.h"
 
 namespace walkman::plant {
 

@@ -9,7 +9,7 @@
 #include <benchmark/benchmark.h>
 
 #include "adaptation/motion/hand_motion.h"
-#include "urdf/device_table.h"
+#include "urdf/reader/device_table.h"
 
 namespace {
 

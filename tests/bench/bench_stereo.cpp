@@ -18,9 +18,9 @@
 #include "sensors/ray_scene.h"
 #include "sensors/stereo_camera.h"
 #include "sensors/stereo_rays.h"
-#include "urdf/kinematics.h"
-#include "urdf/robot_model.h"
-#include "urdf/scene.h"
+#include "urdf/reader/kinematics.h"
+#include "urdf/reader/robot_model.h"
+#include "emulator/scene/scene.h"
 
 namespace {
 

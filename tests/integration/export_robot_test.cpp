@@ -6,12 +6,12 @@
 #include <gtest/gtest.h>
 
 #include "emulator/emulator.h"
-#include "emulator/export/dbc_model.h"
-#include "emulator/export/device_files.h"
-#include "emulator/export/object_names.h"
-#include "emulator/export/state_log.h"
+#include "emulator/datasheets/dbc_model.h"
+#include "emulator/datasheets/device_files.h"
+#include "emulator/datasheets/object_names.h"
+#include "emulator/logs/state_log.h"
 
-namespace walkman::device_files {
+namespace walkman::datasheets {
 namespace {
 
 class WholeRobot : public testing::Test {
@@ -45,7 +45,7 @@ TEST_F(WholeRobot, EveryEntryOfEveryDeviceHasAName) {
   EXPECT_GT(entries, 1000U);
   std::string list;
   for (const std::string& address : missing) list += address + ' ';
-  EXPECT_TRUE(missing.empty()) << "not in emulator/export/*_names.cpp: " << list;
+  EXPECT_TRUE(missing.empty()) << "not in emulator/datasheets/*_names.cpp: " << list;
 }
 
 TEST_F(WholeRobot, SignalNamesOfPdosInUseFitThirtyTwoCharactersAndAreUnique) {
@@ -99,4 +99,4 @@ TEST(StateLog, SaysWhichFileItCannotCreate) {
 }
 
 }  // namespace
-}  // namespace walkman::device_files
+}  // namespace walkman::datasheets

@@ -11,9 +11,9 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "apps/emulated_world.h"
-#include "apps/lockstep_cycle.h"
-#include "apps/master_options.h"
+#include "apps/shared/emulated_world.h"
+#include "apps/shared/lockstep_cycle.h"
+#include "apps/shared/master_options.h"
 
 namespace walkman::apps {
 namespace {

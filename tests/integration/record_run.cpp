@@ -7,16 +7,16 @@
 #include <cstdlib>
 #include <exception>
 
-#include "emulator/bus/candump_log.h"
+#include "emulator/logs/candump_log.h"
 #include "emulator/emulator.h"
-#include "emulator/export/device_files.h"
-#include "emulator/export/state_log.h"
+#include "emulator/datasheets/device_files.h"
+#include "emulator/logs/state_log.h"
 
 namespace {
 
 using walkman::Time;
 using walkman::can::Frame;
-using walkman::device_files::WiredDevice;
+using walkman::datasheets::WiredDevice;
 
 constexpr Time kCycle = std::chrono::milliseconds(5);
 constexpr int kStartCycle = 4;
@@ -56,10 +56,10 @@ void run(const std::filesystem::path& tree, const std::filesystem::path& out, in
   walkman::EmulatorOptions options;
   options.actuators = tree / "emulator/plant/actuators";
   walkman::Emulator emulator(robot, table, scene, options);
-  const auto wired = walkman::device_files::wired_buses(table, emulator.buses());
+  const auto wired = walkman::datasheets::wired_buses(table, emulator.buses());
 
   walkman::bus::CandumpLog can_log(out / "can.log");
-  walkman::device_files::StateLog state_log(out / "state.csv");
+  walkman::datasheets::StateLog state_log(out / "state.csv");
   for (walkman::bus::CanBus* bus : emulator.buses()) {
     bus->set_observer([&can_log, bus](const walkman::can::StampedFrame& frame) {
       can_log.write(bus->interface_name(), frame);

@@ -4,7 +4,7 @@
 #include <string>
 
 #include "emulator/emulator.h"
-#include "urdf/scene.h"
+#include "emulator/scene/scene.h"
 
 namespace walkman::lifts {
 

@@ -8,8 +8,8 @@
 #include <Eigen/Geometry>
 #include <mujoco/mujoco.h>
 
-#include "emulator/plant/rigid_tree.h"
-#include "urdf/robot_model.h"
+#include "emulator/plant/dynamics/rigid_tree.h"
+#include "urdf/reader/robot_model.h"
 
 namespace walkman::peers {
 

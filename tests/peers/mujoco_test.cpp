@@ -7,7 +7,7 @@
 #include <gtest/gtest.h>
 
 #include "tests/peers/twin.h"
-#include "urdf/scene.h"
+#include "emulator/scene/scene.h"
 
 namespace walkman::peers {
 namespace {

@@ -7,11 +7,11 @@
 
 #include <btBulletDynamicsCommon.h>
 
-#include "emulator/plant/plant_world.h"
-#include "emulator/plant/row_space_solver.h"
-#include "emulator/plant/world_objects.h"
+#include "emulator/plant/dynamics/plant_world.h"
+#include "emulator/plant/dynamics/row_space_solver.h"
+#include "emulator/plant/dynamics/world_objects.h"
 #include "tests/peers/mujoco_model.h"
-#include "urdf/device_table.h"
+#include "urdf/reader/device_table.h"
 
 namespace walkman::peers {
 

@@ -1,6 +1,6 @@
 #include "tests/rigs/robot_without_plant.h"
 
-#include "emulator/nodes/hand_node.h"
+#include "emulator/nodes/drive/hand_node.h"
 
 namespace walkman::rigs {
 namespace {

@@ -6,12 +6,12 @@
 
 #include "drivers/can/interface.h"
 #include "emulator/bus/can_bus.h"
-#include "emulator/nodes/drive_node.h"
-#include "emulator/nodes/force_torque_node.h"
-#include "emulator/nodes/inertial_node.h"
-#include "urdf/device_table.h"
-#include "urdf/robot_model.h"
-#include "urdf/scene.h"
+#include "emulator/nodes/drive/drive_node.h"
+#include "emulator/nodes/measuring/force_torque_node.h"
+#include "emulator/nodes/measuring/inertial_node.h"
+#include "urdf/reader/device_table.h"
+#include "urdf/reader/robot_model.h"
+#include "emulator/scene/scene.h"
 
 namespace walkman::rigs {
 

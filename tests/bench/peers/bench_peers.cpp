@@ -13,7 +13,7 @@
 
 #include "tests/bench/peers/step_times.h"
 #include "tests/peers/twin.h"
-#include "urdf/scene.h"
+#include "emulator/scene/scene.h"
 
 namespace {
 

@@ -1,4 +1,4 @@
-#include "emulator/bus/candump_log.h"
+#include "emulator/logs/candump_log.h"
 
 #include <cstdlib>
 #include <fstream>

@@ -1,4 +1,4 @@
-#include "emulator/bus/candump_reader.h"
+#include "emulator/logs/candump_reader.h"
 
 #include <fstream>
 #include <random>
@@ -7,7 +7,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "emulator/bus/candump_log.h"
+#include "emulator/logs/candump_log.h"
 
 namespace walkman::bus {
 namespace {

@@ -1,4 +1,4 @@
-#include "emulator/bus/pcapng_log.h"
+#include "emulator/logs/pcapng_log.h"
 
 #include <array>
 #include <cctype>
@@ -10,7 +10,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "emulator/bus/candump_log.h"
+#include "emulator/logs/candump_log.h"
 
 namespace walkman::bus {
 namespace {

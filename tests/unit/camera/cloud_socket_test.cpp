@@ -13,9 +13,9 @@
 #include <unistd.h>
 
 #include "drivers/camera/socket_camera.h"
-#include "emulator/cloud_server.h"
+#include "emulator/camera/cloud_server.h"
 #include "emulator/plant/plant.h"
-#include "urdf/device_table.h"
+#include "urdf/reader/device_table.h"
 
 namespace walkman {
 namespace {

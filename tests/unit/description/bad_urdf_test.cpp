@@ -4,7 +4,7 @@
 #include <gmock/gmock.h>
 
 #include "robots.h"
-#include "urdf/text_file.h"
+#include "urdf/reader/text_file.h"
 
 namespace walkman::testing {
 namespace {

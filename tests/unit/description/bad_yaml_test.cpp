@@ -2,8 +2,8 @@
 #include <gmock/gmock.h>
 
 #include "robots.h"
-#include "urdf/device_table.h"
-#include "urdf/scene.h"
+#include "urdf/reader/device_table.h"
+#include "emulator/scene/scene.h"
 
 namespace walkman::testing {
 namespace {

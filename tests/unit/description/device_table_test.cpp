@@ -1,4 +1,4 @@
-#include "urdf/device_table.h"
+#include "urdf/reader/device_table.h"
 
 #include <set>
 

@@ -1,4 +1,4 @@
-#include "urdf/model_check.h"
+#include "urdf/reader/model_check.h"
 
 #include <gmock/gmock.h>
 #include <nlohmann/json.hpp>

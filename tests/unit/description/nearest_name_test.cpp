@@ -1,4 +1,4 @@
-#include "urdf/nearest_name.h"
+#include "urdf/reader/nearest_name.h"
 
 #include <gtest/gtest.h>
 

@@ -8,8 +8,8 @@
 
 #include <Eigen/Geometry>
 
-#include "urdf/kinematics.h"
-#include "urdf/robot_model.h"
+#include "urdf/reader/kinematics.h"
+#include "urdf/reader/robot_model.h"
 
 namespace walkman::testing {
 

@@ -1,11 +1,11 @@
-#include "urdf/scene.h"
+#include "emulator/scene/scene.h"
 
 #include <cmath>
 
 #include <gmock/gmock.h>
 
 #include "robots.h"
-#include "urdf/extent.h"
+#include "urdf/reader/extent.h"
 
 namespace walkman::testing {
 namespace {

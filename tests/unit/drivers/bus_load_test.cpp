@@ -5,7 +5,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "urdf/robot_model.h"
+#include "urdf/reader/robot_model.h"
 
 namespace walkman::robot {
 namespace {

@@ -1,4 +1,4 @@
-#include "emulator/force_torque_kind.h"
+#include "emulator/nodes/measuring/force_torque_kind.h"
 
 #include <cmath>
 #include <filesystem>
@@ -16,7 +16,7 @@ using nodes::Vector6;
 using testing::HasSubstr;
 
 const std::filesystem::path kShipped =
-    std::filesystem::path(WALKMAN_URDF_DIR) / "../emulator/plant/sensors/force_torque_45mm.yaml";
+    std::filesystem::path(WALKMAN_URDF_DIR) / "../emulator/nodes/measuring/force_torque_45mm.yaml";
 
 /// The message of loading the shipped file with `from` replaced by `to`; empty when it loads.
 std::string message_of(const std::string& from, const std::string& to) {

@@ -1,4 +1,4 @@
-#include "apps/experiment/scene_reach.h"
+#include "apps/shared/scene_reach.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -7,7 +7,7 @@
 #include <kdl/jntarray.hpp>
 #include <kdl/tree.hpp>
 
-#include "urdf/robot_model.h"
+#include "urdf/reader/robot_model.h"
 
 namespace walkman::motion {
 

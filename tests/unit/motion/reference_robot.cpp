@@ -1,6 +1,6 @@
 #include "tests/unit/motion/reference_robot.h"
 
-#include "urdf/device_table.h"
+#include "urdf/reader/device_table.h"
 
 namespace walkman::motion {
 namespace {

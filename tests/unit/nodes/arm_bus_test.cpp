@@ -3,9 +3,9 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "emulator/bus/candump_log.h"
-#include "emulator/nodes/force_torque_node.h"
-#include "emulator/nodes/hand_node.h"
+#include "emulator/logs/candump_log.h"
+#include "emulator/nodes/measuring/force_torque_node.h"
+#include "emulator/nodes/drive/hand_node.h"
 #include "tests/unit/nodes/allocation_count.h"
 #include "tests/unit/nodes/conversation.h"
 #include "tests/unit/nodes/test_drive.h"

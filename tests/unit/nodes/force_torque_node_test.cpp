@@ -1,4 +1,4 @@
-#include "emulator/nodes/force_torque_node.h"
+#include "emulator/nodes/measuring/force_torque_node.h"
 
 #include <bit>
 #include <cmath>

@@ -1,6 +1,6 @@
 // Each stage of the transducer alone, against what its definition says.
 
-#include "emulator/nodes/force_torque_transducer.h"
+#include "emulator/nodes/measuring/force_torque_transducer.h"
 
 #include <cmath>
 #include <limits>

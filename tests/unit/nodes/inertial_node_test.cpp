@@ -1,4 +1,4 @@
-#include "emulator/nodes/inertial_node.h"
+#include "emulator/nodes/measuring/inertial_node.h"
 
 #include <cmath>
 #include <limits>

@@ -1,4 +1,4 @@
-#include "emulator/nodes/object_dictionary.h"
+#include "emulator/nodes/cia301/object_dictionary.h"
 
 #include <gtest/gtest.h>
 

@@ -3,7 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "emulator/nodes/block_crc.h"
+#include "emulator/nodes/cia301/block_crc.h"
 #include "tests/unit/nodes/conversation.h"
 #include "tests/unit/nodes/test_slave.h"
 

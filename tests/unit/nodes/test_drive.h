@@ -1,6 +1,6 @@
 #pragma once
 
-#include "emulator/nodes/drive_node.h"
+#include "emulator/nodes/drive/drive_node.h"
 
 namespace walkman::nodes {
 

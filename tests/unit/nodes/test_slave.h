@@ -2,7 +2,7 @@
 
 #include <vector>
 
-#include "emulator/nodes/canopen_slave.h"
+#include "emulator/nodes/cia301/canopen_slave.h"
 
 namespace walkman::nodes {
 

@@ -8,8 +8,8 @@
 #include <gtest/gtest.h>
 #include <png.h>
 
-#include "sensors/picture_renderer.h"
-#include "sensors/png_file.h"
+#include "apps/picture/picture_renderer.h"
+#include "apps/picture/png_file.h"
 
 namespace walkman::sensors {
 namespace {

@@ -4,7 +4,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "emulator/plant/actuator_parameters.h"
+#include "emulator/plant/actuators/actuator_parameters.h"
 
 namespace walkman::plant {
 namespace {

@@ -5,11 +5,11 @@
 #include <BulletDynamics/Featherstone/btMultiBodyDynamicsWorld.h>
 #include <gtest/gtest.h>
 
-#include "emulator/plant/bullet_types.h"
-#include "emulator/plant/multibody.h"
-#include "emulator/plant/plant_world.h"
-#include "emulator/plant/row_space_solver.h"
-#include "emulator/plant/world_objects.h"
+#include "emulator/plant/dynamics/bullet_types.h"
+#include "emulator/plant/dynamics/multibody.h"
+#include "emulator/plant/dynamics/plant_world.h"
+#include "emulator/plant/dynamics/row_space_solver.h"
+#include "emulator/plant/dynamics/world_objects.h"
 
 namespace walkman::plant {
 namespace {

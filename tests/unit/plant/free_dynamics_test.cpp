@@ -8,8 +8,8 @@
 #include <gtest/gtest.h>
 
 #include "emulator/plant/plant.h"
-#include "emulator/plant/plant_world.h"
-#include "emulator/plant/row_space_solver.h"
+#include "emulator/plant/dynamics/plant_world.h"
+#include "emulator/plant/dynamics/row_space_solver.h"
 #include "tests/unit/plant/momentum.h"
 
 namespace walkman::plant {

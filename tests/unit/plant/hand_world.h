@@ -4,10 +4,10 @@
 #include <set>
 #include <string>
 
-#include "emulator/plant/plant_world.h"
-#include "emulator/plant/row_space_solver.h"
-#include "emulator/plant/slip_meter.h"
-#include "emulator/plant/soft_hand.h"
+#include "emulator/plant/dynamics/plant_world.h"
+#include "emulator/plant/dynamics/row_space_solver.h"
+#include "emulator/plant/hands/slip_meter.h"
+#include "emulator/plant/hands/soft_hand.h"
 
 namespace walkman::tests {
 

@@ -1,7 +1,7 @@
 // Mobilities of contact points by the factorised joint-space inertia, against Bullet's articulated-body
 // recursion over the whole tree.
 
-#include "emulator/plant/joint_space_inertia.h"
+#include "emulator/plant/dynamics/joint_space_inertia.h"
 
 #include <algorithm>
 #include <cmath>
@@ -14,8 +14,8 @@
 #include <btBulletCollisionCommon.h>
 #include <gtest/gtest.h>
 
-#include "emulator/plant/constraint_rows.h"
-#include "emulator/plant/multibody.h"
+#include "emulator/plant/dynamics/constraint_rows.h"
+#include "emulator/plant/dynamics/multibody.h"
 
 namespace walkman::plant {
 namespace {

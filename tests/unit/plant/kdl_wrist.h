@@ -4,7 +4,7 @@
 #include <kdl/chain.hpp>
 #include <kdl/jntarray.hpp>
 
-#include "urdf/robot_model.h"
+#include "urdf/reader/robot_model.h"
 
 namespace walkman::tests {
 

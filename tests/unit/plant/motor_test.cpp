@@ -4,7 +4,7 @@
 
 #include <gtest/gtest.h>
 
-#include "emulator/plant/series_elastic_actuator.h"
+#include "emulator/plant/actuators/series_elastic_actuator.h"
 
 namespace walkman::plant {
 namespace {

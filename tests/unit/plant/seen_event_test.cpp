@@ -2,7 +2,7 @@
 
 #include <cmath>
 
-#include "emulator/multisense.h"
+#include "emulator/camera/multisense.h"
 #include "tests/unit/plant/whole_plant.h"
 
 namespace walkman::plant {

@@ -1,6 +1,6 @@
 // What the sensors of wrists and ankles read, against KDL's recursive Newton–Euler on the same motion.
 
-#include "emulator/plant/wrench_probe.h"
+#include "emulator/plant/probes/wrench_probe.h"
 
 #include <cmath>
 #include <memory>
@@ -8,9 +8,9 @@
 #include <gtest/gtest.h>
 #include <kdl/chainidsolver_recursive_newton_euler.hpp>
 
-#include "emulator/plant/bullet_types.h"
-#include "emulator/plant/plant_world.h"
-#include "emulator/plant/row_space_solver.h"
+#include "emulator/plant/dynamics/bullet_types.h"
+#include "emulator/plant/dynamics/plant_world.h"
+#include "emulator/plant/dynamics/row_space_solver.h"
 #include "tests/unit/plant/kdl_wrist.h"
 
 namespace walkman::plant {

@@ -9,8 +9,8 @@
 
 #include "sensors/stereo_rays.h"
 #include "tests/unit/sensors/analytic_shapes.h"
-#include "urdf/kinematics.h"
-#include "urdf/scene.h"
+#include "urdf/reader/kinematics.h"
+#include "emulator/scene/scene.h"
 
 namespace walkman::sensors {
 namespace {

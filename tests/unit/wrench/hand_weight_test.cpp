@@ -4,7 +4,7 @@
 
 #include <gtest/gtest.h>
 
-#include "urdf/robot_model.h"
+#include "urdf/reader/robot_model.h"
 
 namespace walkman::wrench {
 namespace {

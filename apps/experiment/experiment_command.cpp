@@ -1,0 +1,120 @@
+#include <algorithm>
+#include <cstdio>
+#include <fstream>
+#include <thread>
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include "apps/shared/commands.h"
+#include "apps/shared/data_directory.h"
+#include "apps/shared/exit_code.h"
+#include "apps/experiment/paper_table.h"
+#include "apps/experiment/progress_line.h"
+#include "apps/experiment/repetition_pool.h"
+#include "apps/experiment/result_report.h"
+#include "apps/shared/master_options.h"
+#include "emulator/scene/scene.h"
+
+namespace walkman::apps {
+namespace {
+
+struct Options {
+  int number = 1;
+  int repeat = 1;
+  std::optional<std::int64_t> seed;  // the scene's own if not given
+  int jobs = static_cast<int>(std::max(1U, std::thread::hardware_concurrency()));
+  std::string out, scene, parameters;
+  MasterOptions master;
+  bool state_log = false, as_json = false;
+};
+
+/// The first repetition's files lie in the folder itself, the others' in folders of their own.
+std::filesystem::path folder_of(const std::filesystem::path& out, int index) {
+  return index == 0 ? out : out / fmt::format("repetition-{:02}", index + 1);
+}
+
+int run_experiment(const Options& options) {
+  const std::filesystem::path data = data_directory();
+  const std::optional<TableRow> paper = paper_row(options.number);
+  if (!paper)
+    throw std::runtime_error(
+        fmt::format("experiment {}: there is no such experiment, expected 1", options.number));
+  const std::filesystem::path out =
+      options.out.empty() ? std::filesystem::path("out") / fmt::format("experiment-{}", options.number)
+                          : std::filesystem::path(options.out);
+  const std::filesystem::path scene =
+      options.scene.empty() ? data / "urdf" / "scenes" / fmt::format("experiment_{}.yaml", options.number)
+                            : std::filesystem::path(options.scene);
+  const std::uint64_t seed =
+      options.seed ? static_cast<std::uint64_t>(*options.seed) : load_scene(scene).seed;
+  const robot::RobotOptions robot_options = load_robot_options(options.master, data);
+  std::vector<RepetitionOptions> repetitions;
+  for (int i = 0; i < options.repeat; ++i) {
+    RepetitionOptions repetition;
+    repetition.scene = scene;
+    repetition.parameters = options.parameters.empty() ? data / "adaptation" / "parameters.yaml"
+                                                       : std::filesystem::path(options.parameters);
+    repetition.actuators = data / "emulator" / "plant" / "actuators";
+    repetition.seed = seed + static_cast<std::uint64_t>(i);
+    repetition.out = folder_of(out, i);
+    repetition.robot = robot_options;
+    repetition.state_log = options.state_log;
+    repetitions.push_back(std::move(repetition));
+  }
+
+  ExperimentResult result;
+  result.number = options.number;
+  result.paper = *paper;
+  {
+    ProgressLine line;
+    result.repetitions =
+        run_repetitions(repetitions, options.jobs, [&](std::size_t index, const Progress& p) {
+          line.show(fmt::format(
+              "experiment {}  repetition {}/{}  {:<8}  {:6.2f} s simulated  {:4.2f} x real time",
+              options.number, index + 1, options.repeat, p.phase, p.simulated_seconds, p.real_time_factor));
+        });
+  }
+  const std::string json = to_json(result).dump(2) + "\n";
+  std::ofstream file(out / "result.json");
+  file << json;
+  file.close();
+  if (!file) throw std::runtime_error((out / "result.json").string() + ": cannot be written");
+  if (options.as_json) {
+    std::fputs(json.c_str(), stdout);
+  } else {
+    std::fputs(to_text(result).c_str(), stdout);
+    std::fputs(fmt::format("written to {}: result.json, can.log, dbc, cloud.pcd, wrench.csv{}\n",
+                           out.string(), options.state_log ? ", state.csv" : "")
+                   .c_str(),
+               stdout);
+  }
+  return result.succeeded() ? kOk : kTaskFailed;
+}
+
+}  // namespace
+
+void add_experiment_command(CLI::App& app, std::function<int()>& run) {
+  auto options = std::make_shared<Options>();
+  CLI::App* command = app.add_subcommand(
+      "experiment", "Run an experiment of the paper on the embedded bus and compare with its row");
+  command->add_option("NUMBER", options->number, "Number in the paper's Table 1")->required();
+  command->add_option("--repeat", options->repeat, "Repetitions, with the seeds SEED, SEED+1, ...")
+      ->check(CLI::Range(1, 10000));
+  command
+      ->add_option("--seed", options->seed,
+                   "Seed of the object's pose and of the sensors' noise (default: the scene's)")
+      ->check(CLI::Range(std::int64_t{0}, std::int64_t{1} << 53));
+  command->add_option("--jobs", options->jobs, "Repetitions at a time (default: one a core)")
+      ->check(CLI::Range(1, 256));
+  command->add_option("--out", options->out, "Folder for the results (default: out/experiment-NUMBER)");
+  command->add_option("--scene", options->scene, "Scene file instead of the experiment's own");
+  command->add_option("--parameters", options->parameters, "YAML of both stages' parameters");
+  add_master_options(*command, options->master);
+  command->add_flag("--state-log", options->state_log,
+                    "Write state.csv too: the devices' objects at every PDO (large)");
+  command->add_flag("--json", options->as_json, "Print JSON (SI units) instead of a table");
+  command->callback([&run, options] { run = [options] { return run_experiment(*options); }; });
+}
+
+}  // namespace walkman::apps

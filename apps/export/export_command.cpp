@@ -1,0 +1,68 @@
+#include <cstdio>
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include "apps/shared/commands.h"
+#include "apps/shared/data_directory.h"
+#include "apps/shared/exit_code.h"
+#include "emulator/emulator.h"
+#include "emulator/datasheets/device_files.h"
+
+namespace walkman::apps {
+namespace {
+
+using Files = std::vector<std::filesystem::path>;
+using Writer = Files (*)(const std::vector<datasheets::WiredBus>&, const std::filesystem::path&);
+
+struct Options {
+  std::string out, scene;
+  bool as_json = false;
+};
+
+int run_export(const Options& options, Writer write) {
+  const std::filesystem::path data = data_directory();
+  const Scene scene = load_scene(options.scene.empty() ? data / "urdf" / "scenes" / "experiment_1.yaml"
+                                                       : std::filesystem::path(options.scene));
+  const RobotModel robot = load_robot_model(scene.robot_urdf);
+  const DeviceTable devices = load_device_table(scene.device_table, robot);
+  EmulatorOptions emulator_options;
+  emulator_options.actuators = data / "emulator" / "plant" / "actuators";
+  Emulator emulator(robot, devices, scene, emulator_options);
+  const Files files = write(datasheets::wired_buses(devices, emulator.buses()), options.out);
+  if (options.as_json) {
+    nlohmann::json json;
+    json["files"] = nlohmann::json::array();
+    for (const std::filesystem::path& file : files) json["files"].push_back(file.string());
+    std::fputs((json.dump(2) + "\n").c_str(), stdout);
+  } else {
+    for (const std::filesystem::path& file : files) std::fputs((file.string() + "\n").c_str(), stdout);
+  }
+  return kOk;
+}
+
+void add_format(CLI::App& command, std::function<int()>& run, const char* name, const char* help,
+                Writer write) {
+  auto options = std::make_shared<Options>();
+  CLI::App* format = command.add_subcommand(name, help);
+  format->add_option("--out", options->out, "Folder for the files; created if it is not there")->required();
+  format->add_option("--scene", options->scene,
+                     "Scene whose robot and device table to export (default: experiment 1's)");
+  format->add_flag("--json", options->as_json, "Print the list of files as JSON");
+  format->callback(
+      [&run, options, write] { run = [options, write] { return run_export(*options, write); }; });
+}
+
+}  // namespace
+
+void add_export_command(CLI::App& app, std::function<int()>& run) {
+  CLI::App* command =
+      app.add_subcommand("export", "Write descriptions of the emulated devices for other tools");
+  command->require_subcommand(1);
+  add_format(*command, run, "eds", "Electronic data sheet (CiA 306) of each device type, from its dictionary",
+             &datasheets::write_eds_files);
+  add_format(*command, run, "dbc", "CAN database of each bus, from the PDO mapping of its devices",
+             &datasheets::write_dbc_files);
+}
+
+}  // namespace walkman::apps

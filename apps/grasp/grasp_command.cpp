@@ -1,0 +1,96 @@
+#include <chrono>
+#include <cstdio>
+#include <memory>
+
+#include <fmt/format.h>
+
+#include "apps/shared/commands.h"
+#include "apps/shared/data_directory.h"
+#include "apps/shared/exit_code.h"
+#include "apps/experiment/progress_line.h"
+#include "apps/grasp/grasp_report.h"
+#include "apps/grasp/grasp_run.h"
+#include "apps/shared/master_options.h"
+#include "apps/shared/stop_signals.h"
+
+namespace walkman::apps {
+namespace {
+
+constexpr auto kProgressInterval = std::chrono::milliseconds(200);
+
+struct Options {
+  std::string scene, can, camera_socket, parameters;
+  MasterOptions master;
+  bool lockstep = false, realtime = false, as_json = false;
+};
+
+constexpr const char* kFooter =
+    "The robot, or 'walkman-hil emulate' with the same --can, has to be there already. At Ctrl-C the drives\n"
+    "quick-stop and the nodes are stopped. Exit codes: 0 the object hangs from the hand where the wrist "
+    "torque\n"
+    "is least; 1 it does not; 2 bad usage or file; 3 an interface or the camera's socket is not there.";
+
+int run(const Options& options) {
+  const std::filesystem::path data = data_directory();
+  GraspOptions grasp;
+  grasp.scene = options.scene.empty() ? data / "urdf" / "scenes" / "experiment_1.yaml"
+                                      : std::filesystem::path(options.scene);
+  grasp.parameters = options.parameters.empty() ? data / "adaptation" / "parameters.yaml"
+                                                : std::filesystem::path(options.parameters);
+  grasp.robot = load_robot_options(options.master, data);
+  grasp.rate_given = options.master.rate_hz.has_value();
+  grasp.can = options.can;
+  grasp.camera_socket = options.camera_socket;
+  if (options.lockstep) grasp.pacing = camera::Pacing::kLockstep;
+  if (options.realtime) grasp.pacing = camera::Pacing::kRealTime;
+
+  StopSignals signals;  // before any thread
+  ProgressLine line;
+  auto shown = std::chrono::steady_clock::now() - kProgressInterval;
+  GraspEvents events;
+  events.cycle = [&](std::string_view phase, double seconds) {
+    const auto now = std::chrono::steady_clock::now();
+    if (now - shown < kProgressInterval) return;
+    shown = now;
+    line.show(fmt::format("{:<8}  {:6.2f} s", phase, seconds));
+  };
+  events.weighed = [&](const regrasp::Weighing& weighing) {
+    if (options.as_json) return;
+    line.clear();
+    std::fputs((to_text(weighing) + "\n").c_str(), stdout);
+    std::fflush(stdout);
+  };
+  const GraspResult result = run_grasp(grasp, signals, events);
+  line.clear();
+  std::fputs((options.as_json ? to_json_text(result) : to_text(result)).c_str(), stdout);
+  return result.done ? kOk : kTaskFailed;
+}
+
+}  // namespace
+
+void add_grasp_command(CLI::App& app, std::function<int()>& chosen) {
+  auto options = std::make_shared<Options>();
+  CLI::App* command =
+      app.add_subcommand("grasp", "Run the method against the robot on CAN interfaces of the kernel");
+  command->add_option("--scene", options->scene, "Scene file, for its robot (default: Experiment 1's)");
+  command
+      ->add_option("--can", options->can,
+                   "Interface of every bus: torso=vcan0,rarm=vcan1,larm=vcan2,rleg=vcan3,lleg=vcan4")
+      ->required();
+  auto* lockstep = command->add_flag("--lockstep", options->lockstep,
+                                     "A cycle ends when every answer has come (default: as the emulator)");
+  auto* realtime = command->add_flag("--realtime", options->realtime,
+                                     "Cycles begin on the host's clock (default: as the emulator)");
+  lockstep->excludes(realtime);
+  command->add_option(
+      "--camera-socket", options->camera_socket,
+      "Local socket of the camera's clouds (default: walkman-hil-camera.sock in /run/user/UID, "
+      "/run or /tmp)");
+  command->add_option("--parameters", options->parameters, "YAML of both stages' parameters");
+  add_master_options(*command, options->master);
+  command->add_flag("--json", options->as_json, "Print the result as JSON (SI units)");
+  command->footer(kFooter);
+  command->callback([&chosen, options] { chosen = [options] { return run(*options); }; });
+}
+
+}  // namespace walkman::apps

@@ -1,0 +1,94 @@
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <memory>
+#include <string>
+
+#include <CLI/CLI.hpp>
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include "apps/shared/commands.h"
+#include "apps/shared/data_directory.h"
+#include "apps/shared/exit_code.h"
+#include "drivers/robot/bus_load.h"
+#include "emulator/scene/scene.h"
+
+namespace walkman::apps {
+namespace {
+
+constexpr Time kHeartbeat = std::chrono::milliseconds(100);
+
+struct Options {
+  std::string scene, layout = "a";
+  double rate_hz = 200;
+  bool as_json = false;
+};
+
+/// A letter names one of the layouts that come with the program.
+robot::PdoLayout layout_named(const std::string& name) {
+  const bool shipped = name.size() == 1;
+  return robot::load_pdo_layout(shipped ? data_directory() / "drivers/robot/pdo_layouts" /
+                                              ("layout_" + name + ".yaml")
+                                        : std::filesystem::path(name));
+}
+
+void print(const std::vector<robot::BusLoad>& loads, const Options& options) {
+  std::printf("%s",
+              fmt::format("layout {} at {:g} Hz, worst-case bit stuffing\n", options.layout, options.rate_hz)
+                  .c_str());
+  std::printf("bus      frames   us a cycle   load   with heartbeats and timed PDOs   highest rate\n");
+  for (const robot::BusLoad& load : loads) {
+    std::printf("%s",
+                fmt::format("{:<8} {:>6} {:>12} {:>5.0f}% {:>31.0f}% {:>11} Hz{}\n", load.bus, load.frames,
+                            load.cyclic.count() / 1000, 100 * load.load, 100 * load.with_events,
+                            load.highest_rate_hz, load.load > 1 ? "   OVERLOAD" : "")
+                    .c_str());
+  }
+}
+
+nlohmann::json to_json(const std::vector<robot::BusLoad>& loads, const Options& options) {
+  nlohmann::json out = {{"layout", options.layout}, {"rate_hz", options.rate_hz}};
+  for (const robot::BusLoad& load : loads) {
+    out["buses"].push_back({{"name", load.bus},
+                            {"frames", load.frames},
+                            {"cycle_us", static_cast<double>(load.cyclic.count()) / 1000},
+                            {"load", load.load},
+                            {"load_with_events", load.with_events},
+                            {"highest_rate_hz", load.highest_rate_hz},
+                            {"overload", load.load > 1}});
+  }
+  return out;
+}
+
+int run_load(const Options& options) {
+  const Scene scene = load_scene(options.scene.empty() ? data_directory() / "urdf/scenes/experiment_1.yaml"
+                                                       : std::filesystem::path(options.scene));
+  const RobotModel model = load_robot_model(scene.robot_urdf);
+  const DeviceTable table = load_device_table(scene.device_table, model);
+  const auto cycle = Time(std::llround(1e9 / options.rate_hz));
+  const auto loads = robot::bus_loads(table, layout_named(options.layout), cycle, kHeartbeat);
+  if (options.as_json) {
+    std::printf("%s\n", to_json(loads, options).dump(2).c_str());
+  } else {
+    print(loads, options);
+  }
+  const bool fits = std::none_of(loads.begin(), loads.end(), [](const auto& load) { return load.load > 1; });
+  return fits ? kOk : kTaskFailed;
+}
+
+}  // namespace
+
+void add_load_command(CLI::App& app, std::function<int()>& run) {
+  auto options = std::make_shared<Options>();
+  CLI::App* command =
+      app.add_subcommand("load", "Tell what a SYNC rate and a PDO layout ask of each bus, at worst");
+  command->add_option("--rate", options->rate_hz, "SYNC rate in Hz (200)")->check(CLI::Range(1.0, 10000.0));
+  command->add_option("--layout", options->layout, "a, b, c, d or a layout file (a)");
+  command->add_option("--scene", options->scene, "Scene file (default: Experiment 1's)");
+  command->add_flag("--json", options->as_json, "Print JSON");
+  command->footer("Exit code 1: a bus cannot carry it.");
+  command->callback([&run, options] { run = [options] { return run_load(*options); }; });
+}
+
+}  // namespace walkman::apps

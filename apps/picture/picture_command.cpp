@@ -1,0 +1,165 @@
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <fstream>
+#include <numbers>
+#include <sstream>
+#include <thread>
+
+#include <fmt/format.h>
+
+#include "apps/shared/commands.h"
+#include "apps/shared/data_directory.h"
+#include "apps/shared/exit_code.h"
+#include "apps/picture/run_to_phase.h"
+#include "apps/picture/scene_painting.h"
+#include "apps/picture/picture_renderer.h"
+#include "apps/picture/png_file.h"
+
+namespace walkman::apps {
+namespace {
+
+constexpr int kMostPixels = 8192;       // a side
+constexpr double kHeightAngle = 0.42;   // rad
+constexpr double kSunBeside = -0.6;     // rad, of the sun's azimuth from the camera's
+constexpr double kSunElevation = 0.95;  // rad
+constexpr double kDegree = std::numbers::pi / 180;
+
+struct Options {
+  std::string out, scene, size = "1200x900", view = "-60,12", phase;
+  int experiment = 0;
+  std::optional<double> at;
+  std::optional<std::int64_t> seed;
+  int samples = 64;
+  int threads = static_cast<int>(std::max(1U, std::thread::hardware_concurrency()));
+};
+
+/// Two numbers with `separator` between them and nothing else; none of them for any other text.
+template <typename Number>
+std::optional<std::pair<Number, Number>> two_numbers(const std::string& text, char separator) {
+  std::istringstream in(text);
+  Number first{}, second{};
+  char between = 0;
+  if (!(in >> first >> between >> second) || between != separator) return std::nullopt;
+  if (in.peek() != std::istringstream::traits_type::eof()) return std::nullopt;
+  return std::pair{first, second};
+}
+
+std::pair<int, int> picture_size(const std::string& text) {
+  const auto size = two_numbers<int>(text, 'x');
+  const auto fits = [](int side) { return side >= 1 && side <= kMostPixels; };
+  if (!size || !fits(size->first) || !fits(size->second)) {
+    throw std::runtime_error(
+        fmt::format("--size {}: expected WIDTHxHEIGHT in pixels, each 1 to {}", text, kMostPixels));
+  }
+  return *size;
+}
+
+std::pair<double, double> picture_view(const std::string& text) {
+  const auto view = two_numbers<double>(text, ',');
+  if (!view || !(std::abs(view->first) <= 360) || !(std::abs(view->second) <= 85)) {
+    throw std::runtime_error(fmt::format(
+        "--view {}: expected AZIMUTH,ELEVATION in degrees, at most 360 and 85 to either side", text));
+  }
+  return {view->first * kDegree, view->second * kDegree};
+}
+
+/// A run may take a minute: says at once that its picture could not be kept.
+void require_writable(const std::filesystem::path& file) {
+  const bool existed = std::filesystem::exists(file);
+  const bool writable = std::ofstream(file, std::ios::app).good();
+  if (!writable) throw std::runtime_error(file.string() + ": cannot be written");
+  if (!existed) std::filesystem::remove(file);
+}
+
+/// The world at the moment that the options name.
+void go_to_moment(EmulatedWorld& world, const Options& options, const std::filesystem::path& data) {
+  const double seconds = options.at.value_or(0);
+  const Time after = std::chrono::milliseconds(std::llround(1e3 * seconds));
+  if (options.phase.empty()) {
+    world.emulator.advance(after);
+    return;
+  }
+  run_to_phase(world, load_robot_options(MasterOptions{}, data), data / "adaptation" / "parameters.yaml",
+               options.phase, after);
+}
+
+sensors::Lighting lighting_for(const ScenePainting& painting, double azimuth) {
+  sensors::Lighting lighting;
+  const double sun = azimuth + kSunBeside;
+  lighting.p_to_sun = Eigen::Vector3d(std::cos(kSunElevation) * std::cos(sun),
+                                      std::cos(kSunElevation) * std::sin(sun), std::sin(kSunElevation))
+                          .cast<float>();
+  Eigen::AlignedBox3d subject_W;
+  for (const Eigen::Vector3d& corner : painting.subject_W) subject_W.extend(corner);
+  lighting.shadow_reach = static_cast<float>(2 * subject_W.diagonal().norm());
+  lighting.ground_centre = subject_W.center().cast<float>();
+  return lighting;
+}
+
+int make_picture(const Options& options) {
+  const auto [width, height] = picture_size(options.size);
+  const auto [azimuth, elevation] = picture_view(options.view);
+  if (options.phase.empty() != (options.experiment == 0)) {
+    throw std::runtime_error("--experiment and --phase: one without the other says no moment, expected both");
+  }
+  if (options.experiment != 0 && options.experiment != 1) {
+    throw std::runtime_error(
+        fmt::format("experiment {}: there is no such experiment, expected 1", options.experiment));
+  }
+  require_writable(options.out);
+  const std::filesystem::path data = data_directory();
+  WorldOptions world_options;
+  world_options.scene = options.scene.empty() ? data / "urdf" / "scenes" / "experiment_1.yaml"
+                                              : std::filesystem::path(options.scene);
+  world_options.actuators = data / "emulator" / "plant" / "actuators";
+  world_options.within_reach = options.experiment != 0;
+  if (options.seed) world_options.seed = static_cast<std::uint64_t>(*options.seed);
+  EmulatedWorld world(world_options);
+  go_to_moment(world, options, data);
+  const Snapshot snapshot = take_snapshot(world);
+
+  ScenePainting painting;
+  paint_scene(world, snapshot, painting);
+  const sensors::PictureCamera camera =
+      sensors::camera_around(painting.subject_W, azimuth, elevation, kHeightAngle, width, height);
+  write_png(sensors::render(painting.bodies, camera, lighting_for(painting, azimuth), options.samples,
+                            options.threads),
+            options.out);
+  std::fputs(fmt::format("written to {}: {}x{} px, the plant at {:.3f} s\n", options.out, width, height,
+                         std::chrono::duration<double>(snapshot.at).count())
+                 .c_str(),
+             stdout);
+  return kOk;
+}
+
+}  // namespace
+
+void add_picture_command(CLI::App& app, std::function<int()>& run) {
+  auto options = std::make_shared<Options>();
+  CLI::App* command =
+      app.add_subcommand("picture", "Render the plant as it is at one moment of a scene or of an experiment");
+  command->add_option("--out", options->out, "PNG file to write")->required();
+  command->add_option("--scene", options->scene, "Scene file (default: Experiment 1's)");
+  command->add_option("--experiment", options->experiment,
+                      "Run this experiment up to --phase; without, the robot has no master");
+  command->add_option("--phase", options->phase, "Phase of the experiment, its first time: weigh, for one");
+  command->add_option("--at", options->at, "Seconds from the start, or from the beginning of --phase (0)")
+      ->check(CLI::Range(0.0, 3600.0));
+  command
+      ->add_option("--seed", options->seed,
+                   "Seed of the object's pose and of the sensors' noise (default: the scene's)")
+      ->check(CLI::Range(std::int64_t{0}, std::int64_t{1} << 53));
+  command->add_option("--size", options->size, "WIDTHxHEIGHT in pixels (1200x900)");
+  command->add_option("--view", options->view,
+                      "AZIMUTH,ELEVATION of the camera in degrees, 0,0 in front, 90,0 to the robot's left "
+                      "(-60,12)");
+  command->add_option("--samples", options->samples, "Rays a pixel (64)")->check(CLI::Range(1, 4096));
+  command
+      ->add_option("--threads", options->threads,
+                   "Threads (default: one a core); changes nothing in the picture")
+      ->check(CLI::Range(1, 256));
+  command->callback([&run, options] { run = [options] { return make_picture(*options); }; });
+}
+
+}  // namespace walkman::apps

@@ -1,0 +1,26 @@
+#pragma once
+
+#include "apps/picture/painted_scene.h"
+#include "apps/picture/picture.h"
+#include "apps/picture/picture_camera.h"
+
+namespace walkman::sensors {
+
+/// How a picture is lit.
+struct Lighting {
+  Eigen::Vector3f p_to_sun{0.3F, -0.5F, 0.8F};  ///< direction towards the sun in W, any length
+  float sun_spread = 0.06F;                     ///< tangent of the half angle that its disc is seen under
+  float shadow_reach = 3;                       ///< m, nothing farther throws a shadow
+  float occlusion_reach = 0.6F;                 ///< m, nothing farther takes light of the sky away
+  Eigen::Vector3f ground_centre{0, 0, 0};       ///< where the ground fades from, in W, m
+  float ground_from = 1.6F, ground_to = 3;  ///< m from there: where fading begins and where it is complete
+};
+
+/// Renders by ray casting: sun with soft shadows, light of the sky with ambient occlusion, a weak light at
+/// the camera. Each pixel has `samples` rays, spread over its area, the sun's disc and the sky by one fixed
+/// sequence, so there is no noise and the result depends on nothing but the arguments, not on `threads`.
+/// Throws std::invalid_argument when samples or threads are below 1 or the camera has no pixels.
+[[nodiscard]] Picture render(const PaintedScene& scene, const PictureCamera& camera, const Lighting& lighting,
+                             int samples, int threads);
+
+}  // namespace walkman::sensors

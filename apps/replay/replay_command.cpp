@@ -1,0 +1,148 @@
+#include <cstdio>
+#include <memory>
+#include <optional>
+#include <stdexcept>
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include "apps/shared/commands.h"
+#include "apps/shared/data_directory.h"
+#include "apps/shared/exit_code.h"
+#include "apps/replay/emulated_replay.h"
+#include "apps/replay/kernel_replay.h"
+#include "apps/shared/stop_signals.h"
+
+namespace walkman::apps {
+namespace {
+
+struct Options {
+  std::string log, scene, can, from, timing = "bus";
+  std::optional<std::int64_t> seed;
+  double speed = 1;
+  bool master_only = false, as_json = false;
+};
+
+constexpr const char* kFooter =
+    "Without --can the computer's frames (NMT, SYNC, TIME, RPDOs, SDO and LSS requests, node 127's "
+    "heartbeat) go to\n"
+    "a freshly powered-on emulated robot, and its answers are compared with the log's. Give the scene and "
+    "seed\n"
+    "of the run that was logged. Exit codes: 0 every answer is equal, or every frame was sent; 1 not so; 2 "
+    "bad "
+    "usage\n"
+    "or file; 3 an interface is not there.";
+
+/// "a=b,c=d" as a map.
+std::map<std::string, std::string> parse_pairs(const std::string& option, const std::string& text,
+                                               const std::string& example) {
+  std::map<std::string, std::string> pairs;
+  std::size_t begin = 0;
+  while (begin < text.size()) {
+    const std::size_t end = std::min(text.find(',', begin), text.size());
+    const std::string item = text.substr(begin, end - begin);
+    const std::size_t equals = item.find('=');
+    if (equals == std::string::npos || equals == 0 || equals + 1 == item.size()) {
+      throw std::runtime_error(
+          fmt::format("{}: '{}' is no pair of names, expected e.g. {}", option, item, example));
+    }
+    pairs[item.substr(0, equals)] = item.substr(equals + 1);
+    begin = end + 1;
+  }
+  return pairs;
+}
+
+int replay_kernel(const Options& options) {
+  KernelReplayOptions kernel;
+  kernel.log = options.log;
+  kernel.interfaces = parse_pairs("--can", options.can, "can_rarm=vcan1");
+  kernel.speed = options.speed;
+  kernel.master_only = options.master_only;
+  StopSignals signals;
+  const KernelReplayResult result = replay_onto_kernel(kernel, signals);
+  if (options.as_json) {
+    const nlohmann::json json = {{"sent", result.sent},
+                                 {"skipped", result.skipped},
+                                 {"refused", result.refused},
+                                 {"interrupted", result.interrupted},
+                                 {"seconds", result.seconds}};
+    std::fputs((json.dump(2) + "\n").c_str(), stdout);
+  } else {
+    std::fputs(fmt::format("{}{} frames sent in {:.3f} s, {} skipped, {} refused\n",
+                           result.interrupted ? "interrupted: " : "", result.sent, result.seconds,
+                           result.skipped, result.refused)
+                   .c_str(),
+               stdout);
+  }
+  return result.interrupted || result.refused > 0 ? kTaskFailed : kOk;
+}
+
+int replay_emulated(const Options& options) {
+  const std::filesystem::path data = data_directory();
+  ReplayOptions replay;
+  replay.log = options.log;
+  replay.world.scene = options.scene.empty() ? data / "urdf" / "scenes" / "experiment_1.yaml"
+                                             : std::filesystem::path(options.scene);
+  replay.world.actuators = data / "emulator" / "plant" / "actuators";
+  if (options.seed) replay.world.seed = static_cast<std::uint64_t>(*options.seed);
+  replay.world.bus_timing = options.timing == "bus";
+  for (const auto& [bus, interface] : parse_pairs("--from", options.from, "rarm=vcan1")) {
+    replay.interfaces[interface] = bus;
+  }
+  const ReplayResult result = replay_into_emulator(replay);
+  const double latest_us = std::chrono::duration<double, std::micro>(result.latest).count();
+  if (options.as_json) {
+    const nlohmann::json json = {{"seconds", result.seconds}, {"given", result.given},
+                                 {"equal", result.equal},     {"different", result.different},
+                                 {"missing", result.missing}, {"extra", result.extra},
+                                 {"latest_us", latest_us},    {"first_difference", result.first}};
+    std::fputs((json.dump(2) + "\n").c_str(), stdout);
+  } else {
+    std::fputs(
+        fmt::format("{:.3f} s, {} frames of the computer given; answers: {} equal (at most {:.1f} us off in "
+                    "time), {} different, {} missing, {} extra\n{}",
+                    result.seconds, result.given, result.equal, latest_us, result.different, result.missing,
+                    result.extra, result.first.empty() ? "" : "first difference: " + result.first + "\n")
+            .c_str(),
+        stdout);
+  }
+  return result.same() ? kOk : kTaskFailed;
+}
+
+}  // namespace
+
+void add_replay_command(CLI::App& app, std::function<int()>& run) {
+  auto options = std::make_shared<Options>();
+  CLI::App* command = app.add_subcommand(
+      "replay", "Feed a CAN log back: to interfaces of the kernel, or to a fresh emulated robot to compare");
+  command->add_option("LOG", options->log, "Log as candump -L or --log write it")->required();
+  auto* can =
+      command->add_option("--can", options->can,
+                          "Interfaces to send on, by the log's names: can_rarm=vcan1,...; frames of other "
+                          "interfaces are skipped");
+  command->add_option("--speed", options->speed, "Times the log's own speed, 0 for as fast as possible (1)")
+      ->check(CLI::NonNegativeNumber)
+      ->needs(can);
+  command->add_flag("--master-only", options->master_only, "Send only what a computer sends")->needs(can);
+  command
+      ->add_option("--from", options->from,
+                   "The log's names of the buses if not the robot's own: rarm=vcan1,...")
+      ->excludes(can);
+  command->add_option("--scene", options->scene, "Scene of the emulated robot (default: Experiment 1's)")
+      ->excludes(can);
+  command->add_option("--seed", options->seed, "Its seed (default: the scene's)")
+      ->check(CLI::Range(std::int64_t{0}, std::int64_t{1} << 53))
+      ->excludes(can);
+  command
+      ->add_option("--timing", options->timing,
+                   "Of the buses in the run that was logged: bus (default) or none")
+      ->check(CLI::IsMember({"bus", "none"}))
+      ->excludes(can);
+  command->add_flag("--json", options->as_json, "Print the result as JSON");
+  command->footer(kFooter);
+  command->callback([&run, options] {
+    run = [options] { return options->can.empty() ? replay_emulated(*options) : replay_kernel(*options); };
+  });
+}
+
+}  // namespace walkman::apps

@@ -1,0 +1,26 @@
+#pragma once
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "drivers/can/socket_can.h"
+#include "urdf/reader/device_table.h"
+
+namespace walkman::apps {
+
+/// One bus of the device table and the kernel's network interface it is plugged into.
+struct CanAssignment {
+  std::size_t bus = 0;  ///< place in the device table
+  std::string interface_name;
+};
+
+/// Reads "torso=vcan0,rarm=vcan1". Throws std::runtime_error for an unknown bus (with the nearest name), a
+/// missing or over-long interface, and a bus or interface given twice. In the order of the device table.
+[[nodiscard]] std::vector<CanAssignment> parse_can_map(const std::string& text, const DeviceTable& devices);
+
+/// Opens an interface. Throws EnvironmentError when it is not there or the kernel has no CAN.
+[[nodiscard]] std::unique_ptr<can::SocketCan> open_can(const std::string& interface_name,
+                                                       const can::SocketCanOptions& options);
+
+}  // namespace walkman::apps

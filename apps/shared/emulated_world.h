@@ -1,0 +1,31 @@
+#pragma once
+
+#include <filesystem>
+#include <optional>
+
+#include "emulator/emulator.h"
+#include "urdf/reader/device_table.h"
+#include "emulator/scene/scene.h"
+
+namespace walkman::apps {
+
+struct WorldOptions {
+  std::filesystem::path scene;
+  std::filesystem::path actuators;
+  std::optional<std::uint64_t> seed;  ///< object pose and sensor noise; the scene's own if not given
+  bool bus_timing = true;
+  bool within_reach = false;  ///< refuse a scene that the right arm cannot work on
+};
+
+/// A scene's robot and surroundings under emulation, built in order of dependence.
+struct EmulatedWorld {
+  Scene scene;
+  RobotModel robot;
+  DeviceTable devices;
+  Emulator emulator;
+
+  /// Throws std::runtime_error for files that do not fit, one sentence.
+  explicit EmulatedWorld(const WorldOptions& options);
+};
+
+}  // namespace walkman::apps

@@ -1,0 +1,99 @@
+#include "emulator/camera/multisense.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace walkman {
+namespace {
+
+constexpr double kOutOfSight = -10;  // m
+
+/// All geometry of a rigid model in its root link's frame.
+std::vector<LinkGeometry> rigid_geometry(const RobotModel& model) {
+  std::vector<Eigen::Isometry3d> X_RL(model.links.size(), Eigen::Isometry3d::Identity());
+  std::vector<LinkGeometry> all;
+  for (std::size_t i = 0; i < model.links.size(); ++i) {
+    const int joint_index = model.links[i].parent_joint;
+    if (joint_index >= 0) {
+      const Joint& joint = model.joints[static_cast<std::size_t>(joint_index)];
+      X_RL[i] = X_RL[static_cast<std::size_t>(joint.parent_link)] * joint.X_PJ;
+    }
+    for (LinkGeometry geometry : model.links[i].visuals) {
+      geometry.X_LG = X_RL[i] * geometry.X_LG;
+      all.push_back(std::move(geometry));
+    }
+  }
+  return all;
+}
+
+}  // namespace
+
+MultiSense::MultiSense(const RobotModel& robot, const Scene& scene, int optical_link,
+                       const sensors::StereoOptions& options, double rate_hz, std::uint64_t seed)
+    : robot_(robot),
+      camera_(options),
+      object_count_(scene.objects.size()),
+      optical_link_(optical_link),
+      seed_(seed),
+      period_(static_cast<std::int64_t>(std::llround(1e9 / rate_hz))) {
+  for (const FixedBody& body : scene.fixed) rays_.add_fixed(rigid_geometry(body.model), body.X_WF);
+  for (std::size_t i = 0; i < robot_.links.size(); ++i) {
+    if (robot_.links[i].visuals.empty()) continue;
+    (void)rays_.add_movable(robot_.links[i].visuals);
+    robot_links_.push_back(static_cast<int>(i));
+  }
+  for (const SceneObject& object : scene.objects) {
+    (void)rays_.add_movable(rigid_geometry(object.model));
+  }
+  for (std::size_t i = 0; i < object_count_; ++i) {
+    for (const AttachedWeight& weight : scene.objects[i].weights) {
+      (void)rays_.add_movable(rigid_geometry(weight.model));
+      weights_.push_back({static_cast<int>(i), weight.name});
+    }
+  }
+  exposure_.poses.resize(robot_links_.size() + object_count_ + weights_.size(),
+                         Eigen::Isometry3d::Identity());
+}
+
+void MultiSense::advance(Time now, const plant::Plant& plant) {
+  if (now < next_) return;
+  while (next_ <= now) next_ += period_;
+  ++exposure_.frame;
+  exposure_.stamp = now;
+  exposure_.X_WC = plant.X_WL(optical_link_);
+  for (std::size_t i = 0; i < robot_links_.size(); ++i) exposure_.poses[i] = plant.X_WL(robot_links_[i]);
+  for (std::size_t i = 0; i < object_count_; ++i) {
+    exposure_.poses[robot_links_.size() + i] = plant.X_WO(static_cast<int>(i));
+  }
+  const std::size_t first_weight = robot_links_.size() + object_count_;
+  for (std::size_t i = 0; i < weights_.size(); ++i)
+    exposure_.poses[first_weight + i] = pose_of(weights_[i], plant);
+}
+
+Eigen::Isometry3d MultiSense::pose_of(const Weight& weight, const plant::Plant& plant) {
+  const SceneObject& object = plant.object(weight.object);
+  const auto found = std::find_if(object.weights.begin(), object.weights.end(),
+                                  [&](const AttachedWeight& w) { return w.name == weight.name; });
+  if (found != object.weights.end()) return plant.X_WO(weight.object) * object.X_OA(*found);
+  // Taken off: out of sight below the floor.
+  Eigen::Isometry3d X_WA = Eigen::Isometry3d::Identity();
+  X_WA.translation().z() = kOutOfSight;
+  return X_WA;
+}
+
+void MultiSense::render(const Exposure& exposure, camera::OrganizedCloud& out) {
+  rays_.update(exposure.poses);
+  camera_.capture(rays_, exposure.X_WC, seed_, exposure.frame, out.points);
+  out.stamp = exposure.stamp;
+  out.frame = exposure.frame;
+  out.width = camera_.options().width;
+  out.height = camera_.options().height;
+}
+
+bool MultiSense::latest(Time not_before, camera::OrganizedCloud& out) {
+  if (exposure_.stamp < not_before || exposure_.stamp == Time::min()) return false;
+  render(exposure_, out);
+  return true;
+}
+
+}  // namespace walkman

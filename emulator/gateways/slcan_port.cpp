@@ -1,0 +1,121 @@
+#include "emulator/gateways/slcan_port.h"
+
+#include <array>
+#include <cerrno>
+#include <cstdlib>
+#include <cstring>
+#include <stdexcept>
+
+#include <fcntl.h>
+#include <sys/epoll.h>
+#include <termios.h>
+
+namespace walkman::gateways {
+
+namespace {
+
+constexpr int kReadsAtOnce = 16;
+
+[[noreturn]] void fail(const bus::CanBus& bus, const std::string& reason) {
+  throw std::runtime_error("slcan port of bus '" + bus.name() + "': " + reason);
+}
+
+}  // namespace
+
+SlcanPort::SlcanPort(bus::CanBus& bus, std::filesystem::path link)
+    : adapter_(bus),
+      master_(posix_openpt(O_RDWR | O_NOCTTY | O_NONBLOCK | O_CLOEXEC)),
+      epoll_(epoll_create1(EPOLL_CLOEXEC)) {
+  std::array<char, 64> name{};
+  termios settings{};
+  if (!master_.valid() || !epoll_.valid() || grantpt(master_.get()) != 0 || unlockpt(master_.get()) != 0 ||
+      ptsname_r(master_.get(), name.data(), name.size()) != 0 || tcgetattr(master_.get(), &settings) != 0) {
+    fail(bus, std::string("no pseudo-terminal: ") + std::strerror(errno));
+  }
+  // No echo and no line editing, for tools that do not ask for it themselves.
+  cfmakeraw(&settings);
+  if (tcsetattr(master_.get(), TCSANOW, &settings) != 0) fail(bus, std::strerror(errno));
+  terminal_ = name.data();
+  // Edge-triggered: a terminal that nobody has open is forever ready with a hang-up.
+  watched_ = EPOLLIN | EPOLLET;
+  epoll_event event{.events = watched_, .data = {.ptr = nullptr}};
+  if (epoll_ctl(epoll_.get(), EPOLL_CTL_ADD, master_.get(), &event) != 0) fail(bus, std::strerror(errno));
+  if (link.empty()) return;
+  link_ = std::move(link);
+  place_link(bus);
+}
+
+void SlcanPort::place_link(const bus::CanBus& bus) {
+  namespace fs = std::filesystem;
+  std::error_code error;
+  const fs::file_status status = fs::symlink_status(link_, error);
+  if (fs::exists(status) && !fs::is_symlink(status)) {
+    fail(bus, link_.string() + " exists and is not a symbolic link");
+  }
+  fs::remove(link_, error);
+  fs::create_symlink(terminal_, link_, error);
+  if (error) fail(bus, "cannot create the symbolic link " + link_.string() + ": " + error.message());
+}
+
+SlcanPort::~SlcanPort() {
+  std::error_code error;
+  if (!link_.empty() && std::filesystem::read_symlink(link_, error) == terminal_) {
+    std::filesystem::remove(link_, error);
+  }
+}
+
+void SlcanPort::service() noexcept {
+  epoll_event event;
+  static_cast<void>(epoll_wait(epoll_.get(), &event, 1, 0));
+  write();
+  read();
+  adapter_.forward();
+  write();
+  watch();
+}
+
+void SlcanPort::read() noexcept {
+  std::array<char, 4096> buffer;
+  for (int reads = 0; reads < kReadsAtOnce; ++reads) {
+    const ssize_t size = ::read(master_.get(), buffer.data(), buffer.size());
+    if (size <= 0) {
+      if (size < 0 && errno == EIO && attached_) hung_up();
+      return;
+    }
+    attached_ = true;
+    adapter_.take({buffer.data(), static_cast<std::size_t>(size)});
+  }
+  watched_ = 0;  // there may be more: `watch` asks for another event
+}
+
+void SlcanPort::hung_up() noexcept {
+  attached_ = false;
+  adapter_.reset();
+  // What the peer has not read must not be the first thing the next one reads.
+  const Descriptor terminal(::open(terminal_.c_str(), O_RDWR | O_NOCTTY | O_NONBLOCK | O_CLOEXEC));
+  if (terminal.valid()) tcflush(terminal.get(), TCIFLUSH);
+}
+
+void SlcanPort::write() noexcept {
+  TextQueue& outgoing = adapter_.outgoing();
+  while (!outgoing.empty()) {
+    const std::string_view text = outgoing.text();
+    const ssize_t size = ::write(master_.get(), text.data(), text.size());
+    if (size > 0) {
+      outgoing.pop(static_cast<std::size_t>(size));
+    } else if (size == 0 || errno != EINTR) {
+      return;
+    }
+  }
+}
+
+void SlcanPort::watch() noexcept {
+  std::uint32_t wanted = EPOLLIN | EPOLLET;
+  if (!adapter_.outgoing().empty()) wanted |= EPOLLOUT;
+  if (wanted == watched_) return;
+  watched_ = wanted;
+  epoll_event event{.events = wanted, .data = {.ptr = nullptr}};
+  static_cast<void>(epoll_ctl(epoll_.get(), EPOLL_CTL_MOD, master_.get(), &event));
+}
+
+}  // namespace walkman::gateways

@@ -1,0 +1,54 @@
+#pragma once
+
+#include <filesystem>
+#include <string>
+
+#include "emulator/gateways/descriptor.h"
+#include "emulator/gateways/slcan_adapter.h"
+
+namespace walkman::gateways {
+
+/// A serial port that is a CAN adapter (slcan) on an emulated bus: a pseudo-terminal, which tools open by its
+/// name as they would open /dev/ttyUSB0. They may close it and others open it again; the adapter is then as
+/// after power-up.
+///
+/// It has no thread and never blocks: its owner calls `service` whenever `descriptor` is readable and after
+/// every emulated cycle.
+class SlcanPort {
+ public:
+  /// `link`, unless empty, becomes a symbolic link to the pseudo-terminal until the port is destroyed; a
+  /// symbolic link that is there already is replaced. The bus must outlive the port. Throws
+  /// std::runtime_error with the file and the reason.
+  explicit SlcanPort(bus::CanBus& bus, std::filesystem::path link = {});
+  ~SlcanPort();
+  SlcanPort(const SlcanPort&) = delete;
+  SlcanPort& operator=(const SlcanPort&) = delete;
+
+  /// Name of the pseudo-terminal, "/dev/pts/7".
+  [[nodiscard]] const std::string& terminal() const noexcept { return terminal_; }
+
+  /// To wait on with poll or epoll; readable when there is something to do.
+  [[nodiscard]] int descriptor() const noexcept { return epoll_.get(); }
+
+  /// Takes the peer's commands and passes received frames to it. Allocates only when it is opened first.
+  void service() noexcept;
+
+  [[nodiscard]] const SlcanCounters& counters() const noexcept { return adapter_.counters(); }
+
+ private:
+  void place_link(const bus::CanBus& bus);
+  void read() noexcept;
+  void write() noexcept;
+  void watch() noexcept;
+  void hung_up() noexcept;
+
+  SlcanAdapter adapter_;
+  std::filesystem::path link_;
+  std::string terminal_;
+  Descriptor master_;
+  Descriptor epoll_;
+  std::uint32_t watched_ = 0;
+  bool attached_ = false;  // a peer has written since the last hang-up
+};
+
+}  // namespace walkman::gateways

@@ -1,0 +1,22 @@
+#pragma once
+
+#include <string>
+
+#include "emulator/logs/can_log.h"
+
+namespace walkman::bus {
+
+/// A log as a pcapng capture that Wireshark and tshark read: link type 227 (SocketCAN), one interface block a
+/// bus with its name, times in nanoseconds. An interface's block stands before its first frame.
+class PcapngLog final : public CanLog {
+ public:
+  explicit PcapngLog(std::filesystem::path file);
+
+ private:
+  void put(std::string_view interface_name, const can::StampedFrame& frame) override;
+  [[nodiscard]] std::uint32_t interface_number(std::string_view name);
+
+  std::vector<std::string> interfaces_;
+};
+
+}  // namespace walkman::bus

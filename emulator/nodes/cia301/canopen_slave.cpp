@@ -1,0 +1,254 @@
+#include "emulator/nodes/cia301/canopen_slave.h"
+
+#include <algorithm>
+#include <stdexcept>
+
+#include "drivers/canopen/cob_id.h"
+#include "drivers/canopen/objects.h"
+#include "emulator/nodes/cia301/communication_errors.h"
+
+namespace walkman::nodes {
+
+using canopen::NmtState;
+namespace object = canopen::object;
+
+namespace {
+
+// CiA has assigned no number to this project; masters take 0 for a device without an identity.
+constexpr std::uint32_t kVendor = 0x4B4C4157;
+constexpr std::uint32_t kRevision = 0x00010000;
+
+constexpr std::uint16_t kUserNote = 0x2060;
+constexpr std::size_t kUserNoteBytes = 1024;
+
+// 1F80h (CiA 302-2): bit 2 keeps the device from entering operational by itself after boot-up.
+constexpr std::uint32_t kWaitForMaster = 4;
+
+DeviceIdentity checked(DeviceIdentity identity) {
+  if (identity.node_id < 1 || identity.node_id > 127) {
+    throw std::runtime_error("device " + identity.name + ": node-ID " + std::to_string(identity.node_id) +
+                             ", expected 1 to 127");
+  }
+  return identity;
+}
+
+}  // namespace
+
+CanopenSlave::CanopenSlave(DeviceIdentity identity)
+    : identity_(checked(std::move(identity))),
+      node_id_(identity_.node_id),
+      cob_id_offset_(identity_.node_id),
+      sync_(dictionary_, outbox_, now_),
+      clock_(dictionary_, now_),
+      emergency_(dictionary_, outbox_, node_id_),
+      heartbeat_producer_(dictionary_, outbox_, node_id_, now_),
+      heartbeat_consumer_(dictionary_),
+      guarding_(dictionary_, outbox_, node_id_, now_),
+      sdo_server_(dictionary_, outbox_, node_id_),
+      parameter_store_(dictionary_),
+      lss_(outbox_, {kVendor, identity_.product_code, kRevision, identity_.serial}, node_id_) {
+  add_communication_objects();
+}
+
+void CanopenSlave::add_communication_objects() {
+  dictionary_.add<std::uint32_t>(object::kDeviceType, 0, Access::kReadOnly, identity_.device_type);
+  dictionary_.add_text(0x1008, 0, identity_.name);
+  dictionary_.add_text(0x1009, 0, "emulated");
+  dictionary_.add_text(0x100A, 0, "1.0");
+  dictionary_.add<std::uint8_t>(object::kIdentity, 0, Access::kConst, 4);
+  dictionary_.add<std::uint32_t>(object::kIdentity, 1, Access::kReadOnly, kVendor);
+  dictionary_.add<std::uint32_t>(object::kIdentity, 2, Access::kReadOnly, identity_.product_code);
+  dictionary_.add<std::uint32_t>(object::kIdentity, 3, Access::kReadOnly, kRevision);
+  dictionary_.add<std::uint32_t>(object::kIdentity, 4, Access::kReadOnly, identity_.serial);
+  dictionary_.add_domain(0x1021, 0);
+  dictionary_.add<std::uint8_t>(0x1022, 0, Access::kReadOnly, 0);  // plain text
+  dictionary_.add<std::uint8_t>(object::kErrorBehaviour, 0, Access::kConst, 1);
+  error_behaviour_ =
+      dictionary_.add<std::uint8_t>(object::kErrorBehaviour, 1, Access::kReadWrite, 0).limits(0, 2);
+  start_up_ = dictionary_.add<std::uint32_t>(0x1F80, 0, Access::kReadWrite, kWaitForMaster);
+  start_up_.on_write([](std::uint32_t value) -> Verdict {
+    if (value != 0 && value != kWaitForMaster) return SdoAbort::kValue;
+    return std::nullopt;
+  });
+  dictionary_.add_string(kUserNote, 0, kUserNoteBytes);
+}
+
+void CanopenSlave::configure_pdos(const PdoSet& receive, const PdoSet& transmit) {
+  for (std::size_t i = 0; i < 4; ++i) {
+    const int number = static_cast<int>(i) + 1;
+    rpdos_[i] = std::make_unique<ReceivePdo>(dictionary_, number, canopen::cob_id::rpdo(number, node_id_),
+                                             receive[i]);
+    tpdos_[i] = std::make_unique<TransmitPdo>(dictionary_, outbox_, number,
+                                              canopen::cob_id::tpdo(number, node_id_), transmit[i], now_);
+  }
+}
+
+void CanopenSlave::observe_pdos(PdoObserver observer) {
+  const PdoRecord::Observer at_present = [this, observer = std::move(observer)](std::uint32_t cob_id,
+                                                                                const Entry& entry) {
+    observer(cob_id, entry, now_);
+  };
+  for (auto& rpdo : rpdos_) rpdo->observe(at_present);
+  for (auto& tpdo : tpdos_) tpdo->observe(at_present);
+}
+
+void CanopenSlave::use_fd() {
+  fd_ = true;
+  for (auto& rpdo : rpdos_) rpdo->use_fd();
+  for (auto& tpdo : tpdos_) tpdo->use_fd();
+}
+
+// Hot: every node gets every frame of its bus, most of them not for it.
+void CanopenSlave::receive(const can::Frame& frame, Time now) noexcept {
+  now_ = now;
+  if (frame.extended || frame.error) return;
+  if (frame.id == LssSlave::kRequestId && !frame.remote && !frame.fd) {
+    handle_lss(frame);
+  } else if (state_ == NmtState::kBootUp || !handle_booted(frame)) {
+    return;
+  }
+  schedule();
+}
+
+bool CanopenSlave::handle_booted(const can::Frame& frame) noexcept {
+  if (frame.fd) return fd_ && state_ != NmtState::kStopped && handle_rpdo(frame);
+  if (frame.remote) {
+    handle_remote(frame);
+  } else if (frame.id == canopen::cob_id::kNmt) {
+    handle_nmt(frame);
+  } else if (frame.id >= 0x701 && frame.id <= 0x77F) {
+    handle_heartbeat(frame);
+  } else {
+    return state_ != NmtState::kStopped && handle_service(frame);
+  }
+  return true;
+}
+
+void CanopenSlave::handle_remote(const can::Frame& frame) noexcept {
+  if (frame.id != canopen::cob_id::error_control(node_id_)) {
+    for (auto& tpdo : tpdos_) tpdo->remote_request(frame.id, now_);
+  } else if (!heartbeat_producer_.in_use() && guarding_.answer(state_, now_)) {
+    master_found();
+  }
+}
+
+bool CanopenSlave::handle_service(const can::Frame& frame) noexcept {
+  if (frame.id == sync_.identifier()) {
+    if (!sync_.length_fits(frame)) {
+      raise(communication_error::kSyncLength, error_register::kCommunication);
+    } else {
+      handle_sync(frame.length == 0 ? std::uint8_t{0} : frame.data[0]);
+    }
+    return true;
+  }
+  if (frame.id == canopen::cob_id::sdo_request(node_id_)) {
+    sdo_server_.receive(frame, now_);
+    stop_missing_the_unwatched();
+    return true;
+  }
+  if (clock_.accepts(frame)) {
+    clock_.receive(frame, now_);
+    return true;
+  }
+  return handle_rpdo(frame);
+}
+
+void CanopenSlave::handle_sync(std::uint8_t counter) noexcept {
+  clear(communication_error::kSyncLength);
+  on_sync();
+  for (auto& tpdo : tpdos_) tpdo->sync(counter, now_);
+  for (auto& rpdo : rpdos_) rpdo->sync();
+  const Time window = sync_.window();
+  window_ends_ = window_closes_ = window > Time{} ? now_ + window : Time::max();
+}
+
+bool CanopenSlave::handle_rpdo(const can::Frame& frame) noexcept {
+  bool taken = false;
+  for (auto& rpdo : rpdos_) {
+    if (!rpdo->accepts(frame)) continue;
+    taken = true;
+    const ReceivePdo::Outcome outcome = rpdo->receive(frame, now_ > window_ends_, now_);
+    if (outcome == ReceivePdo::Outcome::kTooShort) {
+      raise(communication_error::kPdoTooShort, error_register::kCommunication);
+      continue;
+    }
+    clear(communication_error::kPdoTooShort);
+    clear(communication_error::kRpdoTimeout);
+    if (outcome == ReceivePdo::Outcome::kTakenTooLong) {
+      raise(communication_error::kPdoTooLong, error_register::kCommunication);
+    } else {
+      clear(communication_error::kPdoTooLong);
+    }
+  }
+  return taken;
+}
+
+void CanopenSlave::take() noexcept {
+  outbox_.pop();
+  if (sdo_server_.feeding()) sdo_server_.feed();
+  // The boot-up message comes first, though its identifier is higher.
+  if (emergency_.some_outlasted_reset() && !outbox_.holds(canopen::cob_id::error_control(node_id_))) {
+    emergency_.announce(now_);
+    schedule();
+  }
+  // What there is to say about a full transmit queue needs a place in it.
+  if (outbox_.overflows() != overflows_reported_ || active(communication_error::kOverrun)) {
+    next_event_ = Time::min();
+  }
+}
+
+void CanopenSlave::advance(Time now) noexcept {
+  now_ = now;
+  if (state_ == NmtState::kBootUp) {
+    if (node_id_ != LssSlave::kUnconfigured) boot();
+    return schedule();
+  }
+  if (next_event_ > now) return;
+  heartbeat_producer_.advance(now_, state_);
+  if (heartbeat_consumer_.advance(now_)) {
+    master_lost(heartbeat_consumer_.lost_node());
+  }
+  // A node that produces a heartbeat is not guarded (CiA 301, 7.2.8.2.2).
+  if (guarding_.advance(now_)) heartbeat_producer_.in_use() ? guarding_.reset() : master_lost(0);
+  if (sync_.advance(now_)) handle_sync(sync_.counter());
+  if (window_closes_ <= now_) {
+    window_closes_ = Time::max();
+    for (auto& tpdo : tpdos_) tpdo->close_window();
+  }
+  for (auto& rpdo : rpdos_) {
+    if (!rpdo->advance(now_)) continue;
+    raise(communication_error::kRpdoTimeout, error_register::kCommunication);
+    on_connection_lost(communication_error::kRpdoTimeout);
+  }
+  for (auto& tpdo : tpdos_) tpdo->advance(now_);
+  watch_overrun();
+  emergency_.advance(now_);
+  sdo_server_.advance(now_);
+  schedule();
+}
+
+void CanopenSlave::schedule() noexcept {
+  next_event_ =
+      std::min({heartbeat_producer_.next_event(), heartbeat_consumer_.next_event(), guarding_.next_event(),
+                sync_.next_event(), window_closes_, emergency_.next_event(), sdo_server_.next_event()});
+  for (const auto& rpdo : rpdos_) next_event_ = std::min(next_event_, rpdo->next_event());
+  for (const auto& tpdo : tpdos_) next_event_ = std::min(next_event_, tpdo->next_event());
+}
+
+void CanopenSlave::signal_change(const Entry& entry) noexcept {
+  for (auto& tpdo : tpdos_) tpdo->event(entry, now_);
+  schedule();
+}
+
+void CanopenSlave::raise(std::uint16_t code, std::uint8_t register_bits) noexcept {
+  emergency_.raise(code, register_bits, now_);
+  schedule();
+}
+
+void CanopenSlave::clear(std::uint16_t code) noexcept {
+  if (!emergency_.active(code)) return;
+  emergency_.clear(code, now_);
+  schedule();
+}
+
+}  // namespace walkman::nodes

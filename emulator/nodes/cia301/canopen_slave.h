@@ -1,0 +1,151 @@
+#pragma once
+
+#include <array>
+#include <functional>
+#include <memory>
+#include <string>
+
+#include "drivers/canopen/nmt.h"
+#include "emulator/bus/participant.h"
+#include "emulator/nodes/cia301/emergency.h"
+#include "emulator/nodes/cia301/guarding.h"
+#include "emulator/nodes/cia301/heartbeat.h"
+#include "emulator/nodes/cia301/lss_slave.h"
+#include "emulator/nodes/cia301/node_clock.h"
+#include "emulator/nodes/cia301/object_dictionary.h"
+#include "emulator/nodes/cia301/outbox.h"
+#include "emulator/nodes/cia301/parameter_store.h"
+#include "emulator/nodes/cia301/receive_pdo.h"
+#include "emulator/nodes/cia301/sdo_server.h"
+#include "emulator/nodes/cia301/sync.h"
+#include "emulator/nodes/cia301/transmit_pdo.h"
+
+namespace walkman::nodes {
+
+/// What a device says it is: objects 1000h, 1008h-100Ah and 1018h. `serial` must be another for every device.
+struct DeviceIdentity {
+  std::uint8_t node_id = 0;  ///< 1..127, as it leaves the factory
+  std::uint32_t device_type = 0;
+  std::string name;
+  std::uint32_t product_code = 0;
+  std::uint32_t serial = 0;
+};
+
+/// A CANopen device without its application (CiA 301): NMT slave, error control by heartbeat and by guarding,
+/// SYNC, TIME, four RPDOs and four TPDOs, one SDO server, EMCY producer, store and restore, LSS slave (CiA
+/// 305), and their objects. The application derives, adds its objects, and ends its constructor with
+/// `configure_pdos`.
+///
+/// It holds no clock: on a bus, `receive` and `advance` push time in. Neither allocates.
+class CanopenSlave : public bus::Participant {
+ public:
+  using PdoSet = std::array<PdoDefaults, 4>;
+
+  void receive(const can::Frame& frame, Time now) noexcept final;
+  /// The first call powers the node on: it sends its boot-up message and is pre-operational.
+  void advance(Time now) noexcept final;
+  [[nodiscard]] Time next_event() const noexcept final { return next_event_; }
+  [[nodiscard]] const can::Frame* pending() const noexcept final { return outbox_.front(); }
+  void take() noexcept final;
+  /// Error-passive is reported as 8120h. Bus-off empties the transmit queue and is a communication error
+  /// (1029h:1, and the application's reaction); the end of it is reported as 8140h.
+  void on_link_state(can::LinkState state, Time now) noexcept final;
+  [[nodiscard]] std::uint64_t transmit_overflows() const noexcept final { return outbox_.overflows(); }
+
+  /// FFh: unconfigured (LSS).
+  [[nodiscard]] std::uint8_t node_id() const noexcept { return node_id_; }
+  [[nodiscard]] const std::string& name() const noexcept { return identity_.name; }
+  [[nodiscard]] canopen::NmtState nmt_state() const noexcept { return state_; }
+  [[nodiscard]] const ObjectDictionary& dictionary() const noexcept { return dictionary_; }
+
+  /// Calls `observer` with each object of a TPDO when it is sampled and of an RPDO when it has taken effect,
+  /// for logs. Must not throw.
+  using PdoObserver = std::function<void(std::uint32_t cob_id, const Entry& entry, Time now)>;
+  void observe_pdos(PdoObserver observer);
+
+  /// For a bus with CAN FD: PDOs travel in FD frames and may have 64 bytes; every other service stays
+  /// classical. Before the first `advance`, at most once.
+  void use_fd();
+  /// Puts the device's own EDS into object 1021h. Before the first `advance`.
+  void store_eds(std::string text) { dictionary_.set_domain(0x1021, 0, std::move(text)); }
+
+ protected:
+  /// Throws std::runtime_error for a node-ID outside 1..127.
+  explicit CanopenSlave(DeviceIdentity identity);
+
+  /// Creates the PDOs; the objects they map must have been added. Throws std::runtime_error when one cannot
+  /// be mapped.
+  void configure_pdos(const PdoSet& receive, const PdoSet& transmit);
+
+  /// A SYNC has come, in any state that listens to it; TPDOs are sampled and RPDOs take effect right after.
+  virtual void on_sync() noexcept {}
+  /// The command source is lost: heartbeat or life guarding (8130h), RPDO deadline (8250h), or 0 for NMT
+  /// stop, reset communication and bus-off.
+  virtual void on_connection_lost(std::uint16_t /*error_code*/) noexcept {}
+  /// NMT reset node: application objects have the values of a power-on.
+  virtual void on_reset() noexcept {}
+
+  /// Tells that the value of `entry` has changed: event-driven TPDOs that map it are sent.
+  void signal_change(const Entry& entry) noexcept;
+  void raise(std::uint16_t code, std::uint8_t register_bits) noexcept;
+  void clear(std::uint16_t code) noexcept;
+  [[nodiscard]] bool active(std::uint16_t code) const noexcept { return emergency_.active(code); }
+  [[nodiscard]] ObjectDictionary& objects() noexcept { return dictionary_; }
+
+ private:
+  // canopen_slave.cpp: objects, and who gets a frame
+  void add_communication_objects();
+  /// What is not LSS; false for a frame that is not for this node.
+  [[nodiscard]] bool handle_booted(const can::Frame& frame) noexcept;
+  void handle_remote(const can::Frame& frame) noexcept;
+  /// SYNC, TIME, SDO and RPDOs; false for a frame that is not for this node.
+  [[nodiscard]] bool handle_service(const can::Frame& frame) noexcept;
+  void handle_sync(std::uint8_t counter) noexcept;
+  [[nodiscard]] bool handle_rpdo(const can::Frame& frame) noexcept;
+  void schedule() noexcept;
+
+  // canopen_slave_nmt.cpp: NMT states, error control, fault confinement
+  void handle_nmt(const can::Frame& frame) noexcept;
+  void handle_heartbeat(const can::Frame& frame) noexcept;
+  void handle_lss(const can::Frame& frame) noexcept;
+  void enter(canopen::NmtState state) noexcept;
+  void reset(bool application) noexcept;
+  void boot() noexcept;
+  void take_node_id(std::uint8_t node_id) noexcept;
+  void master_lost(std::uint8_t node) noexcept;
+  void master_found() noexcept;
+  /// Ends 8130h when what was lost is not watched any more.
+  void stop_missing_the_unwatched() noexcept;
+  void react_to_communication_error() noexcept;
+  void watch_overrun() noexcept;
+
+  DeviceIdentity identity_;
+  std::uint8_t node_id_;        // in use
+  std::uint8_t cob_id_offset_;  // node-ID the COB-IDs' factory settings contain
+  bool fd_ = false;
+  Time now_{};
+  Time next_event_ = Time::min();
+  canopen::NmtState state_ = canopen::NmtState::kBootUp;
+  can::LinkState link_ = can::LinkState::kActive;
+  std::uint64_t overflows_reported_ = 0;
+  Time window_ends_ = Time::max();    // of the synchronous PDOs of the last SYNC
+  Time window_closes_ = Time::max();  // the same, until TPDOs still waiting were taken back
+
+  ObjectDictionary dictionary_;
+  Outbox outbox_;
+  Sync sync_;
+  NodeClock clock_;
+  Object<std::uint8_t> error_behaviour_;
+  Object<std::uint32_t> start_up_;
+  Emergency emergency_;
+  HeartbeatProducer heartbeat_producer_;
+  HeartbeatConsumer heartbeat_consumer_;
+  NodeGuarding guarding_;
+  SdoServer sdo_server_;
+  ParameterStore parameter_store_;
+  LssSlave lss_;
+  std::array<std::unique_ptr<ReceivePdo>, 4> rpdos_;
+  std::array<std::unique_ptr<TransmitPdo>, 4> tpdos_;
+};
+
+}  // namespace walkman::nodes

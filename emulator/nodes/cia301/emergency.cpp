@@ -1,0 +1,138 @@
+#include "emulator/nodes/cia301/emergency.h"
+
+#include <algorithm>
+
+#include "drivers/canopen/cob_id.h"
+#include "drivers/canopen/little_endian.h"
+#include "drivers/canopen/objects.h"
+#include "emulator/nodes/cia301/cob_id_rules.h"
+
+namespace walkman::nodes {
+
+Emergency::Emergency(ObjectDictionary& dictionary, Outbox& outbox, std::uint8_t node_id) : outbox_(outbox) {
+  error_register_ =
+      dictionary.add<std::uint8_t>(canopen::object::kErrorRegister, 0, Access::kReadOnly, 0, Mappable::kYes);
+  history_count_ = dictionary.add<std::uint8_t>(canopen::object::kErrorField, 0, Access::kReadWrite, 0);
+  history_count_.on_write([this](std::uint8_t value) -> Verdict {
+    if (value != 0) return SdoAbort::kValue;
+    for (auto& entry : history_) entry.set(0);
+    return std::nullopt;
+  });
+  for (std::size_t i = 0; i < kHistory; ++i) {
+    const auto sub = static_cast<std::uint8_t>(i + 1);
+    history_[i] = dictionary.add<std::uint32_t>(canopen::object::kErrorField, sub, Access::kReadOnly, 0);
+    history_[i].on_read([this, sub]() -> Verdict {
+      if (sub > history_count_.get()) return SdoAbort::kNoData;
+      return std::nullopt;
+    });
+  }
+  cob_id_ = dictionary.add<std::uint32_t>(0x1014, 0, Access::kReadWrite, canopen::cob_id::emcy(node_id));
+  cob_id_.plus_node_id();
+  cob_id_.on_write([this](std::uint32_t value) -> Verdict {
+    if (const Verdict refused = check_cob_id(value, cob_id_.get(), kCobIdInvalid)) return refused;
+    if ((value & kCobIdInvalid) != 0) waiting_count_ = 0;
+    return std::nullopt;
+  });
+  inhibit_ = dictionary.add<std::uint16_t>(0x1015, 0, Access::kReadWrite, 0);
+}
+
+void Emergency::raise(std::uint16_t code, std::uint8_t register_bits, std::span<const std::uint8_t> detail,
+                      Time now) noexcept {
+  if (active(code) || present_count_ == present_.size()) return;
+  present_[present_count_++] = {code, static_cast<std::uint8_t>(register_bits | error_register::kGeneric)};
+  update_register();
+  std::uint32_t additional = 0;
+  if (!detail.empty()) additional = detail[0];
+  if (detail.size() > 1) additional |= std::uint32_t{detail[1]} << 8U;
+  add_to_history(additional << 16U | code);
+  send(code, detail, now);
+}
+
+void Emergency::clear(std::uint16_t code, Time now) noexcept {
+  const auto end = present_.begin() + present_count_;
+  const auto it = std::find_if(present_.begin(), end, [&](const Present& p) { return p.code == code; });
+  if (it == end) return;
+  if (static_cast<std::size_t>(it - present_.begin()) < outlasting_) --outlasting_;
+  std::copy(it + 1, end, it);
+  --present_count_;
+  update_register();
+  if (present_count_ == 0) send(0, {}, now);
+}
+
+bool Emergency::active(std::uint16_t code) const noexcept {
+  const auto end = present_.begin() + present_count_;
+  return std::any_of(present_.begin(), end, [&](const Present& p) { return p.code == code; });
+}
+
+void Emergency::enable(bool enabled) noexcept {
+  enabled_ = enabled;
+  if (!enabled) waiting_count_ = 0;
+}
+
+void Emergency::reset() noexcept {
+  present_count_ = outlasting_ = 0;
+  forget_reports();
+}
+
+void Emergency::reset_communication() noexcept {
+  const auto end = present_.begin() + present_count_;
+  const auto kept = std::remove_if(
+      present_.begin(), end, [](const Present& p) { return (p.bits & error_register::kCommunication) != 0; });
+  present_count_ = outlasting_ = static_cast<std::size_t>(kept - present_.begin());
+  forget_reports();
+}
+
+void Emergency::announce(Time now) noexcept {
+  for (std::size_t i = 0; i < outlasting_; ++i) {
+    add_to_history(present_[i].code);
+    send(present_[i].code, {}, now);
+  }
+  outlasting_ = 0;
+}
+
+void Emergency::forget_reports() noexcept {
+  waiting_count_ = 0;
+  allowed_from_ = Time{};
+  history_count_.set(0);
+  for (auto& entry : history_) entry.set(0);
+  update_register();
+}
+
+void Emergency::advance(Time now) noexcept {
+  while (waiting_count_ > 0 && allowed_from_ <= now) {
+    can::Frame frame;
+    frame.id = cob_id_.get() & kCobIdMask;
+    frame.length = 8;
+    std::copy(waiting_[0].begin(), waiting_[0].end(), frame.data.begin());
+    outbox_.push(frame);
+    std::copy(waiting_.begin() + 1, waiting_.begin() + waiting_count_, waiting_.begin());
+    --waiting_count_;
+    allowed_from_ = now + std::chrono::microseconds(100) * inhibit_.get();
+  }
+}
+
+Time Emergency::next_event() const noexcept { return waiting_count_ > 0 ? allowed_from_ : Time::max(); }
+
+void Emergency::add_to_history(std::uint32_t value) noexcept {
+  for (std::size_t i = kHistory - 1; i > 0; --i) history_[i].set(history_[i - 1].get());
+  history_[0].set(value);
+  history_count_.set(static_cast<std::uint8_t>(std::min<std::size_t>(history_count_.get() + 1U, kHistory)));
+}
+
+void Emergency::update_register() noexcept {
+  std::uint8_t bits = 0;
+  for (std::size_t i = 0; i < present_count_; ++i) bits |= present_[i].bits;
+  error_register_.set(bits);
+}
+
+void Emergency::send(std::uint16_t code, std::span<const std::uint8_t> detail, Time now) noexcept {
+  if (!enabled_ || (cob_id_.get() & kCobIdInvalid) != 0 || waiting_count_ == waiting_.size()) return;
+  Payload& payload = waiting_[waiting_count_++];
+  payload.fill(0);
+  canopen::put(payload.data(), code);
+  payload[2] = error_register_.get();
+  std::copy_n(detail.begin(), std::min<std::size_t>(detail.size(), 5), payload.begin() + 3);
+  advance(now);
+}
+
+}  // namespace walkman::nodes

@@ -1,0 +1,87 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <span>
+
+#include "drivers/can/frame.h"
+#include "emulator/nodes/cia301/object_dictionary.h"
+#include "emulator/nodes/cia301/outbox.h"
+
+namespace walkman::nodes {
+
+/// Bits of the error register 1001h.
+namespace error_register {
+inline constexpr std::uint8_t kGeneric = 0x01;
+inline constexpr std::uint8_t kCurrent = 0x02;
+inline constexpr std::uint8_t kVoltage = 0x04;
+inline constexpr std::uint8_t kTemperature = 0x08;
+inline constexpr std::uint8_t kCommunication = 0x10;
+inline constexpr std::uint8_t kProfile = 0x20;
+inline constexpr std::uint8_t kManufacturer = 0x80;
+}  // namespace error_register
+
+/// Emergency producer (CiA 301, 7.2.7): present errors, error register 1001h, history 1003h, EMCY object with
+/// its COB-ID 1014h and inhibit time 1015h. An error is reported once when it appears; one message 0000h when
+/// the last has gone.
+class Emergency {
+ public:
+  static constexpr std::size_t kHistory = 8;
+
+  Emergency(ObjectDictionary& dictionary, Outbox& outbox, std::uint8_t node_id);
+  Emergency(const Emergency&) = delete;
+  Emergency& operator=(const Emergency&) = delete;
+
+  /// Does nothing when `code` is present already. `detail` goes into the manufacturer's five bytes, its first
+  /// two into the history.
+  void raise(std::uint16_t code, std::uint8_t register_bits, std::span<const std::uint8_t> detail,
+             Time now) noexcept;
+  void raise(std::uint16_t code, std::uint8_t register_bits, Time now) noexcept {
+    raise(code, register_bits, {}, now);
+  }
+  void clear(std::uint16_t code, Time now) noexcept;
+  [[nodiscard]] bool active(std::uint16_t code) const noexcept;
+
+  /// Whether EMCY may be sent; messages of the meantime are dropped.
+  void enable(bool enabled) noexcept;
+  /// Reset node: no errors, no history, nothing waiting.
+  void reset() noexcept;
+  /// Reset communication: as `reset`, but errors of the device itself, without the register's communication
+  /// bit, stay; `announce` reports them anew.
+  void reset_communication() noexcept;
+  [[nodiscard]] bool some_outlasted_reset() const noexcept { return outlasting_ > 0; }
+  void announce(Time now) noexcept;
+
+  void advance(Time now) noexcept;
+  [[nodiscard]] Time next_event() const noexcept;
+
+ private:
+  struct Present {
+    std::uint16_t code = 0;
+    std::uint8_t bits = 0;
+  };
+  using Payload = std::array<std::uint8_t, 8>;
+
+  void forget_reports() noexcept;
+  void add_to_history(std::uint32_t value) noexcept;
+  void update_register() noexcept;
+  void send(std::uint16_t code, std::span<const std::uint8_t> detail, Time now) noexcept;
+
+  Outbox& outbox_;
+  Object<std::uint8_t> error_register_;
+  Object<std::uint8_t> history_count_;
+  std::array<Object<std::uint32_t>, kHistory> history_;
+  Object<std::uint32_t> cob_id_;
+  Object<std::uint16_t> inhibit_;
+
+  std::array<Present, 16> present_{};
+  std::size_t present_count_ = 0;
+  std::size_t outlasting_ =
+      0;  // of the present ones, the first: they outlasted a reset and are not yet reported
+  std::array<Payload, 8> waiting_{};
+  std::size_t waiting_count_ = 0;
+  Time allowed_from_{};
+  bool enabled_ = false;
+};
+
+}  // namespace walkman::nodes

@@ -1,0 +1,44 @@
+#pragma once
+
+#include <cstdint>
+
+#include "drivers/canopen/nmt.h"
+#include "emulator/nodes/cia301/object_dictionary.h"
+#include "emulator/nodes/cia301/outbox.h"
+
+namespace walkman::nodes {
+
+/// Node and life guarding (CiA 301, 7.2.8.3.2.1): the answer to the master's remote frame on 700h + node-ID,
+/// and the watch over these frames. Guard time 100Ch in ms times life time factor 100Dh is the time within
+/// which the next must come; it runs from the first one on, and not at all when either is 0.
+class NodeGuarding {
+ public:
+  /// `node_id` must outlive the object.
+  NodeGuarding(ObjectDictionary& dictionary, Outbox& outbox, const std::uint8_t& node_id, const Time& now);
+  NodeGuarding(const NodeGuarding&) = delete;
+  NodeGuarding& operator=(const NodeGuarding&) = delete;
+
+  /// Answers with the state and a bit that toggles from 0 on. True when the master had been lost.
+  [[nodiscard]] bool answer(canopen::NmtState state, Time now) noexcept;
+  /// True when the life time has just passed.
+  [[nodiscard]] bool advance(Time now) noexcept;
+  [[nodiscard]] Time next_event() const noexcept { return deadline_; }
+  /// Until the next remote frame, or until 100Ch or 100Dh is written 0.
+  [[nodiscard]] bool lost() const noexcept { return lost_; }
+  /// Stops watching until the next remote frame; the toggle bit starts with 0.
+  void reset() noexcept;
+
+ private:
+  void watch(Time from, std::uint16_t guard_ms, std::uint8_t factor) noexcept;
+
+  Outbox& outbox_;
+  const std::uint8_t& node_id_;
+  Object<std::uint16_t> guard_time_;
+  Object<std::uint8_t> factor_;
+  bool toggle_ = false;
+  bool guarded_ = false;  // a remote frame has come
+  bool lost_ = false;
+  Time deadline_ = Time::max();
+};
+
+}  // namespace walkman::nodes

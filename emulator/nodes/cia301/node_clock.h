@@ -1,0 +1,31 @@
+#pragma once
+
+#include <cstdint>
+
+#include "drivers/can/frame.h"
+#include "emulator/nodes/cia301/object_dictionary.h"
+
+namespace walkman::nodes {
+
+/// TIME consumer (CiA 301, 7.2.6), COB-ID 1012h (bit 31 = consume), and the node's clock that TIME sets:
+/// 2061h, sub 1 milliseconds after midnight, sub 2 days since 1984-01-01. The clock runs on between two TIME
+/// messages; from power-on it starts at that epoch.
+class NodeClock {
+ public:
+  NodeClock(ObjectDictionary& dictionary, const Time& now);
+  NodeClock(const NodeClock&) = delete;
+  NodeClock& operator=(const NodeClock&) = delete;
+
+  [[nodiscard]] bool accepts(const can::Frame& frame) const noexcept;
+  /// Anything but 6 bytes with a time of day is ignored.
+  void receive(const can::Frame& frame, Time now) noexcept;
+
+ private:
+  void publish(Time now) noexcept;
+
+  Object<std::uint32_t> cob_id_, milliseconds_;
+  Object<std::uint16_t> days_;
+  Time offset_{};  // of the epoch's time from the node's
+};
+
+}  // namespace walkman::nodes

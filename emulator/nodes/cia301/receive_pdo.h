@@ -1,0 +1,47 @@
+#pragma once
+
+#include "drivers/can/frame.h"
+#include "emulator/nodes/cia301/pdo_record.h"
+
+namespace walkman::nodes {
+
+/// One RPDO (CiA 301, 7.2.2): types 0..240 take effect at the next SYNC, 254 and 255 at once; sub-index 5 is
+/// a deadline between two receptions, watched from the first one on.
+class ReceivePdo {
+ public:
+  enum class Outcome { kTaken, kTakenTooLong, kTooShort };
+
+  ReceivePdo(ObjectDictionary& dictionary, int number, std::uint32_t cob_id, const PdoDefaults& defaults);
+
+  void start() noexcept;  ///< entering operational
+  void stop() noexcept;   ///< leaving it
+  void reload() noexcept { record_.reload(); }
+  void observe(PdoRecord::Observer observer) { record_.observe(std::move(observer)); }
+  void use_fd() { record_.use_fd(); }
+
+  [[nodiscard]] bool accepts(const can::Frame& frame) const noexcept {
+    return operational_ && record_.valid() && frame.id == record_.identifier();
+  }
+  /// A frame with the PDO's identifier. One shorter than mapped is ignored, of a longer one the first bytes
+  /// are used; the padding of a CAN FD frame does not count. `late`: the window for synchronous PDOs is over,
+  /// a synchronous one is dropped.
+  [[nodiscard]] Outcome receive(const can::Frame& frame, bool late, Time now) noexcept;
+  void sync() noexcept;
+
+  /// True when the deadline has just passed without a reception.
+  [[nodiscard]] bool advance(Time now) noexcept;
+  [[nodiscard]] Time next_event() const noexcept { return deadline_; }
+
+ private:
+  void apply() noexcept;
+  void restart() noexcept;
+
+  ObjectDictionary& dictionary_;
+  PdoRecord record_;
+  bool operational_ = false;
+  bool waiting_ = false;  // for the next SYNC
+  std::array<std::uint8_t, PdoRecord::kMaxBytes> data_{};
+  Time deadline_ = Time::max();
+};
+
+}  // namespace walkman::nodes

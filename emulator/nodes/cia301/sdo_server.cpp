@@ -1,0 +1,227 @@
+#include "emulator/nodes/cia301/sdo_server.h"
+
+#include <algorithm>
+#include <cstring>
+
+#include "drivers/canopen/cob_id.h"
+#include "drivers/canopen/little_endian.h"
+
+namespace walkman::nodes {
+namespace {
+
+// Client command specifiers, bits 5-7 of the first byte.
+constexpr unsigned kDownloadSegment = 0;
+constexpr unsigned kStartDownload = 1;
+constexpr unsigned kStartUpload = 2;
+constexpr unsigned kUploadSegment = 3;
+constexpr unsigned kAbort = 4;
+constexpr unsigned kBlockUpload = 5;
+constexpr unsigned kBlockDownload = 6;
+
+constexpr std::size_t kSegmentBytes = 7;
+
+ObjectAddress address_of(std::span<const std::uint8_t, 8> request) noexcept {
+  return {canopen::get<std::uint16_t>(request.data() + 1), request[3]};
+}
+
+}  // namespace
+
+SdoServer::SdoServer(ObjectDictionary& dictionary, Outbox& outbox, const std::uint8_t& node_id)
+    : dictionary_(dictionary), outbox_(outbox), node_id_(node_id) {
+  dictionary.add<std::uint8_t>(0x1200, 0, Access::kConst, 2);
+  dictionary.add<std::uint32_t>(0x1200, 1, Access::kReadOnly, canopen::cob_id::sdo_request(node_id))
+      .plus_node_id();
+  dictionary.add<std::uint32_t>(0x1200, 2, Access::kReadOnly, canopen::cob_id::sdo_response(node_id))
+      .plus_node_id();
+}
+
+void SdoServer::reset() noexcept {
+  if (transfer_ == Transfer::kBlockUpload) outbox_.drop(canopen::cob_id::sdo_response(node_id_));
+  transfer_ = Transfer::kNone;
+  deadline_ = Time::max();
+}
+
+void SdoServer::respond(std::uint8_t command, std::span<const std::uint8_t> rest) noexcept {
+  can::Frame frame;
+  frame.id = canopen::cob_id::sdo_response(node_id_);
+  frame.length = 8;
+  frame.data[0] = command;
+  std::copy(rest.begin(), rest.end(), frame.data.begin() + 1);
+  outbox_.push(frame);
+}
+
+void SdoServer::respond_address(std::uint8_t command, ObjectAddress address) noexcept {
+  std::array<std::uint8_t, 3> rest{};
+  canopen::put(rest.data(), address.index);
+  rest[2] = address.sub;
+  respond(command, rest);
+}
+
+void SdoServer::abort(ObjectAddress address, SdoAbort code) noexcept {
+  std::array<std::uint8_t, 7> rest{};
+  canopen::put(rest.data(), address.index);
+  rest[2] = address.sub;
+  canopen::put(rest.data() + 3, static_cast<std::uint32_t>(code));
+  respond(0x80, rest);
+}
+
+void SdoServer::abort_transfer(SdoAbort code) noexcept {
+  reset();
+  abort(address_, code);
+}
+
+/// A command that does not belong to the transfer under way, or to none.
+void SdoServer::unexpected() noexcept {
+  if (transfer_ == Transfer::kNone) address_ = {};
+  abort_transfer(SdoAbort::kCommand);
+}
+
+void SdoServer::advance(Time now) noexcept {
+  if (deadline_ <= now) abort_transfer(SdoAbort::kTimeout);
+}
+
+void SdoServer::receive(const can::Frame& frame, Time now) noexcept {
+  if (frame.length != 8) return;
+  const Request request(frame.data.data(), 8);
+  if (transfer_ == Transfer::kBlockDownload) return block_download_segment(request, now);
+  switch (request[0] >> 5U) {
+    case kStartDownload:
+      return start_download(request, now);
+    case kDownloadSegment:
+      return download_segment(request, now);
+    case kStartUpload:
+      return start_upload(request, now);
+    case kUploadSegment:
+      return upload_segment(request, now);
+    case kAbort:
+      return reset();
+    case kBlockUpload:
+      return block_upload(request, now);
+    case kBlockDownload:
+      return block_download(request, now);
+    default:
+      return unexpected();
+  }
+}
+
+bool SdoServer::open_for_writing(Request request) noexcept {
+  reset();
+  address_ = address_of(request);
+  entry_ = dictionary_.find(address_.index, address_.sub);
+  if (entry_ == nullptr) {
+    abort(address_, dictionary_.missing(address_.index));
+  } else if (!entry_->writable()) {
+    abort(address_, SdoAbort::kReadOnly);
+  } else {
+    size_ = 0;
+    return true;
+  }
+  return false;
+}
+
+bool SdoServer::open_for_reading(Request request) noexcept {
+  reset();
+  address_ = address_of(request);
+  entry_ = dictionary_.find(address_.index, address_.sub);
+  if (entry_ == nullptr) {
+    abort(address_, dictionary_.missing(address_.index));
+    return false;
+  }
+  if (const Verdict refused = dictionary_.read(*entry_)) {
+    abort(address_, *refused);
+    return false;
+  }
+  value_ = entry_->bytes();
+  position_ = 0;
+  return true;
+}
+
+Verdict SdoServer::check_announced() const noexcept {
+  if (!size_announced_) return std::nullopt;
+  if (announced_ > entry_->capacity()) return SdoAbort::kTooLong;
+  if (entry_->number() && announced_ < entry_->size()) return SdoAbort::kTooShort;
+  return std::nullopt;
+}
+
+void SdoServer::start_download(Request request, Time now) noexcept {
+  if (!open_for_writing(request)) return;
+  const bool expedited = (request[0] & 0x02U) != 0;
+  size_announced_ = (request[0] & 0x01U) != 0;
+  if (expedited) {
+    // Without a size a number has as many bytes as the object, a string all four.
+    const std::size_t size =
+        size_announced_ ? 4U - (request[0] >> 2U & 0x03U) : std::min<std::size_t>(entry_->capacity(), 4);
+    if (const Verdict refused = dictionary_.write(*entry_, request.subspan(4, size)))
+      return abort(address_, *refused);
+    return respond_address(0x60, address_);
+  }
+  announced_ = canopen::get<std::uint32_t>(request.data() + 4);
+  if (const Verdict refused = check_announced()) return abort(address_, *refused);
+  transfer_ = Transfer::kDownload;
+  toggle_ = false;
+  deadline_ = now + kTimeout;
+  respond_address(0x60, address_);
+}
+
+void SdoServer::download_segment(Request request, Time now) noexcept {
+  if (transfer_ != Transfer::kDownload) return unexpected();
+  const bool toggle = (request[0] & 0x10U) != 0;
+  if (toggle != toggle_) return abort_transfer(SdoAbort::kToggle);
+  const std::size_t count = kSegmentBytes - (request[0] >> 1U & 0x07U);
+  if (size_ + count > entry_->capacity()) return abort_transfer(SdoAbort::kTooLong);
+  std::copy_n(request.begin() + 1, count, buffer_.begin() + size_);
+  size_ += count;
+  const bool last = (request[0] & 0x01U) != 0;
+  if (last) {
+    if (size_announced_ && size_ != announced_) return abort_transfer(SdoAbort::kLengthMismatch);
+    if (const Verdict refused = dictionary_.write(*entry_, std::span(buffer_).first(size_))) {
+      return abort_transfer(*refused);
+    }
+    reset();
+  } else {
+    toggle_ = !toggle_;
+    deadline_ = now + kTimeout;
+  }
+  respond(toggle ? 0x30 : 0x20, {});
+}
+
+void SdoServer::start_upload(Request request, Time now) noexcept {
+  if (open_for_reading(request)) answer_upload(now);
+}
+
+void SdoServer::answer_upload(Time now) noexcept {
+  std::array<std::uint8_t, 7> rest{};
+  canopen::put(rest.data(), address_.index);
+  rest[2] = address_.sub;
+  const std::size_t size = value_.size();
+  if (size >= 1 && size <= 4) {
+    std::copy(value_.begin(), value_.end(), rest.begin() + 3);
+    return respond(static_cast<std::uint8_t>(0x43U | (4U - size) << 2U), rest);
+  }
+  transfer_ = Transfer::kUpload;
+  toggle_ = false;
+  deadline_ = now + kTimeout;
+  canopen::put(rest.data() + 3, static_cast<std::uint32_t>(size));
+  respond(0x41, rest);
+}
+
+void SdoServer::upload_segment(Request request, Time now) noexcept {
+  if (transfer_ != Transfer::kUpload) return unexpected();
+  const bool toggle = (request[0] & 0x10U) != 0;
+  if (toggle != toggle_) return abort_transfer(SdoAbort::kToggle);
+  const std::size_t count = std::min(kSegmentBytes, value_.size() - position_);
+  const bool last = position_ + count == value_.size();
+  const auto command =
+      static_cast<std::uint8_t>((toggle ? 0x10U : 0U) | (kSegmentBytes - count) << 1U | (last ? 1U : 0U));
+  const auto segment = value_.subspan(position_, count);
+  if (last) {
+    reset();
+  } else {
+    position_ += count;
+    toggle_ = !toggle_;
+    deadline_ = now + kTimeout;
+  }
+  respond(command, segment);
+}
+
+}  // namespace walkman::nodes

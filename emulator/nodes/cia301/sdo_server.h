@@ -1,0 +1,107 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <span>
+
+#include "drivers/can/frame.h"
+#include "emulator/nodes/cia301/object_dictionary.h"
+#include "emulator/nodes/cia301/outbox.h"
+
+namespace walkman::nodes {
+
+/// SDO server (CiA 301, 7.2.4): expedited, segmented and block transfer in both directions, one at a time. A
+/// transfer whose client stays silent for a second is given up with 0504 0000.
+///
+/// A new request for an expedited, segmented or block transfer ends the one under way without a word, except
+/// while the segments of a block download are coming, where every frame is a segment or an abort.
+class SdoServer {
+ public:
+  static constexpr Time kTimeout = std::chrono::seconds(1);
+  /// Segments the server wants in a block.
+  static constexpr std::uint8_t kBlockSize = 127;
+
+  /// `node_id` must outlive the server and may change while no transfer is under way.
+  SdoServer(ObjectDictionary& dictionary, Outbox& outbox, const std::uint8_t& node_id);
+
+  /// A frame with the server's request identifier. Other lengths than 8 bytes are ignored.
+  void receive(const can::Frame& frame, Time now) noexcept;
+  void advance(Time now) noexcept;
+  [[nodiscard]] Time next_event() const noexcept { return deadline_; }
+  /// Forgets a transfer under way.
+  void reset() noexcept;
+
+  /// Segments of a block upload wait for the outbox, which gets one at a time: `feed` gives the next.
+  [[nodiscard]] bool feeding() const noexcept { return transfer_ == Transfer::kBlockUpload; }
+  void feed() noexcept;
+
+ private:
+  enum class Transfer {
+    kNone,
+    kDownload,
+    kUpload,
+    kBlockDownload,     // segments are coming
+    kBlockDownloadEnd,  // all segments are here
+    kBlockUploadStart,  // waits for the client's start
+    kBlockUpload,       // segments are going out, or their acknowledgement is awaited
+    kBlockUploadEnd,    // waits for the client's end
+  };
+  using Request = std::span<const std::uint8_t, 8>;
+
+  // sdo_server.cpp: expedited and segmented transfer
+  void start_download(Request request, Time now) noexcept;
+  void download_segment(Request request, Time now) noexcept;
+  void start_upload(Request request, Time now) noexcept;
+  void answer_upload(Time now) noexcept;
+  void upload_segment(Request request, Time now) noexcept;
+
+  // sdo_block_download.cpp
+  void block_download(Request request, Time now) noexcept;
+  void start_block_download(Request request, Time now) noexcept;
+  void block_download_segment(Request request, Time now) noexcept;
+  void end_block_download(Request request) noexcept;
+
+  // sdo_block_upload.cpp
+  void block_upload(Request request, Time now) noexcept;
+  void start_block_upload(Request request, Time now) noexcept;
+  void block_upload_acknowledged(Request request, Time now) noexcept;
+  [[nodiscard]] std::size_t segment_count() const noexcept;
+
+  [[nodiscard]] bool open_for_writing(Request request) noexcept;
+  [[nodiscard]] bool open_for_reading(Request request) noexcept;
+  [[nodiscard]] Verdict check_announced() const noexcept;
+  void unexpected() noexcept;
+  void abort(ObjectAddress address, SdoAbort code) noexcept;
+  void abort_transfer(SdoAbort code) noexcept;
+  void respond(std::uint8_t command, std::span<const std::uint8_t> rest) noexcept;
+  void respond_address(std::uint8_t command, ObjectAddress address) noexcept;
+
+  ObjectDictionary& dictionary_;
+  Outbox& outbox_;
+  const std::uint8_t& node_id_;
+
+  Transfer transfer_ = Transfer::kNone;
+  Time deadline_ = Time::max();
+  ObjectAddress address_;
+  Entry* entry_ = nullptr;
+  bool toggle_ = false;
+  bool crc_wanted_ = false;
+
+  // Download. The buffer has room for the unused bytes of the last segments of a block.
+  std::array<std::uint8_t, ObjectDictionary::kLongestString + 14> buffer_{};
+  std::size_t size_ = 0;         // bytes received
+  bool size_announced_ = false;  // by the client
+  std::size_t announced_ = 0;
+  bool complete_ = false;  // the block download's last segment is here
+
+  // Upload.
+  std::span<const std::uint8_t> value_;
+  std::size_t position_ = 0;  // bytes sent
+
+  // Blocks.
+  std::uint8_t sequence_ = 0;     // last segment of the block under way that is right
+  std::uint8_t block_size_ = 0;   // of an upload
+  std::size_t acknowledged_ = 0;  // segments of an upload
+};
+
+}  // namespace walkman::nodes

@@ -1,0 +1,62 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <limits>
+
+#include "emulator/nodes/drive/drive_parameters.h"
+#include "emulator/nodes/drive/encoder_watch.h"
+#include "emulator/nodes/drive/servo_feedback.h"
+#include "emulator/nodes/drive/servo_settings.h"
+
+namespace walkman::nodes {
+
+/// What a drive's electronics find wrong in their own measurements at each control step.
+class Supervision {
+ public:
+  /// One finding: the bit in `causes`, and how it is told (603Fh, 1001h).
+  struct Cause {
+    std::uint8_t bit = 0;
+    std::uint16_t code = 0;
+    std::uint8_t register_bits = 0;
+    bool uncontrollable = false;  ///< the motor cannot be braked by its loops any more
+  };
+  static const std::array<Cause, 7> kCauses;
+  static const std::uint8_t kEncoders;  ///< bits of the causes in encoders
+
+  explicit Supervision(const DriveParameters& parameters);
+
+  /// `needs_supply`: the power stage is on, so that a low DC link is a fault.
+  void step(const ServoFeedback& feedback, const ServoSettings& settings, bool needs_supply,
+            double dt) noexcept;
+  /// The limits are others now.
+  void settings_changed() noexcept { seen_ = Housekeeping{}; }
+  void reset() noexcept;
+
+  /// Bits of the causes present at the last step.
+  [[nodiscard]] std::uint8_t causes() const noexcept { return causes_; }
+  [[nodiscard]] bool warning() const noexcept { return warning_; }
+  [[nodiscard]] bool supplied() const noexcept { return supplied_; }
+
+ private:
+  /// What changes slowly and is judged after a change only. NaN equals nothing.
+  struct Housekeeping {
+    double motor_c = std::numeric_limits<double>::quiet_NaN();
+    double board_c = 0, supply = 0;
+    bool needs_supply = false;
+    friend bool operator==(const Housekeeping&, const Housekeeping&) = default;
+  };
+  void judge(const Housekeeping& seen, const ServoSettings& settings) noexcept;
+  [[nodiscard]] std::uint8_t encoders(const ServoFeedback& feedback, double dt) noexcept;
+
+  double impossible_deflection_;
+  double fastest_;  // rad/s, beyond which a reading has jumped
+  EncoderWatch motor_, link_;
+  Housekeeping seen_;
+  double over_current_for_ = 0;  // s
+  std::uint8_t causes_ = 0, slow_causes_ = 0;
+  bool warning_ = false;
+  bool supplied_ = true;
+};
+
+}  // namespace walkman::nodes

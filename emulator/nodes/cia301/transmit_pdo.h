@@ -1,0 +1,56 @@
+#pragma once
+
+#include "emulator/nodes/cia301/outbox.h"
+#include "emulator/nodes/cia301/pdo_record.h"
+
+namespace walkman::nodes {
+
+/// One TPDO (CiA 301, 7.2.2): transmission types 0 (with the next SYNC after a change), 1..240 (every n-th
+/// SYNC), 252 (sampled at SYNC, sent on remote request), 253 (sampled and sent on remote request), 254 and
+/// 255 (event: application, event timer), inhibit time, remote request. An event of the application is a
+/// change it announces with `event`; the first transmission follows on entering operational.
+///
+/// With a SYNC start value (sub-index 6) and a SYNC that counts, the SYNC with that counter is the first of
+/// the n.
+class TransmitPdo {
+ public:
+  TransmitPdo(ObjectDictionary& dictionary, Outbox& outbox, int number, std::uint32_t cob_id,
+              const PdoDefaults& defaults, const Time& now);
+
+  void start(Time now) noexcept;  ///< entering operational
+  void stop() noexcept;           ///< leaving it
+  void reload() noexcept { record_.reload(); }
+  void observe(PdoRecord::Observer observer) { record_.observe(std::move(observer)); }
+
+  void use_fd() { record_.use_fd(); }
+
+  /// `counter` of the SYNC, 0 when it does not count. Hot: at every SYNC, samples the objects.
+  void sync(std::uint8_t counter, Time now) noexcept;
+  /// The window for synchronous PDOs is over: what is still waiting is not sent.
+  void close_window() noexcept;
+  void event(const Entry& entry, Time now) noexcept;
+  void remote_request(std::uint32_t identifier, Time now) noexcept;
+  void advance(Time now) noexcept;
+  [[nodiscard]] Time next_event() const noexcept;
+
+ private:
+  void restart(Time now) noexcept;
+  void request(Time now) noexcept;
+  void transmit(Time now) noexcept;
+  void take_sample() noexcept;
+  [[nodiscard]] can::Frame sample() const noexcept;
+  [[nodiscard]] bool running() const noexcept { return operational_ && record_.valid(); }
+
+  Outbox& outbox_;
+  PdoRecord record_;
+  bool operational_ = false;
+  int syncs_ = 0;           // since the last transmission
+  bool started_ = false;    // the SYNC with the start value has come
+  bool requested_ = false;  // waits for the end of the inhibit time
+  Time allowed_from_{};
+  Time event_due_ = Time::max();
+  can::Frame last_;    // sent; for type 252, sampled
+  bool sent_ = false;  // `last_` holds something
+};
+
+}  // namespace walkman::nodes

@@ -1,0 +1,43 @@
+#pragma once
+
+#include "drivers/cia402/words.h"
+#include "emulator/nodes/drive/modes/cyclic_position.h"
+#include "emulator/nodes/drive/modes/cyclic_torque.h"
+#include "emulator/nodes/drive/modes/cyclic_velocity.h"
+#include "emulator/nodes/drive/modes/homing.h"
+#include "emulator/nodes/drive/modes/impedance.h"
+#include "emulator/nodes/drive/modes/interpolated_position.h"
+#include "emulator/nodes/drive/modes/profile_position.h"
+#include "emulator/nodes/drive/modes/profile_torque.h"
+#include "emulator/nodes/drive/modes/profile_velocity.h"
+
+namespace walkman::nodes {
+
+/// The modes of operation a drive offers (6502h), one of each.
+struct ModeSet {
+  explicit ModeSet(MotionContext& context)
+      : profile_position(context),
+        profile_velocity(context),
+        profile_torque(context),
+        homing(context),
+        interpolated_position(context),
+        cyclic_position(context),
+        cyclic_velocity(context),
+        cyclic_torque(context),
+        impedance(context) {}
+
+  /// Null for a mode not offered.
+  [[nodiscard]] OperatingMode* find(cia402::Mode mode) noexcept;
+
+  ProfilePosition profile_position;
+  ProfileVelocity profile_velocity;
+  ProfileTorque profile_torque;
+  Homing homing;
+  InterpolatedPosition interpolated_position;
+  CyclicPosition cyclic_position;
+  CyclicVelocity cyclic_velocity;
+  CyclicTorque cyclic_torque;
+  Impedance impedance;
+};
+
+}  // namespace walkman::nodes

@@ -1,0 +1,85 @@
+#pragma once
+
+#include <cstdint>
+
+#include "emulator/nodes/drive/servo_feedback.h"
+
+namespace walkman::nodes {
+
+struct DriveObjects;
+struct ServoSettings;
+
+/// Bits of the statusword that modes and limits own (CiA 402-2, statusword).
+namespace status_bit {
+inline constexpr std::uint16_t kVoltage = 1U << 4U;
+inline constexpr std::uint16_t kWarning = 1U << 7U;
+inline constexpr std::uint16_t kTargetReached = 1U << 10U;
+inline constexpr std::uint16_t kInternalLimit = 1U << 11U;
+inline constexpr std::uint16_t kMode12 = 1U << 12U;  ///< follows, acknowledged, speed zero, attained
+inline constexpr std::uint16_t kMode13 = 1U << 13U;  ///< following error, homing error
+}  // namespace status_bit
+
+/// A state of motion, rad and rad/s in the motor encoder's coordinates.
+struct Motion {
+  double position = 0;
+  double velocity = 0;
+};
+
+/// What is asked of the servo loops at one step, in the encoders' coordinates.
+struct Demand {
+  enum class Loop : std::uint8_t { kPosition, kVelocity, kTorque, kImpedance };
+  Loop loop = Loop::kPosition;
+  double position = 0;  ///< rad; of the link with `kImpedance`
+  double velocity = 0;  ///< rad/s
+  double torque = 0;    ///< N m: wanted in the spring with `kTorque`, else fed forward
+};
+
+/// What every mode works on. The drive keeps it up to date before it calls into a mode.
+struct MotionContext {
+  const DriveObjects& objects;
+  const ServoSettings& settings;
+  const ServoFeedback& feedback;
+  double zero = 0;  ///< angle of the motor encoder at which 6064h is zero, rad
+};
+
+/// Objects whose writing is an event for a mode.
+enum class TargetObject { kPosition, kPositionOffset, kVelocity, kInterpolation };
+
+/// One mode of operation (6060h): turns targets into the demand of each control step. It has no state of
+/// power, no stops: the drive asks it only while operation is enabled and no stop is under way.
+class OperatingMode {
+ public:
+  explicit OperatingMode(MotionContext& context) : context_(context) {}
+  OperatingMode(const OperatingMode&) = delete;
+  OperatingMode& operator=(const OperatingMode&) = delete;
+  virtual ~OperatingMode() = default;
+
+  /// Operation is enabled, or this mode has been chosen: goes on from a state of motion.
+  virtual void enter(const Motion& from) noexcept = 0;
+  /// A halt is over.
+  virtual void resume(const Motion& from) noexcept { enter(from); }
+  /// A controlword while operation is enabled, halted or not; `before` is the one before it.
+  virtual void controlword(std::uint16_t /*before*/, std::uint16_t /*now*/) noexcept {}
+  /// `object` is being written; its value is stored after this call.
+  virtual void target(TargetObject /*object*/, std::int32_t /*value*/) noexcept {}
+
+  virtual Demand step(double dt) noexcept = 0;
+  /// Instead of `step` while the drive is halted.
+  virtual void halted(double /*dt*/) noexcept {}
+
+  /// The mode's bits 10, 12 and 13.
+  [[nodiscard]] virtual std::uint16_t status() const noexcept = 0;
+  /// The same while halted, without bit 10.
+  [[nodiscard]] virtual std::uint16_t halted_status() const noexcept { return 0; }
+  /// A target was cut to a limit: bit 11.
+  [[nodiscard]] virtual bool limited() const noexcept { return false; }
+  /// Whether the motor is to follow a position, so that 6065h applies.
+  [[nodiscard]] virtual bool follows_position() const noexcept { return false; }
+  /// Whether the torque offset 60B2h applies.
+  [[nodiscard]] virtual bool takes_offsets() const noexcept { return false; }
+
+ protected:
+  MotionContext& context_;
+};
+
+}  // namespace walkman::nodes

@@ -1,0 +1,100 @@
+#pragma once
+
+#include "emulator/nodes/drive/servo_feedback.h"
+
+namespace walkman::nodes {
+
+/// Gains of one loop: proportional, integral, derivative.
+struct LoopGains {
+  double p = 0, i = 0, d = 0;
+};
+
+/// Gains of the three loops (2040h-2042h). Position: N m/rad, N m/(rad s), N m s/rad. Velocity: N m s/rad,
+/// N m/rad, N m s^2/rad. Torque: 1, 1/s, N m s/rad.
+struct ServoGains {
+  LoopGains position, velocity, torque;
+
+  /// Critically damped loops of `bandwidth_hz` around the inertia J (kg m^2) of the motor reflected to the
+  /// joint: with w the bandwidth, position P = J w^2 and D = 2 J w, velocity P = 2 J w and I = J w^2. Torque
+  /// D = 1.4 sqrt(J K_s) with the spring's K_s in N m/rad: damping ratio 0.7 with the link held.
+  [[nodiscard]] static ServoGains factory(double inertia, double spring, double bandwidth_hz) noexcept;
+};
+
+/// The control laws of a series elastic joint drive. All torques in N m on the joint side; the motor follows
+/// J q_m'' = tau - tau_s, with the spring torque tau_s on the link, which position and velocity loops feed
+/// forward: it takes the load off them.
+class ServoLaw {
+ public:
+  void set_gains(const ServoGains& gains) noexcept { gains_ = gains; }
+  /// Forgets the integrals: at enabling, and at a change of mode.
+  void restart() noexcept;
+  /// Whether the last torque was cut: integrals then grow no further in that direction (anti-windup).
+  void limited(bool limited, double torque) noexcept { cut_ = limited ? torque : 0; }
+
+  /// tau = P (q_d - q_m) + D (q_d' - q_m') + I integral + tau_s.
+  [[nodiscard]] double position(double demand, double demand_velocity, const ServoFeedback& f,
+                                double dt) noexcept;
+  /// tau = P (v_d - q_m') + I integral + D derivative + tau_s.
+  [[nodiscard]] double velocity(double demand, const ServoFeedback& f, double dt) noexcept;
+  /// A torque wanted in the spring: tau = tau_d + P (tau_d - tau_s) + I integral - D (q_m' - q_l'). The last
+  /// term damps the motor against the spring and vanishes at rest.
+  [[nodiscard]] double torque(double wanted, const ServoFeedback& f, double dt) noexcept;
+  /// Impedance on the link side: the spring is to pull with tau_d = K (q_d - q_l) - D q_l' + offset, by
+  /// `torque`.
+  [[nodiscard]] double impedance(double demand, double stiffness, double damping, double offset,
+                                 const ServoFeedback& f, double dt) noexcept;
+  /// Largest torque that still leads to `speed`, by the position loop's D: for a speed limit in torque modes.
+  [[nodiscard]] double torque_at(double speed, const ServoFeedback& f) const noexcept {
+    return gains_.position.d * (speed - f.motor_velocity) + f.spring_torque;
+  }
+
+ private:
+  [[nodiscard]] double integrated(double gain, double error, double dt) noexcept;
+
+  ServoGains gains_;
+  double integral_ = 0;  // N m
+  double cut_ = 0;       // the last torque when it was cut, else 0
+  double last_error_ = 0;
+  bool has_last_error_ = false;
+};
+
+inline void ServoLaw::restart() noexcept {
+  integral_ = cut_ = 0;
+  has_last_error_ = false;
+}
+
+inline double ServoLaw::integrated(double gain, double error, double dt) noexcept {
+  if (gain == 0) return integral_ = 0;
+  if (cut_ * error <= 0) integral_ += gain * error * dt;
+  return integral_;
+}
+
+inline double ServoLaw::position(double demand, double demand_velocity, const ServoFeedback& f,
+                                 double dt) noexcept {
+  const LoopGains& g = gains_.position;
+  const double error = demand - f.motor_position;
+  return g.p * error + g.d * (demand_velocity - f.motor_velocity) + f.spring_torque +
+         integrated(g.i, error, dt);
+}
+
+inline double ServoLaw::velocity(double demand, const ServoFeedback& f, double dt) noexcept {
+  const LoopGains& g = gains_.velocity;
+  const double error = demand - f.motor_velocity;
+  const double rate = has_last_error_ ? (error - last_error_) / dt : 0;
+  last_error_ = error;
+  has_last_error_ = true;
+  return g.p * error + integrated(g.i, error, dt) + g.d * rate + f.spring_torque;
+}
+
+inline double ServoLaw::torque(double wanted, const ServoFeedback& f, double dt) noexcept {
+  const LoopGains& g = gains_.torque;
+  const double error = wanted - f.spring_torque;
+  return wanted - g.d * (f.motor_velocity - f.link_velocity) + g.p * error + integrated(g.i, error, dt);
+}
+
+inline double ServoLaw::impedance(double demand, double stiffness, double damping, double offset,
+                                  const ServoFeedback& f, double dt) noexcept {
+  return torque(stiffness * (demand - f.link_position) - damping * f.link_velocity + offset, f, dt);
+}
+
+}  // namespace walkman::nodes

@@ -1,0 +1,69 @@
+#include "emulator/nodes/measuring/force_torque_node.h"
+
+#include "drivers/canopen/objects.h"
+#include "emulator/nodes/drive/wire_units.h"
+
+namespace walkman::nodes {
+
+namespace object = canopen::object;
+
+namespace {
+
+constexpr std::uint32_t kProduct = 2;
+
+// CiA 303-2: 21h is newton. It has no code of its own for the newton metre known to us; 23h is the joule,
+// which has the same dimension.
+constexpr std::uint32_t kNewton = 0x00210000;
+constexpr std::uint32_t kNewtonMetre = 0x00230000;
+constexpr std::uint16_t kForceSensor = 10000;   // 6110h, in the manufacturer's range
+constexpr std::uint16_t kTorqueSensor = 10001;  // 6110h, in the manufacturer's range
+
+std::array<ChannelDescription, ForceTorqueNode::kChannels> describe(const ForceTorqueParameters& parameters) {
+  const ChannelDescription force{0, 0, 0.1, kForceSensor, kNewton, std::uint8_t{1}, true};
+  const ChannelDescription torque{0, 0, 0.01, kTorqueSensor, kNewtonMetre, std::uint8_t{2}, true};
+  std::array<ChannelDescription, ForceTorqueNode::kChannels> channels{force,  force,  force,
+                                                                      torque, torque, torque};
+  for (std::size_t i = 0; i < channels.size(); ++i) {
+    channels[i].range = parameters.channels[i].range;
+    channels[i].resolution = parameters.channels[i].resolution;
+  }
+  return channels;
+}
+
+std::int16_t wire_temperature(const ForceTorqueTransducer& transducer) {
+  return to_wire<std::int16_t>(transducer.temperature_c(), kDeci);
+}
+
+}  // namespace
+
+ForceTorqueNode::ForceTorqueNode(const ForceTorqueParameters& parameters)
+    : MeasuringNode({parameters.node_id, kAnalogueInputType, parameters.name, kProduct, parameters.serial},
+                    describe(parameters), parameters.sample_period_us),
+      transducer_(parameters.transducer, parameters.sample_period_us * kMicro) {
+  objects().add<std::uint8_t>(object::kSensorTemperature, 0, Access::kConst, 1);
+  temperature_ = objects().add<std::int16_t>(object::kSensorTemperature, 1, Access::kReadOnly,
+                                             wire_temperature(transducer_), Mappable::kYes);
+  constexpr std::uint16_t kValue = object::kProcessValueInt16;
+  PdoSet transmit;
+  transmit[0] = {true,
+                 1,
+                 0,
+                 {mapped(kValue, 1, 16), mapped(kValue, 2, 16), mapped(kValue, 3, 16),
+                  mapped(object::kCycleCounter, 1, 16)}};
+  transmit[1] = {true,
+                 1,
+                 0,
+                 {mapped(kValue, 4, 16), mapped(kValue, 5, 16), mapped(kValue, 6, 16),
+                  mapped(object::kMeasuringStatus, 1, 8)}};
+  configure_pdos({}, transmit);
+}
+
+void ForceTorqueNode::sample(const Wrench& F_So_S) noexcept {
+  const Vector6 measured = transducer_.measure(F_So_S);
+  std::array<double, kChannels> readings{};
+  for (std::size_t i = 0; i < kChannels; ++i) readings[i] = measured[static_cast<Eigen::Index>(i)];
+  temperature_.set(wire_temperature(transducer_));
+  take_sample(readings);
+}
+
+}  // namespace walkman::nodes

@@ -1,0 +1,39 @@
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "emulator/nodes/measuring/analogue_channel.h"
+#include "emulator/nodes/cia301/canopen_slave.h"
+
+namespace walkman::nodes {
+
+/// A measuring device with analogue inputs (CiA 404, device type 00020194h): its channels, the sample counter
+/// 2050h:1, and what all of them together say.
+///
+/// 6150h:1, which a TPDO carries, has the status bits of all channels; the others their own. FF01h is sent
+/// while a channel is over its range, FF02h while one that is on has no finite reading.
+class MeasuringNode : public CanopenSlave {
+ public:
+  [[nodiscard]] std::size_t channel_count() const noexcept { return channels_.size(); }
+
+ protected:
+  /// The adjustable channels, and those with a number of digits, come first. Ends without PDOs.
+  MeasuringNode(DeviceIdentity identity, std::span<const ChannelDescription> channels,
+                std::uint32_t sample_period_us);
+
+  /// One sample: a reading a channel, SI units. Hot: a thousand times a second.
+  void take_sample(std::span<const double> readings) noexcept;
+  void on_reset() noexcept override;
+
+ private:
+  std::vector<std::unique_ptr<AnalogueChannel>> channels_;
+  Object<std::uint16_t> counter_;
+};
+
+/// 1000h of an analogue input device (CiA 404).
+inline constexpr std::uint32_t kAnalogueInputType = 0x00020194;
+
+}  // namespace walkman::nodes

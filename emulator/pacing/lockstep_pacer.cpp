@@ -1,0 +1,108 @@
+#include "emulator/pacing/lockstep_pacer.h"
+
+#include <algorithm>
+
+namespace walkman::clock {
+namespace {
+
+// How long to wait for room in the kernel's transmit queue.
+constexpr Time kRetry = std::chrono::milliseconds(1);
+
+}  // namespace
+
+LockstepPacer::LockstepPacer(Emulator& emulator, std::vector<bus::Bridge*> bridges, Time period,
+                             PacerEvents events)
+    : emulator_(&emulator),
+      bridges_(std::move(bridges)),
+      gate_(bridges_.size(), period),
+      events_(std::move(events)) {}
+
+void LockstepPacer::start() {
+  go_until_quiet(now() + Emulator::kPhysicsStep, now() + gate_.period());
+  hand_out();
+}
+
+void LockstepPacer::receive(std::size_t bridge, Time wall_now) {
+  can::Frame frame;
+  while (bridges_[bridge]->receive(frame)) gate_.receive(bridge, frame, wall_now);
+}
+
+void LockstepPacer::run(Time wall_now) {
+  while (gate_.cycle_ready()) cycle();
+  if (wall_now >= gate_.serve_at(!quiet())) {
+    serve();
+    gate_.begin_quiet(wall_now);
+  }
+  hand_out();
+}
+
+Time LockstepPacer::wake_at(Time wall_now) const noexcept {
+  const Time serve = gate_.serve_at(!quiet());
+  return handed_out_ ? serve : std::min(serve, wall_now + kRetry);
+}
+
+void LockstepPacer::finish() {
+  while (gate_.cycle_ready()) cycle();
+  if (gate_.serve_at(!quiet()) != Time::max()) serve();
+}
+
+void LockstepPacer::cycle() {
+  enter_waiting();
+  const Time at = gate_.next_sync(now());
+  go_to(at);
+  gate_.note_sync(at);
+  if (events_.published_at) events_.published_at(at);
+  for (std::size_t i = 0; i < bridges_.size(); ++i) bridges_[i]->enter(gate_.take_sync(i));
+  go_until_quiet(at, at + gate_.period());
+  hand_out();
+  ++cycles_;
+}
+
+void LockstepPacer::serve() {
+  enter_waiting();
+  // Within the cycle under way as far as possible: its SYNC then finds the same world, served or not.
+  const Time limit = std::min(gate_.cycle_end(now()), now() + gate_.period());
+  if (gate_.clocked()) {
+    go_until_quiet(now(), limit);
+  } else {
+    go_until_quiet(now() + Emulator::kPhysicsStep, limit);
+    if (events_.published_at) events_.published_at(now());
+  }
+  hand_out();
+}
+
+void LockstepPacer::enter_waiting() {
+  can::Frame frame;
+  for (std::size_t i = 0; i < bridges_.size(); ++i) {
+    while (gate_.take_before_sync(i, frame)) bridges_[i]->enter(frame);
+  }
+}
+
+void LockstepPacer::go_to(Time until) {
+  emulator_->advance(until);
+  emulator_->carry(until);
+  if (events_.moved) events_.moved();
+}
+
+void LockstepPacer::go_until_quiet(Time at_least, Time limit) {
+  go_to(std::max(now(), std::min(at_least, limit)));  // what waits to be sent begins
+  while (!quiet() && now() < limit) {
+    Time next = limit;
+    for (const bus::Bridge* bridge : bridges_) {
+      if (!bridge->bus().quiet()) next = std::min(next, bridge->bus().next_event());
+    }
+    go_to(std::max(next, now() + Time(1)));
+  }
+}
+
+void LockstepPacer::hand_out() {
+  handed_out_ = true;
+  for (bus::Bridge* bridge : bridges_) handed_out_ = bridge->hand_out() && handed_out_;
+}
+
+bool LockstepPacer::quiet() const noexcept {
+  return std::all_of(bridges_.begin(), bridges_.end(),
+                     [](const bus::Bridge* bridge) { return bridge->bus().quiet(); });
+}
+
+}  // namespace walkman::clock

@@ -1,0 +1,65 @@
+#pragma once
+
+#include <functional>
+#include <vector>
+
+#include "emulator/bus/bridge.h"
+#include "emulator/pacing/lockstep_gate.h"
+#include "emulator/emulator.h"
+
+namespace walkman::clock {
+
+/// Told as the emulated world moves.
+struct PacerEvents {
+  std::function<void()> moved;             ///< every bus has come to the same later instant
+  std::function<void(Time)> published_at;  ///< instant as of which others may look at the world
+};
+
+/// Runs the emulator by the SYNCs that arrive over its bridges: the emulated clock stands still between them.
+///
+/// One cycle: frames that came before the SYNC are given to the buses where the last cycle left off, and the
+/// clock goes on to the cycle's end, T_k on the grid of the period. SYNC goes onto every bus at T_k, the
+/// clock goes on until the attached buses are quiet, at most one period, and what the nodes sent is handed
+/// out. The rest of the cycle waits for the next SYNC.
+class LockstepPacer {
+ public:
+  /// The bridges' buses belong to `emulator`; all must outlive the pacer.
+  LockstepPacer(Emulator& emulator, std::vector<bus::Bridge*> bridges, Time period, PacerEvents events = {});
+
+  /// Power-on: lets the nodes boot up, and hands out their boot-up messages.
+  void start();
+
+  /// Takes what has arrived over a bridge.
+  void receive(std::size_t bridge, Time wall_now);
+
+  /// Runs every cycle that is ready and serves what is due by the wall clock.
+  void run(Time wall_now);
+
+  /// When `run` is to be called again if nothing arrives; Time::max() for never.
+  [[nodiscard]] Time wake_at(Time wall_now) const noexcept;
+
+  /// Serves what still waits, as after a long quiet: what was sent before the end is part of the run.
+  void finish();
+
+  [[nodiscard]] std::uint64_t cycles() const noexcept { return cycles_; }
+  [[nodiscard]] const LockstepGate& gate() const noexcept { return gate_; }
+
+ private:
+  void cycle();
+  void serve();
+  void enter_waiting();
+  void go_to(Time until);
+  void go_until_quiet(Time at_least, Time limit);
+  void hand_out();
+  [[nodiscard]] bool quiet() const noexcept;
+  [[nodiscard]] Time now() const noexcept { return emulator_->buses_now(); }
+
+  Emulator* emulator_;
+  std::vector<bus::Bridge*> bridges_;
+  LockstepGate gate_;
+  PacerEvents events_;
+  bool handed_out_ = true;
+  std::uint64_t cycles_ = 0;
+};
+
+}  // namespace walkman::clock

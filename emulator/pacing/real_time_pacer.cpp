@@ -1,0 +1,65 @@
+#include "emulator/pacing/real_time_pacer.h"
+
+#include <algorithm>
+
+namespace walkman::clock {
+
+RealTimePacer::RealTimePacer(Emulator& emulator, std::vector<bus::Bridge*> bridges, bool bus_timing,
+                             PacerEvents events)
+    : emulator_(&emulator),
+      bridges_(std::move(bridges)),
+      arrived_(bridges_.size()),
+      bus_timing_(bus_timing),
+      events_(std::move(events)) {}
+
+void RealTimePacer::start(Time host_now) { schedule_.start(host_now, emulator_->now()); }
+
+bool RealTimePacer::enter() noexcept {
+  bool any = false;
+  can::Frame frame;
+  for (std::size_t i = 0; i < bridges_.size(); ++i) {
+    if (!arrived_[i]) continue;
+    arrived_[i] = false;
+    for (any = true; bridges_[i]->receive(frame);) bridges_[i]->enter(frame);
+  }
+  return any;
+}
+
+void RealTimePacer::run(Time host_now) {
+  carry(host_now);  // first: what arrived now was not on the bus before
+  if (enter()) carry(host_now);
+  hand_out();
+  if (schedule_.due(emulator_->now(), host_now)) {
+    schedule_.begin_step(emulator_->now(), host_now);
+    emulator_->advance(emulator_->now() + Emulator::kPhysicsStep);
+    carry(host_now);
+    hand_out();
+    if (events_.published_at) events_.published_at(emulator_->now());
+  }
+}
+
+Time RealTimePacer::wake_at() const noexcept {
+  Time next = emulator_->now() + Emulator::kPhysicsStep;
+  if (!bus_timing_) return schedule_.host(next);
+  // Only a bus with something to finish has to be woken for before the step.
+  for (const bus::Bridge* bridge : bridges_) {
+    if (!bridge->bus().quiet()) next = std::min(next, bridge->bus().next_event());
+  }
+  return schedule_.host(next);
+}
+
+Time RealTimePacer::behind(Time host_now) const noexcept {
+  return std::max(Time{}, schedule_.emulated(host_now) - emulator_->buses_now());
+}
+
+void RealTimePacer::carry(Time host_now) noexcept {
+  // Never back: a step that ended before its time has taken the buses along.
+  emulator_->carry(std::max(schedule_.emulated(host_now), emulator_->buses_now()));
+  if (events_.moved) events_.moved();
+}
+
+void RealTimePacer::hand_out() noexcept {
+  for (bus::Bridge* bridge : bridges_) (void)bridge->hand_out();  // what remains goes with the next step
+}
+
+}  // namespace walkman::clock

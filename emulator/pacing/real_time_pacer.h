@@ -1,0 +1,50 @@
+#pragma once
+
+#include <vector>
+
+#include "emulator/bus/bridge.h"
+#include "emulator/pacing/lockstep_pacer.h"
+#include "emulator/pacing/real_time_schedule.h"
+#include "emulator/emulator.h"
+
+namespace walkman::clock {
+
+/// Runs the emulator by the host's clock. Frames are answered when they arrive: the buses go on to the
+/// present at once, the plant follows at its next millisecond.
+class RealTimePacer {
+ public:
+  /// The bridges' buses belong to `emulator`; all must outlive the pacer. `bus_timing`: the buses take time
+  /// for their frames, so the end of a frame has to be waited for.
+  RealTimePacer(Emulator& emulator, std::vector<bus::Bridge*> bridges, bool bus_timing,
+                PacerEvents events = {});
+
+  /// Power-on, and the start of the clock.
+  void start(Time host_now);
+
+  /// Frames have arrived over a bridge; the next `run` takes them.
+  void note_arrival(std::size_t bridge) noexcept { arrived_[bridge] = true; }
+
+  /// Carries the buses to the present, hands out what the nodes sent, and runs at most one physics step.
+  void run(Time host_now);
+
+  /// When `run` is to be called again if nothing arrives; the past when a physics step is due already.
+  [[nodiscard]] Time wake_at() const noexcept;
+
+  [[nodiscard]] const Lateness& lateness() const noexcept { return schedule_.lateness(); }
+  /// How far the emulated clock is behind the host's.
+  [[nodiscard]] Time behind(Time host_now) const noexcept;
+
+ private:
+  [[nodiscard]] bool enter() noexcept;
+  void hand_out() noexcept;
+  void carry(Time host_now) noexcept;
+
+  Emulator* emulator_;
+  std::vector<bus::Bridge*> bridges_;
+  std::vector<bool> arrived_;
+  bool bus_timing_;
+  PacerEvents events_;
+  RealTimeSchedule schedule_{Emulator::kPhysicsStep};
+};
+
+}  // namespace walkman::clock

@@ -1,0 +1,69 @@
+#include "emulator/plant/actuators/series_elastic_actuator.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace walkman::plant {
+namespace {
+
+constexpr double kVelocityFilter = 2e-3;  // s, time constant of the drives' velocity estimate
+
+double on_lattice(double value, double step) { return step > 0 ? std::round(value / step) * step : value; }
+
+/// First-order filtered difference of encoder counts.
+double filtered_rate(double previous_rate, double previous, double now, double dt) {
+  const double gain = dt / (kVelocityFilter + dt);
+  return previous_rate + gain * ((now - previous) / dt - previous_rate);
+}
+
+}  // namespace
+
+SeriesElasticActuator::SeriesElasticActuator(const ActuatorParameters& parameters, Transmission transmission)
+    : parameters_(parameters), transmission_(transmission), motor_(parameters) {}
+
+double SeriesElasticActuator::transmitted(double link_position, double link_velocity) const {
+  const double difference = motor_.position() - link_position;
+  const double play = parameters_.backlash / 2;
+  const double deflection = difference - std::clamp(difference, -play, play);
+  if (deflection == 0 && play > 0) return 0;
+  const double torque = parameters_.spring_constant * deflection +
+                        parameters_.spring_damping * (motor_.velocity() - link_velocity);
+  return transmission_ == Transmission::kTendon ? std::max(0.0, torque) : torque;
+}
+
+void SeriesElasticActuator::reset(double link_position, double torque) {
+  const double play = std::copysign(torque == 0 ? 0 : parameters_.backlash / 2, torque);
+  motor_.reset(link_position + torque / parameters_.spring_constant + play);
+  readings_ = {};
+  readings_.motor_position = on_lattice(motor_.position(), parameters_.motor_encoder_step);
+  readings_.link_position = on_lattice(link_position, parameters_.link_encoder_step);
+  readings_.spring_torque =
+      parameters_.spring_constant * (readings_.motor_position - readings_.link_position);
+  readings_.supply_voltage = motor_.supply_voltage();
+}
+
+double SeriesElasticActuator::advance(double link_position, double link_velocity, double wanted_torque,
+                                      bool locked, double dt) {
+  motor_.advance(wanted_torque, transmitted(link_position, link_velocity), locked, dt);
+  read_sensors(link_position, dt);
+  return transmitted(link_position, link_velocity);
+}
+
+void SeriesElasticActuator::read_sensors(double link_position, double dt) {
+  const double motor = on_lattice(motor_.position(), parameters_.motor_encoder_step);
+  const double link = on_lattice(link_position, parameters_.link_encoder_step);
+  readings_.motor_velocity = filtered_rate(readings_.motor_velocity, readings_.motor_position, motor, dt);
+  readings_.link_velocity = filtered_rate(readings_.link_velocity, readings_.link_position, link, dt);
+  readings_.motor_position = motor;
+  readings_.link_position = link;
+  readings_.spring_torque = parameters_.spring_constant * (motor - link);
+  if (transmission_ == Transmission::kTendon)
+    readings_.spring_torque = std::max(0.0, readings_.spring_torque);
+  readings_.current = motor_.current();
+  readings_.winding_temperature_c = motor_.winding_temperature_c();
+  readings_.case_temperature_c = motor_.case_temperature_c();
+  readings_.supply_voltage = motor_.supply_voltage();
+  readings_.overload = motor_.overload();
+}
+
+}  // namespace walkman::plant

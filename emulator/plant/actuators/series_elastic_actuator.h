@@ -1,0 +1,54 @@
+#pragma once
+
+#include "emulator/plant/actuators/motor.h"
+
+namespace walkman::plant {
+
+/// What a drive's electronics read from encoders, thermistors and power stage.
+struct ActuatorReadings {
+  double motor_position = 0;  ///< rad, on the encoder's lattice
+  double motor_velocity = 0;  ///< rad/s, filtered difference of the encoder's counts
+  double link_position = 0;   ///< rad, on the encoder's lattice
+  double link_velocity = 0;   ///< rad/s, filtered difference
+  double spring_torque = 0;   ///< N·m on the link, from both encoders and the spring constant
+  double current = 0;         ///< A, torque-producing
+  double winding_temperature_c = kAmbient;
+  double case_temperature_c = kAmbient;
+  double supply_voltage = 0;  ///< V
+  double overload = 0;        ///< share of the I²t allowance used up, 0..1
+};
+
+/// Whether the transmission can push as well as pull.
+enum class Transmission { kSpring, kTendon };
+
+/// A geared motor, free play, a series spring and an encoder on either side of both. The link itself belongs
+/// to the multibody; its motion comes in, the spring's torque goes out.
+class SeriesElasticActuator {
+ public:
+  explicit SeriesElasticActuator(const ActuatorParameters& parameters,
+                                 Transmission transmission = Transmission::kSpring);
+
+  /// At rest at `link_position` with the spring loaded by `torque` (N·m on the link).
+  void reset(double link_position, double torque);
+
+  /// One control sub-step of `dt` seconds: the link is at `link_position`, moving at `link_velocity`.
+  /// `wanted_torque`: motor torque asked for by the drive, N·m. `locked`: the holding brake is closed.
+  /// Returns the torque on the link, N·m.
+  double advance(double link_position, double link_velocity, double wanted_torque, bool locked, double dt);
+
+  [[nodiscard]] const ActuatorReadings& readings() const { return readings_; }
+  [[nodiscard]] const Motor& motor() const { return motor_; }  ///< ground truth
+  void set_supply_voltage(double volts) { motor_.set_supply_voltage(volts); }
+  [[nodiscard]] const ActuatorParameters& parameters() const { return parameters_; }
+
+ private:
+  [[nodiscard]] double transmitted(double link_position, double link_velocity) const;
+  void read_sensors(double link_position, double dt);
+
+  ActuatorParameters parameters_;
+  Transmission transmission_;
+  Motor motor_;
+  ActuatorReadings readings_;
+};
+
+}  // namespace walkman::plant

@@ -1,0 +1,52 @@
+#include "emulator/plant/dynamics/group_motion.h"
+
+namespace walkman::plant {
+
+GroupMotion::GroupMotion(const Multibody& body, int last_group) : body_(&body) {
+  const std::size_t count =
+      last_group < 0 ? body.tree().groups().size() : static_cast<std::size_t>(last_group) + 1;
+  for (auto* v : {&angular_, &angular_rate_, &acceleration_}) v->resize(count);
+}
+
+void GroupMotion::update(const std::vector<double>& before, double dt) {
+  const btMultiBody& mb = body_->bullet();
+  const btScalar* after = mb.getVelocityVector();
+  const auto vector_at = [](const double* v) { return btVector3(v[0], v[1], v[2]); };
+  angular_[0] = vector_at(before.data());
+  angular_rate_[0] = (vector_at(after) - angular_[0]) / dt;
+  // A free base's linear velocity is that of its centre of mass, in world axes.
+  acceleration_[0] = (vector_at(after + 3) - vector_at(before.data() + 3)) / dt;
+  const int links = static_cast<int>(acceleration_.size()) - 1;
+  for (int i = 0; i < links; ++i) {
+    const btMultibodyLink& link = mb.getLink(i);
+    const auto p = static_cast<std::size_t>(link.m_parent + 1);
+    const auto c = static_cast<std::size_t>(i + 1);
+    const btMatrix3x3& R = link.m_cachedWorldTransform.getBasis();
+    const btVector3 com = link.m_cachedWorldTransform.getOrigin();
+    const btVector3 parent_com =
+        link.m_parent < 0 ? mb.getBasePos() : mb.getLink(link.m_parent).m_cachedWorldTransform.getOrigin();
+    const auto carried = [&](const btVector3& r) {
+      return acceleration_[p] + angular_rate_[p].cross(r) + angular_[p].cross(angular_[p].cross(r));
+    };
+    const double rate = link.m_dofCount > 0 ? before[static_cast<std::size_t>(6 + link.m_dofOffset)] : 0;
+    const double rate_change = link.m_dofCount > 0 ? (after[6 + link.m_dofOffset] - rate) / dt : 0;
+    angular_[c] = angular_[p];
+    angular_rate_[c] = angular_rate_[p];
+    if (link.m_jointType == btMultibodyLink::ePrismatic) {
+      const btVector3 axis = R * link.m_axes[0].m_bottomVec;
+      acceleration_[c] = carried(com - parent_com) + axis * rate_change + 2 * rate * angular_[p].cross(axis);
+      continue;
+    }
+    const btVector3 pivot = com - R * link.m_dVector;
+    if (link.m_jointType == btMultibodyLink::eRevolute) {
+      const btVector3 axis = R * link.m_axes[0].m_topVec;
+      angular_[c] += axis * rate;
+      angular_rate_[c] += angular_[p].cross(axis) * rate + axis * rate_change;
+    }
+    const btVector3 r = com - pivot;
+    acceleration_[c] =
+        carried(pivot - parent_com) + angular_rate_[c].cross(r) + angular_[c].cross(angular_[c].cross(r));
+  }
+}
+
+}  // namespace walkman::plant

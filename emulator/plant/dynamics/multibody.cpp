@@ -1,0 +1,150 @@
+#include "emulator/plant/dynamics/multibody.h"
+
+#include <BulletCollision/CollisionShapes/btBoxShape.h>
+#include <BulletCollision/CollisionShapes/btCompoundShape.h>
+#include <BulletCollision/CollisionShapes/btConvexHullShape.h>
+#include <BulletCollision/CollisionShapes/btCylinderShape.h>
+#include <BulletCollision/CollisionShapes/btSphereShape.h>
+#include <BulletDynamics/Featherstone/btMultiBodyDynamicsWorld.h>
+
+#include "emulator/plant/dynamics/bullet_types.h"
+
+namespace walkman::plant {
+namespace {
+
+constexpr double kCollisionMargin = 0.001;  // m; larger margins round a cylinder's edge and shift contacts
+
+struct ShapeMaker {
+  std::unique_ptr<btCollisionShape> operator()(const BoxShape& box) const {
+    return std::make_unique<btBoxShape>(to_bullet(Eigen::Vector3d(box.size / 2)));
+  }
+  std::unique_ptr<btCollisionShape> operator()(const CylinderShape& c) const {
+    return std::make_unique<btCylinderShapeZ>(btVector3(c.radius, c.radius, c.length / 2));
+  }
+  std::unique_ptr<btCollisionShape> operator()(const SphereShape& s) const {
+    return std::make_unique<btSphereShape>(s.radius);
+  }
+  std::unique_ptr<btCollisionShape> operator()(const MeshShape& mesh) const {
+    auto hull = std::make_unique<btConvexHullShape>();
+    for (const Eigen::Vector3d& v : mesh.vertices) hull->addPoint(to_bullet(v), false);
+    hull->optimizeConvexHull();
+    hull->recalcLocalAabb();
+    return hull;
+  }
+};
+
+}  // namespace
+
+std::unique_ptr<btCollisionShape> make_shape(const LinkGeometry& geometry) {
+  auto shape = std::visit(ShapeMaker{}, geometry.shape);
+  if (!std::holds_alternative<SphereShape>(geometry.shape)) shape->setMargin(kCollisionMargin);
+  return shape;
+}
+
+Multibody::Multibody(btMultiBodyDynamicsWorld& world, const RobotModel& model, RigidTree tree,
+                     bool fixed_base, const Eigen::Isometry3d& X_WR, int collision_group, int collision_mask,
+                     const std::vector<Surface>& surfaces)
+    : world_(world), tree_(std::move(tree)), bullet_link_of_joint_(model.joints.size(), -1) {
+  const RigidBodyGroup& base = tree_.groups().front();
+  body_ = std::make_unique<btMultiBody>(static_cast<int>(tree_.groups().size()) - 1, base.mass,
+                                        to_bullet(base.inertia), fixed_base, false);
+  set_up_links(model);
+  body_->finalizeMultiDof();
+  body_->setLinearDamping(0);
+  body_->setAngularDamping(0);
+  body_->setCanSleep(false);
+  body_->setHasSelfCollision(false);
+  body_->setMaxCoordinateVelocity(1e4);  // the default of 100 clamps joint speeds silently
+  body_->setBaseWorldTransform(to_bullet(Eigen::Isometry3d(X_WR * base.X_RM)));
+  world_.addMultiBody(body_.get());
+  add_colliders(model, surfaces, collision_group, collision_mask);
+}
+
+Multibody::~Multibody() {
+  for (const auto& collider : colliders_) world_.removeCollisionObject(collider.get());
+  world_.removeMultiBody(body_.get());
+}
+
+void Multibody::set_up_links(const RobotModel& model) {
+  for (std::size_t g = 1; g < tree_.groups().size(); ++g) {
+    const RigidBodyGroup& group = tree_.groups()[g];
+    const Joint& joint = model.joints[static_cast<std::size_t>(group.joint)];
+    const int index = static_cast<int>(g) - 1;
+    bullet_link_of_joint_[static_cast<std::size_t>(group.joint)] = index;
+    // Frames: P parent link, J joint frame = child link at zero, M principal frames of both groups.
+    const Eigen::Isometry3d X_MpJ = tree_.X_ML(joint.parent_link) * joint.X_PJ;
+    const Eigen::Isometry3d X_MJ = group.X_RM.inverse();
+    const Eigen::Matrix3d R_MMp = (X_MJ * X_MpJ.inverse()).linear();
+    btQuaternion rotation;
+    to_bullet(R_MMp).getRotation(rotation);
+    const btVector3 pivot = to_bullet(Eigen::Vector3d(X_MpJ.translation()));
+    const btVector3 com = to_bullet(Eigen::Vector3d(-X_MJ.translation()));
+    const btVector3 axis = to_bullet(Eigen::Vector3d(X_MJ.linear() * joint.axis));
+    const btVector3 inertia = to_bullet(group.inertia);
+    if (!group.moves) {
+      body_->setupFixed(index, group.mass, inertia, group.parent - 1, rotation, pivot, com, true);
+    } else if (joint.type == JointType::kPrismatic) {
+      body_->setupPrismatic(index, group.mass, inertia, group.parent - 1, rotation, axis, pivot, com, true);
+    } else {
+      body_->setupRevolute(index, group.mass, inertia, group.parent - 1, rotation, axis, pivot, com, true);
+    }
+  }
+}
+
+void Multibody::add_colliders(const RobotModel& model, const std::vector<Surface>& surfaces, int group,
+                              int mask) {
+  for (std::size_t g = 0; g < tree_.groups().size(); ++g) {
+    auto compound = std::make_unique<btCompoundShape>();
+    compound->setMargin(kCollisionMargin);
+    Surface surface;
+    for (const int link : tree_.groups()[g].links) {
+      for (const LinkGeometry& geometry : model.links[static_cast<std::size_t>(link)].collisions) {
+        auto shape = make_shape(geometry);
+        compound->addChildShape(to_bullet(Eigen::Isometry3d(tree_.X_ML(link) * geometry.X_LG)), shape.get());
+        shapes_.push_back(std::move(shape));
+        surface = surfaces[static_cast<std::size_t>(link)];
+      }
+    }
+    const bool empty = compound->getNumChildShapes() == 0;
+    if (empty) {
+      shapes_.push_back(std::make_unique<btSphereShape>(0.01));
+    } else {
+      shapes_.push_back(std::move(compound));
+    }
+    const int index = static_cast<int>(g) - 1;
+    auto collider = std::make_unique<btMultiBodyLinkCollider>(body_.get(), index);
+    collider->setCollisionShape(shapes_.back().get());
+    collider->setFriction(surface.friction);
+    collider->setActivationState(DISABLE_DEACTIVATION);
+    if (surface.stiffness > 0) collider->setContactStiffnessAndDamping(surface.stiffness, surface.damping);
+    if (surface.anchored) {
+      collider->setCollisionFlags(collider->getCollisionFlags() | btCollisionObject::CF_HAS_FRICTION_ANCHOR);
+    }
+    world_.addCollisionObject(collider.get(), empty ? 0 : group, empty ? 0 : mask);
+    if (index < 0) {
+      body_->setBaseCollider(collider.get());
+    } else {
+      body_->getLink(index).m_collider = collider.get();
+    }
+    colliders_.push_back(std::move(collider));
+  }
+  update_poses();
+}
+
+void Multibody::update_poses() {
+  btAlignedObjectArray<btQuaternion> rotations;
+  btAlignedObjectArray<btVector3> positions;
+  body_->forwardKinematics(rotations, positions);
+  body_->updateCollisionObjectWorldTransforms(rotations, positions);
+}
+
+Eigen::Isometry3d Multibody::X_WM(int group) const {
+  // Bullet's cached link transforms are those of the step's start; the colliders have moved on with it.
+  return from_bullet(colliders_[static_cast<std::size_t>(group)]->getWorldTransform());
+}
+
+Eigen::Isometry3d Multibody::X_WL(int link) const { return X_WM(tree_.group_of(link)) * tree_.X_ML(link); }
+
+int Multibody::bullet_link(int joint) const { return bullet_link_of_joint_[static_cast<std::size_t>(joint)]; }
+
+}  // namespace walkman::plant

@@ -1,0 +1,71 @@
+#pragma once
+
+#include <memory>
+#include <vector>
+
+#include <BulletDynamics/Featherstone/btMultiBody.h>
+#include <BulletDynamics/Featherstone/btMultiBodyLinkCollider.h>
+
+#include "emulator/plant/dynamics/rigid_tree.h"
+
+class btMultiBodyDynamicsWorld;
+
+namespace walkman::plant {
+
+/// Collision filter groups; what collides with what is the sum of the masks below.
+enum CollisionGroup : int { kObjectGroup = 1, kFixedGroup = 2, kRobotGroup = 4 };
+
+/// How a body's surfaces touch others.
+struct Surface {
+  double friction = 0.8;  ///< Coulomb coefficient; a pair has the product of both
+  bool anchored = false;  ///< friction anchor: no creep under a steady load (Bullet's CF_HAS_FRICTION_ANCHOR)
+  double stiffness = 0;   ///< of the contact, N/m; 0: rigid
+  double damping = 0;     ///< with it, N·s/m
+};
+
+/// A URDF tree as one Bullet multibody. Owns the multibody, its colliders and their shapes; removes them from
+/// the world when destroyed.
+///
+/// Every link gets a collider, which carries its pose of the step's end: a 1 cm sphere that meets nothing
+/// where the model gives no shape. Link indices of Bullet are group indices of the tree less one.
+class Multibody {
+ public:
+  /// X_WR: pose of the model's root link. `surfaces`: one a URDF link, in the model's order.
+  Multibody(btMultiBodyDynamicsWorld& world, const RobotModel& model, RigidTree tree, bool fixed_base,
+            const Eigen::Isometry3d& X_WR, int collision_group, int collision_mask,
+            const std::vector<Surface>& surfaces);
+  ~Multibody();
+  Multibody(const Multibody&) = delete;
+  Multibody& operator=(const Multibody&) = delete;
+
+  [[nodiscard]] btMultiBody& bullet() { return *body_; }
+  [[nodiscard]] const btMultiBody& bullet() const { return *body_; }
+  [[nodiscard]] const RigidTree& tree() const { return tree_; }
+
+  /// Pose of a URDF link in the world.
+  [[nodiscard]] Eigen::Isometry3d X_WL(int link) const;
+  /// Pose of a group's M frame in the world.
+  [[nodiscard]] Eigen::Isometry3d X_WM(int group) const;
+  /// Bullet's link index of the group a moving URDF joint carries.
+  [[nodiscard]] int bullet_link(int joint) const;
+
+  /// Brings link and collider poses in line with joint positions set from outside.
+  void update_poses();
+
+ private:
+  void set_up_links(const RobotModel& model);
+  void add_colliders(const RobotModel& model, const std::vector<Surface>& surfaces, int group, int mask);
+
+  btMultiBodyDynamicsWorld& world_;
+  RigidTree tree_;
+  std::vector<int> bullet_link_of_joint_;
+  std::unique_ptr<btMultiBody> body_;
+  std::vector<std::unique_ptr<btCollisionShape>> shapes_;
+  std::vector<std::unique_ptr<btMultiBodyLinkCollider>> colliders_;
+};
+
+/// A Bullet shape for a URDF geometry, and the pose of the shape in the geometry's frame (Bullet's cylinders
+/// lie along z as URDF's do). Meshes become their convex hull.
+[[nodiscard]] std::unique_ptr<btCollisionShape> make_shape(const LinkGeometry& geometry);
+
+}  // namespace walkman::plant

@@ -1,0 +1,98 @@
+#include "emulator/plant/dynamics/row_space_solver.h"
+
+#include <algorithm>
+#include <cmath>
+#include <span>
+
+namespace walkman::plant {
+namespace {
+
+constexpr double kImmovable = 1e-15;  // 1/kg: a held base against a wall; no impulse moves the two apart
+
+}  // namespace
+
+double RowSpaceSolver::wanted(int row) const {
+  return impulse_[row] + (target_[row] - velocity_[row] - impulse_[row] * softness_[row]) * inverse_[row];
+}
+
+double RowSpaceSolver::move(int row, double impulse) {
+  const double delta = impulse - impulse_[row];
+  if (delta == 0) return 0;
+  impulse_[row] = impulse;
+  velocity_.noalias() += delassus_.col(row) * delta;
+  return std::abs(delta) * diagonal_[row];
+}
+
+double RowSpaceSolver::sweep_stops(bool forward) {
+  double worst = 0;
+  const int count = rows_.stop_count();
+  for (int k = 0; k < count; ++k) {
+    const int i = forward ? k : count - 1 - k;
+    worst = std::max(worst, move(i, std::max(wanted(i), 0.0)));
+  }
+  return worst;
+}
+
+double RowSpaceSolver::sweep_normals() {
+  double worst = 0;
+  for (int i = rows_.stop_count(); i < impulse_.size(); i += kContactRows)
+    worst = std::max(worst, move(i, std::max(wanted(i), 0.0)));
+  return worst;
+}
+
+double RowSpaceSolver::sweep_friction() {
+  double worst = 0;
+  int normal = rows_.stop_count();
+  for (const ContactRow& contact : rows_.contacts()) {
+    const double limit = contact.friction * impulse_[normal];
+    const int i = normal + 1;
+    const int k = normal + 2;
+    normal += kContactRows;
+    if (limit == 0 && impulse_[i] == 0 && impulse_[k] == 0) continue;
+    double a = wanted(i);
+    double b = wanted(k);
+    const double norm = std::sqrt(a * a + b * b);
+    if (norm > limit) {
+      a *= limit / norm;
+      b *= limit / norm;
+    }
+    const double change_a = a - impulse_[i];
+    const double change_b = b - impulse_[k];
+    impulse_[i] = a;
+    impulse_[k] = b;
+    velocity_.noalias() += delassus_.col(i) * change_a + delassus_.col(k) * change_b;
+    worst = std::max({worst, std::abs(change_a) * diagonal_[i], std::abs(change_b) * diagonal_[k]});
+  }
+  return worst;
+}
+
+void RowSpaceSolver::solveMultiBodyGroup(btCollisionObject** /*bodies*/, int /*body_count*/,
+                                         btPersistentManifold** manifolds, int manifold_count,
+                                         btTypedConstraint** /*constraints*/, int /*constraint_count*/,
+                                         btMultiBodyConstraint** /*multibody_constraints*/,
+                                         int /*multibody_constraint_count*/, const btContactSolverInfo& info,
+                                         btIDebugDraw* /*drawer*/, btDispatcher* /*dispatcher*/) {
+  rows_.build(stops_, {manifolds, static_cast<std::size_t>(manifold_count)}, info);
+  const auto count = static_cast<Eigen::Index>(rows_.rows().size());
+  if (count == 0) return;
+  rows_.delassus(delassus_);
+  for (Eigen::VectorXd* v : {&velocity_, &impulse_, &target_, &softness_, &diagonal_, &inverse_})
+    v->resize(count);
+  for (Eigen::Index i = 0; i < count; ++i) {
+    const Row& row = rows_.rows()[static_cast<std::size_t>(i)];
+    velocity_[i] = row.velocity;
+    target_[i] = row.target;
+    softness_[i] = row.softness;
+    diagonal_[i] = delassus_(i, i) + row.softness;
+    inverse_[i] = diagonal_[i] > kImmovable ? 1 / diagonal_[i] : 0;
+  }
+  impulse_.setZero();
+  for (int sweep = 0; sweep < info.m_numIterations; ++sweep) {
+    const bool forward = (sweep & 1) != 0;
+    const double residual = std::max({sweep_stops(forward), sweep_normals(), sweep_friction()});
+    if (residual * residual <= info.m_leastSquaresResidualThreshold) break;
+  }
+  rows_.apply(impulse_, info.m_timeStep);
+}
+
+}  // namespace walkman::plant

@@ -1,0 +1,51 @@
+#pragma once
+
+#include <vector>
+
+#include <BulletDynamics/Featherstone/btMultiBodyConstraintSolver.h>
+#include <Eigen/Core>
+
+#include "emulator/plant/dynamics/constraint_rows.h"
+
+namespace walkman::plant {
+
+/// Projected Gauss–Seidel over the rows' own space, for worlds where only multibodies move.
+///
+/// Bullet's stock solver runs the articulated-body recursion over the whole tree once for each row, then
+/// keeps one velocity vector as long as all degrees of freedom and touches it twice for each row and sweep.
+/// Here W = J H⁻¹ Jᵀ comes from a factorised H along the links' own paths, and the sweeps run on W alone, in
+/// the stock solver's row order and with its targets; the friction cone is exact (both tangential impulses
+/// scaled together). The sweeps start from no impulse: impulses kept from the step before would let friction
+/// hold what wedged itself in, far beyond what the normal forces of a grip explain.
+///
+/// To be called once a step with all contacts (PlantWorld sees to it): every call has all the stops, and
+/// starts from the velocities before the solve. Bullet's own constraints and rigid bodies that move, which
+/// PlantWorld refuses, are not known here; restitution, rolling and spinning friction are passed over.
+class RowSpaceSolver : public btMultiBodyConstraintSolver {
+ public:
+  /// The stop's body must stay for as long as the world is stepped.
+  void add_stop(const JointStop& stop) { stops_.push_back(stop); }
+
+  void solveMultiBodyGroup(btCollisionObject** bodies, int body_count, btPersistentManifold** manifolds,
+                           int manifold_count, btTypedConstraint** constraints, int constraint_count,
+                           btMultiBodyConstraint** multibody_constraints, int multibody_constraint_count,
+                           const btContactSolverInfo& info, btIDebugDraw* drawer,
+                           btDispatcher* dispatcher) override;
+
+ private:
+  double sweep_stops(bool forward);
+  double sweep_normals();
+  double sweep_friction();
+  /// Impulse that would bring row `row` to its target, before any limit.
+  [[nodiscard]] double wanted(int row) const;
+  /// Gives row `row` the impulse `impulse` and returns the residual it had.
+  double move(int row, double impulse);
+
+  std::vector<JointStop> stops_;
+  ConstraintRows rows_;
+  Eigen::MatrixXd delassus_;  // W
+  Eigen::VectorXd velocity_;  // J v of each row, with the impulses so far
+  Eigen::VectorXd impulse_, target_, softness_, diagonal_, inverse_;
+};
+
+}  // namespace walkman::plant

@@ -1,0 +1,44 @@
+#pragma once
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include <btBulletDynamicsCommon.h>
+
+#include "emulator/plant/dynamics/multibody.h"
+#include "emulator/scene/scene.h"
+
+namespace walkman::plant {
+
+/// The object's model with its weights attached by fixed joints, as one rigid tree.
+[[nodiscard]] RobotModel with_weights(const SceneObject& object);
+
+/// A movable object as a multibody without joints, at `object.X_WO` and at rest.
+[[nodiscard]] std::unique_ptr<Multibody> make_object(btMultiBodyDynamicsWorld& world,
+                                                     const SceneObject& object, double friction);
+
+/// Builds `body` anew after `object`'s weights have changed: where it is, moving as it moves. What touches it
+/// is found again in the next step.
+void rebuild_object(btMultiBodyDynamicsWorld& world, const SceneObject& object, double friction,
+                    std::unique_ptr<Multibody>& body);
+
+/// A body of the scene that never moves: one static rigid body a URDF link.
+class StaticBody {
+ public:
+  StaticBody(btMultiBodyDynamicsWorld& world, const FixedBody& fixed, double friction);
+  ~StaticBody();
+  StaticBody(const StaticBody&) = delete;
+  StaticBody& operator=(const StaticBody&) = delete;
+
+  [[nodiscard]] const std::string& name() const { return name_; }
+  [[nodiscard]] bool owns(const btCollisionObject* object) const;
+
+ private:
+  btMultiBodyDynamicsWorld& world_;
+  std::string name_;
+  std::vector<std::unique_ptr<btCollisionShape>> shapes_;
+  std::vector<std::unique_ptr<btRigidBody>> bodies_;
+};
+
+}  // namespace walkman::plant

@@ -1,0 +1,56 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "emulator/plant/dynamics/multibody.h"
+#include "emulator/plant/actuators/series_elastic_actuator.h"
+
+namespace walkman::plant {
+
+/// Tendon and passive parameters of the underactuated hand (estimates; chosen so that the hand closes round
+/// 2–12 cm objects and holds 1.8 kg at 12 cm by friction alone).
+struct SoftHandParameters {
+  double pulley_radius = 0.04;      ///< m, at the synergy motor
+  double proximal_radius = 0.0112;  ///< m, tendon lever arm at a finger's first joint
+  double distal_radius = 0.008;     ///< m, at its second joint
+  double thumb_factor = 2.5;        ///< the thumb's lever arms over a finger's: it opposes four of them
+  double return_stiffness = 0.05;   ///< N·m/rad, elastic ligament towards the open posture
+  double joint_damping = 0.01;      ///< N·m·s/rad
+  double stop_stiffness = 5;        ///< N·m/rad, beyond a joint's limits
+};
+
+/// One motor pulling one tendon that runs over every finger joint (adaptive synergy): the tendon's tension is
+/// shared by all joints, so each finger closes until it meets something.
+class SoftHand {
+ public:
+  /// `joints`: URDF joints that mimic `synergy_joint`. Their mimic offsets are the open posture.
+  SoftHand(const RobotModel& model, Multibody& body, const std::string& synergy_joint,
+           const ActuatorParameters& actuator, const SoftHandParameters& parameters);
+
+  void reset();
+  /// One control sub-step; finger joints are at the multibody's positions, carried on by their velocities
+  /// over `since_step` seconds. `wanted_torque`: of the synergy motor, N·m.
+  void advance(double wanted_torque, bool locked, double since_step, double dt);
+  /// Adds tendon, ligament and damping torques for the coming step to the multibody.
+  void apply();
+
+  [[nodiscard]] const ActuatorReadings& readings() const { return actuator_.readings(); }
+  [[nodiscard]] double tension() const { return tension_; }  ///< N, of the last step
+
+ private:
+  struct FingerJoint {
+    int bullet_link;
+    double radius;        ///< m
+    double open;          ///< rad
+    double lower, upper;  ///< stops, rad
+  };
+  Multibody& body_;
+  SoftHandParameters parameters_;
+  SeriesElasticActuator actuator_;
+  std::vector<FingerJoint> joints_;
+  double tension_sum_ = 0, tension_ = 0;
+  int sub_steps_ = 0;
+};
+
+}  // namespace walkman::plant

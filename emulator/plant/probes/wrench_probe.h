@@ -1,0 +1,40 @@
+#pragma once
+
+#include <vector>
+
+#include <LinearMath/btVector3.h>
+
+#include "emulator/plant/dynamics/group_motion.h"
+#include "emulator/plant/dynamics/multibody.h"
+#include "urdf/reader/wrench.h"
+
+namespace walkman::plant {
+
+/// What a force/torque sensor in the load path reads: the load of everything distal to it.
+///
+/// Momentum balance of the distal subtree over the step (Newton–Euler about each centre of mass, with the
+/// contact forces the solver applied), at the poses and velocities of the start of the step. Exact for a
+/// semi-implicit step, without lag; with mid-step velocities the velocity terms are half a step old. Bullet's
+/// own joint feedback is not used: in 3.24 it counts joint torques and Coriolis terms twice.
+class WrenchProbe {
+ public:
+  /// The sensor's frame S is that of the URDF link `sensor_link`; the subtree starts at the group of
+  /// `first_distal`.
+  WrenchProbe(const Multibody& body, int sensor_link, int first_distal_group);
+
+  /// Load on the sensor, about So and expressed in S.
+  [[nodiscard]] const Wrench& F_So_S() const { return F_So_S_; }
+
+ private:
+  friend class PlantWorld;
+  /// `before`: generalised velocity at the start of the step; the body holds that of its end.
+  void measure(const std::vector<double>& before, double dt, const btVector3& gravity);
+
+  const Multibody* body_;
+  int sensor_link_;
+  std::vector<int> subtree_;  // Bullet link indices
+  GroupMotion motion_;
+  Wrench F_So_S_;
+};
+
+}  // namespace walkman::plant

@@ -1,0 +1,132 @@
+#include "emulator/scene/scene.h"
+
+#include <cmath>
+#include <limits>
+#include <map>
+#include <set>
+#include <string>
+
+#include <fmt/format.h>
+
+#include "urdf/reader/extent.h"
+#include "urdf/reader/yaml_map.h"
+
+namespace walkman {
+namespace {
+
+// Names of all bodies of a scene, each allowed once.
+class Names {
+ public:
+  std::string take(const YamlMap& map) {
+    std::string name = map.text("name");
+    if (!taken_.insert(name).second)
+      map.fail("name", fmt::format("\"{}\" is used before, expected another name", name));
+    return name;
+  }
+
+ private:
+  std::set<std::string> taken_;
+};
+
+RobotModel load_with_mass(const YamlMap& map) {
+  RobotModel model = load_robot_model(map.existing_file("urdf"));
+  if (!(model.total_mass() > 0)) map.fail("urdf", "the body has no mass, expected more than 0 kg");
+  return model;
+}
+
+AttachedWeight read_weight(const YamlMap& map, const SceneObject& object, Names& names) {
+  AttachedWeight weight;
+  weight.name = names.take(map);
+  weight.model = load_with_mass(map);
+  weight.position = map.number("from_left_end_m");
+  if (weight.position < 0 || weight.position > object.length)
+    map.fail("from_left_end_m",
+             fmt::format("{} m is off the object, expected 0 to {} m", weight.position, object.length));
+  return weight;
+}
+
+SceneObject read_object(const YamlMap& map, Names& names) {
+  SceneObject object;
+  object.name = names.take(map);
+  object.line = map.line();
+  object.model = load_with_mass(map);
+  object.X_WO = map.pose();
+  const Extent extent = extent_along_x(object.model);
+  constexpr double kOffCentre = 1e-3;
+  if (!(extent.min < extent.max)) map.fail("urdf", "the object has no collision geometry");
+  if (std::abs(extent.min + extent.max) > 2 * kOffCentre)
+    map.fail("urdf",
+             fmt::format("the object reaches from x = {:.4g} to {:.4g} m, expected its frame in the middle",
+                         extent.min, extent.max));
+  object.length = extent.max - extent.min;
+  if (map.has("weights"))
+    for (const YamlMap& weight : map.list("weights", {"name", "urdf", "from_left_end_m"}))
+      object.weights.push_back(read_weight(weight, object, names));
+  return object;
+}
+
+void read_rope(const YamlMap& map, HoistRope& rope) {
+  rope.line = map.line();
+  if (map.has("link")) {
+    rope.link = map.text("link");
+    rope.p_LE.setZero();
+  }
+  if (map.has("tied_at_m")) rope.p_LE = map.vector3("tied_at_m");
+  if (map.has("anchor_m")) rope.p_WA = map.vector3("anchor_m");
+  if (!map.has("length_m")) return;
+  rope.length = map.number("length_m");
+  if (!(*rope.length > 0)) map.fail("length_m", fmt::format("{} m, expected more than 0 m", *rope.length));
+}
+
+void read_robot(const YamlMap& map, Scene& scene) {
+  scene.robot_urdf = map.existing_file("urdf");
+  scene.robot_srdf = map.existing_file("srdf");
+  scene.device_table = map.existing_file("devices");
+  scene.posture = map.text("posture");
+  const YamlMap base = map.map("base", {"kind", "xyz_m", "rpy_rad", "rope"});
+  static const std::map<std::string, BaseKind> kKinds = {
+      {"fixed", BaseKind::kFixed}, {"floating", BaseKind::kFloating}, {"hoisted", BaseKind::kHoisted}};
+  const std::string kind = base.text("kind");
+  const auto known = kKinds.find(kind);
+  if (known == kKinds.end())
+    base.fail("kind", fmt::format("found \"{}\", expected fixed, floating or hoisted", kind));
+  scene.base = known->second;
+  scene.X_WB = base.pose();
+  if (!base.has("rope")) return;
+  if (scene.base != BaseKind::kHoisted)
+    base.fail("rope", fmt::format("the base is {}, only a hoisted one has a rope", kind));
+  read_rope(base.map("rope", {"link", "tied_at_m", "anchor_m", "length_m"}), scene.rope);
+}
+
+double read_spread(const YamlMap& map, const std::string& key) {
+  if (!map.has(key)) return 0;
+  const double value = map.number(key);
+  if (value < 0) map.fail(key, fmt::format("{} is negative, expected 0 or more", value));
+  return value;
+}
+
+}  // namespace
+
+Scene load_scene(const std::filesystem::path& yaml_file) {
+  const YamlMap top(yaml_file.string(), parse_yaml_file(yaml_file), "",
+                    {"robot", "fixed_bodies", "objects", "jitter", "seed", "events"});
+  Scene scene;
+  scene.file = yaml_file;
+  Names names;
+  read_robot(top.map("robot", {"urdf", "srdf", "devices", "posture", "base"}), scene);
+  for (const YamlMap& map : top.list("fixed_bodies", {"name", "urdf", "xyz_m", "rpy_rad"}))
+    scene.fixed.push_back(
+        {names.take(map), map.line(), load_robot_model(map.existing_file("urdf")), map.pose()});
+  for (const YamlMap& map : top.list("objects", {"name", "urdf", "xyz_m", "rpy_rad", "weights"}))
+    scene.objects.push_back(read_object(map, names));
+  if (top.has("jitter")) {
+    const YamlMap map = top.map("jitter", {"x_m", "y_m", "yaw_rad"});
+    scene.jitter = {read_spread(map, "x_m"), read_spread(map, "y_m"), read_spread(map, "yaw_rad")};
+  }
+  if (top.has("seed"))
+    scene.seed = static_cast<std::uint64_t>(top.integer("seed", 0, std::numeric_limits<long long>::max()));
+  if (top.has("events")) scene.events = read_events(top.list("events", event_keys()), scene.objects);
+  return scene;
+}
+
+}  // namespace walkman

@@ -1,0 +1,95 @@
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include <Eigen/Geometry>
+
+#include "urdf/reader/robot_model.h"
+#include "emulator/scene/scene_event.h"
+
+namespace walkman {
+
+/// What carries the robot's root link.
+enum class BaseKind {
+  kFixed,     ///< held in space
+  kFloating,  ///< nothing: the robot stands on its feet, or falls
+  kHoisted,   ///< floating, with a slack rope from above that holds it when it falls
+};
+
+/// The rope of a hoisted robot, as on a lab's gantry: it pulls when taut and else hangs.
+struct HoistRope {
+  int line = 0;                         ///< where the scene file describes it; 0: not there
+  std::string link = "DWYTorso";        ///< of the robot, its chest
+  Eigen::Vector3d p_LE = {0, 0, 0.15};  ///< where it is tied, in the link's frame, m
+  std::optional<Eigen::Vector3d> p_WA;  ///< its upper end, m; unset: 1.5 m above the lower at start
+  std::optional<double> length;         ///< m; unset: 5 cm more than the ends are apart at start
+};
+
+/// A weight clamped on an object: a URDF of its own, fixed at a distance along the object's x axis from its
+/// left end (the end at negative x).
+struct AttachedWeight {
+  std::string name;
+  RobotModel model;
+  double position = 0;  ///< m from the object's left end
+};
+
+/// A movable object of the scene. `length` is its extent along its own x axis.
+struct SceneObject {
+  std::string name;
+  int line = 0;  ///< where the scene file describes it
+  RobotModel model;
+  Eigen::Isometry3d X_WO = Eigen::Isometry3d::Identity();  ///< initial pose, W as below
+  double length = 0;                                       ///< m
+  std::vector<AttachedWeight> weights;
+
+  /// Pose of a weight's root link in the object's frame.
+  [[nodiscard]] Eigen::Isometry3d X_OA(const AttachedWeight& weight) const;
+  [[nodiscard]] double mass() const;  ///< with weights, kg
+  /// Centre of mass with weights, in the object frame, m.
+  [[nodiscard]] Eigen::Vector3d p_OOcm() const;
+};
+
+/// Spread of the object's pose over repetitions: each is drawn uniformly from ± the value.
+struct PoseJitter {
+  double x = 0, y = 0;  ///< m
+  double yaw = 0;       ///< rad
+};
+
+/// A fixed body of the scene (room, table), its root link's pose in W.
+struct FixedBody {
+  std::string name;
+  int line = 0;  ///< where the scene file describes it
+  RobotModel model;
+  Eigen::Isometry3d X_WF = Eigen::Isometry3d::Identity();
+};
+
+/// Everything an emulated world starts from. W: origin on the ground below the robot's base_link, x forward,
+/// y left, z up.
+struct Scene {
+  std::filesystem::path file;
+  std::filesystem::path robot_urdf, robot_srdf, device_table;
+  std::string posture;  ///< SRDF state the robot starts in
+  BaseKind base = BaseKind::kFixed;
+  HoistRope rope;                                          ///< of a hoisted base
+  Eigen::Isometry3d X_WB = Eigen::Isometry3d::Identity();  ///< pose of the robot's root link
+  std::vector<FixedBody> fixed;
+  std::vector<SceneObject> objects;
+  PoseJitter jitter;
+  std::uint64_t seed = 1;
+  std::vector<SceneEvent> events;  ///< in order of time
+};
+
+/// Reads a scene file. Paths in it are relative to the file. Unknown keys, wrong types, non-finite numbers
+/// and impossible weights (off the object) are errors. Throws std::runtime_error: one sentence with file,
+/// line, key, what was found and what was expected.
+[[nodiscard]] Scene load_scene(const std::filesystem::path& yaml_file);
+
+/// Draws the repetition's object poses: deterministic in (scene, seed).
+void apply_jitter(Scene& scene, std::uint64_t seed);
+
+}  // namespace walkman

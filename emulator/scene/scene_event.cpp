@@ -1,0 +1,111 @@
+#include "emulator/scene/scene_event.h"
+
+#include <algorithm>
+#include <set>
+#include <utility>
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include "urdf/reader/nearest_name.h"
+#include "emulator/scene/scene.h"
+#include "urdf/reader/yaml_map.h"
+
+namespace walkman {
+namespace {
+
+constexpr double kLongest = 1e6;  // s
+constexpr double kHardest = 1e5;  // N
+
+/// The named one of `all`, which the key `key` of `map` names.
+template <typename T>
+const T& named(const YamlMap& map, const std::string& key, const std::vector<T>& all, const char* kind) {
+  const std::string name = map.text(key);
+  std::vector<std::string> names;
+  for (const T& candidate : all) {
+    if (candidate.name == name) return candidate;
+    names.push_back(candidate.name);
+  }
+  map.fail(key, fmt::format("there is no {} \"{}\"{}", kind, name,
+                            names.empty() ? "" : did_you_mean(name, names)));
+}
+
+PushEvent read_push(const YamlMap& map) {
+  PushEvent push;
+  push.link = map.text("link");
+  push.force_W = map.vector3("force_N");
+  if (push.force_W.norm() > kHardest)
+    map.fail("force_N", fmt::format("{:.3g} N, expected at most {:g} N", push.force_W.norm(), kHardest));
+  if (map.has("point_m")) push.p_LP = map.vector3("point_m");
+  push.duration = map.number("duration_s");
+  if (!(push.duration > 0 && push.duration <= kLongest))
+    map.fail("duration_s",
+             fmt::format("{} s, expected more than 0 and at most {:g} s", push.duration, kLongest));
+  return push;
+}
+
+MoveWeightEvent read_move(const YamlMap& map, const std::vector<SceneObject>& objects) {
+  const SceneObject& object = named(map, "object", objects, "object");
+  MoveWeightEvent move{object.name, named(map, "weight", object.weights, "weight").name,
+                       map.number("from_left_end_m")};
+  if (move.position < 0 || move.position > object.length)
+    map.fail("from_left_end_m",
+             fmt::format("{} m is off the object, expected 0 to {} m", move.position, object.length));
+  return move;
+}
+
+RemoveWeightEvent read_removal(const YamlMap& map, const std::vector<SceneObject>& objects) {
+  const SceneObject& object = named(map, "object", objects, "object");
+  return {object.name, named(map, "weight", object.weights, "weight").name};
+}
+
+const std::vector<std::string> kKinds = {"push", "move_weight", "remove_weight"};
+
+SceneEvent read_event(const YamlMap& map, const std::vector<SceneObject>& objects) {
+  SceneEvent event;
+  event.line = map.line();
+  event.at = map.number("at_s");
+  if (event.at < 0 || event.at > kLongest)
+    map.fail("at_s", fmt::format("{} s, expected 0 to {:g} s", event.at, kLongest));
+  const auto given = std::count_if(kKinds.begin(), kKinds.end(), [&](const auto& k) { return map.has(k); });
+  if (given != 1)
+    map.fail("", fmt::format("{} of {} given, expected one", given == 0 ? "none" : "more than one",
+                             fmt::join(kKinds, ", ")));
+  if (map.has("push")) {
+    event.what = read_push(map.map("push", {"link", "force_N", "point_m", "duration_s"}));
+  } else if (map.has("move_weight")) {
+    event.what = read_move(map.map("move_weight", {"object", "weight", "from_left_end_m"}), objects);
+  } else {
+    event.what = read_removal(map.map("remove_weight", {"object", "weight"}), objects);
+  }
+  return event;
+}
+
+}  // namespace
+
+const std::vector<std::string>& event_keys() {
+  static const std::vector<std::string> keys = {"at_s", "push", "move_weight", "remove_weight"};
+  return keys;
+}
+
+std::vector<SceneEvent> read_events(const std::vector<YamlMap>& maps,
+                                    const std::vector<SceneObject>& objects) {
+  std::vector<std::pair<SceneEvent, const YamlMap*>> read;
+  for (const YamlMap& map : maps) read.emplace_back(read_event(map, objects), &map);
+  std::stable_sort(read.begin(), read.end(),
+                   [](const auto& a, const auto& b) { return a.first.at < b.first.at; });
+  std::set<std::string> gone;  // weights' names are unique in a scene
+  std::vector<SceneEvent> events;
+  for (const auto& [event, map] : read) {
+    const auto* move = std::get_if<MoveWeightEvent>(&event.what);
+    const auto* removal = std::get_if<RemoveWeightEvent>(&event.what);
+    const std::string weight = move != nullptr ? move->weight : removal != nullptr ? removal->weight : "";
+    if (gone.contains(weight))
+      map->fail("", fmt::format("weight \"{}\" is taken off before {} s", weight, event.at));
+    if (removal != nullptr) gone.insert(weight);
+    events.push_back(event);
+  }
+  return events;
+}
+
+}  // namespace walkman

@@ -1,0 +1,62 @@
+#include <cstddef>
+
+#include "urdf/reader/kinematics.h"
+#include "emulator/scene/scene.h"
+
+namespace walkman {
+namespace {
+
+// SplitMix64 (Steele, Lea, Flood 2014): a fixed generator, since the standard library's distributions differ
+// between implementations.
+class Draws {
+ public:
+  explicit Draws(std::uint64_t seed) : state_(seed) {}
+
+  /// Uniform in [-1, 1).
+  double symmetric() {
+    state_ += 0x9E3779B97F4A7C15U;
+    std::uint64_t z = state_;
+    z = (z ^ (z >> 30U)) * 0xBF58476D1CE4E5B9U;
+    z = (z ^ (z >> 27U)) * 0x94D049BB133111EBU;
+    z ^= z >> 31U;
+    return static_cast<double>(z >> 11U) * 0x1p-52 - 1.0;
+  }
+
+ private:
+  std::uint64_t state_;
+};
+
+}  // namespace
+
+Eigen::Isometry3d SceneObject::X_OA(const AttachedWeight& weight) const {
+  Eigen::Isometry3d X = Eigen::Isometry3d::Identity();
+  X.translation().x() = weight.position - length / 2;
+  return X;
+}
+
+double SceneObject::mass() const {
+  double mass = model.total_mass();
+  for (const AttachedWeight& weight : weights) mass += weight.model.total_mass();
+  return mass;
+}
+
+Eigen::Vector3d SceneObject::p_OOcm() const {
+  Eigen::Vector3d moment = model.total_mass() * centre_of_mass(model, link_poses(model, {}));
+  for (const AttachedWeight& weight : weights) {
+    const Eigen::Vector3d p_AAcm = centre_of_mass(weight.model, link_poses(weight.model, {}));
+    moment += weight.model.total_mass() * (X_OA(weight) * p_AAcm);
+  }
+  return moment / mass();
+}
+
+void apply_jitter(Scene& scene, std::uint64_t seed) {
+  Draws draws(seed);
+  for (SceneObject& object : scene.objects) {
+    object.X_WO.translation().x() += scene.jitter.x * draws.symmetric();
+    object.X_WO.translation().y() += scene.jitter.y * draws.symmetric();
+    const Eigen::AngleAxisd yaw(scene.jitter.yaw * draws.symmetric(), Eigen::Vector3d::UnitZ());
+    object.X_WO.linear() = yaw.toRotationMatrix() * object.X_WO.linear();
+  }
+}
+
+}  // namespace walkman

@@ -1,0 +1,130 @@
+#include "emulator/pacing/lockstep_pacer.h"
+
+#include <gtest/gtest.h>
+
+#include "tests/unit/pacing/small_world.h"
+
+namespace walkman::clock {
+namespace {
+
+using namespace std::chrono_literals;
+using test::count;
+using test::SmallWorld;
+
+const can::Frame kSync(0x080, {});
+const can::Frame kStart(0x000, {0x01, 0x00});
+const can::Frame kReadType(0x60B, {0x40, 0x00, 0x10, 0x00, 0, 0, 0, 0});  // 1000h of node 11
+
+/// Hands over what programs have sent and lets the pacer act.
+void service(LockstepPacer& pacer, Time wall) {
+  for (std::size_t i = 0; i < 2; ++i) pacer.receive(i, wall);
+  pacer.run(wall);
+}
+
+TEST(LockstepPacer, PowerOnHandsOutTheBootUps) {
+  SmallWorld world;
+  LockstepPacer pacer(*world.emulator, world.plugged(), 5ms);
+  pacer.start();
+  EXPECT_EQ(count(world.rarm.handed, 0x70B), 1U);
+  EXPECT_EQ(count(world.larm.handed, 0x715), 1U);
+  EXPECT_EQ(world.rarm.handed.size(), 9U);
+  EXPECT_LT(world.emulator->buses_now(), 5ms);
+}
+
+TEST(LockstepPacer, TheClockStandsUntilSyncIsOnBothBuses) {
+  SmallWorld world;
+  LockstepPacer pacer(*world.emulator, world.plugged(), 5ms);
+  pacer.start();
+  world.rarm.sent = {kStart, kSync};
+  world.larm.sent = {kStart};
+  service(pacer, 1ms);
+  const Time stands = world.emulator->buses_now();
+  EXPECT_EQ(pacer.cycles(), 0U);
+  world.larm.sent = {kSync};
+  service(pacer, 2ms);
+  EXPECT_EQ(pacer.cycles(), 1U);
+  EXPECT_GT(world.emulator->buses_now(), stands);
+  // Started before SYNC, so every drive has answered it, on both buses.
+  EXPECT_EQ(count(world.rarm.handed, 0x18B), 1U);
+  EXPECT_EQ(count(world.larm.handed, 0x195), 1U);
+  // SYNC was sent at 5 ms: complete 47 bits and a stuff bit or more later.
+  const auto sync = std::find_if(world.log.begin(), world.log.end(), [](const std::string& line) {
+    return line.find("can_rarm 080#") != std::string::npos;
+  });
+  ASSERT_NE(sync, world.log.end());
+  EXPECT_EQ(sync->substr(0, 17), "(0000000000.00504");
+}
+
+TEST(LockstepPacer, ARequestBehindTheSyncIsAnsweredWithTheNext) {
+  SmallWorld world;
+  LockstepPacer pacer(*world.emulator, world.plugged(), 5ms);
+  pacer.start();
+  world.rarm.sent = {kSync, kReadType};
+  world.larm.sent = {kSync};
+  service(pacer, 1ms);
+  EXPECT_EQ(count(world.rarm.handed, 0x58B), 0U);
+  world.rarm.sent = {kSync};
+  world.larm.sent = {kSync};
+  service(pacer, 2ms);
+  EXPECT_EQ(count(world.rarm.handed, 0x58B), 1U);
+}
+
+TEST(LockstepPacer, ALoneRequestIsAnsweredAfterTenMillisecondsOfQuiet) {
+  SmallWorld world;
+  LockstepPacer pacer(*world.emulator, world.plugged(), 5ms);
+  pacer.start();
+  world.rarm.sent = {kReadType};
+  service(pacer, 1000ms);
+  EXPECT_EQ(pacer.wake_at(1000ms), 1010ms);
+  service(pacer, 1009ms);
+  EXPECT_EQ(count(world.rarm.handed, 0x58B), 0U);
+  service(pacer, 1010ms);
+  ASSERT_EQ(count(world.rarm.handed, 0x58B), 1U);
+  EXPECT_EQ(world.rarm.handed.back(), can::Frame(0x58B, {0x43, 0x00, 0x10, 0x00, 0x92, 0x01, 0x02, 0x00}));
+  EXPECT_EQ(pacer.wake_at(1010ms), Time::max());
+}
+
+TEST(LockstepPacer, FramesWaitInOrderWhileTheKernelsQueueIsFull) {
+  SmallWorld world;
+  world.rarm.room = 4;
+  LockstepPacer pacer(*world.emulator, world.plugged(), 5ms);
+  pacer.start();
+  EXPECT_EQ(world.rarm.handed.size(), 4U);
+  EXPECT_EQ(pacer.wake_at(7ms), 8ms);
+  world.rarm.room = 100;
+  service(pacer, 8ms);
+  EXPECT_EQ(world.rarm.handed.size(), 9U);
+  for (std::uint32_t i = 0; i < 9; ++i) EXPECT_EQ(count(world.rarm.handed, 0x70B + i), 1U);
+}
+
+/// A run of twenty cycles with requests behind the SYNCs, in which the program pauses where told.
+std::vector<std::string> log_of(const std::vector<int>& pauses) {
+  SmallWorld world;
+  LockstepPacer pacer(*world.emulator, world.plugged(), 5ms);
+  pacer.start();
+  Time wall = 1s;
+  for (int cycle = 0; cycle < 20; ++cycle) {
+    for (auto* side : {&world.rarm, &world.larm}) {
+      side->sent.push_back(kSync);
+      if (cycle == 0) side->sent.push_back(kStart);
+    }
+    world.rarm.sent.push_back(kReadType);
+    service(pacer, wall += 1ms);
+    if (std::find(pauses.begin(), pauses.end(), cycle) != pauses.end()) service(pacer, wall += 50ms);
+  }
+  service(pacer, wall += 1ms);
+  pacer.finish();
+  // As a log is written: in order of time, whatever pieces the buses were advanced in.
+  std::sort(world.log.begin(), world.log.end());
+  return world.log;
+}
+
+TEST(LockstepPacer, PausesOfTheProgramLeaveNoTraceInTheLog) {
+  const std::vector<std::string> steady = log_of({});
+  EXPECT_GT(steady.size(), 20U * 30U);
+  EXPECT_EQ(log_of({}), steady);
+  EXPECT_EQ(log_of({0, 3, 4, 11, 19}), steady);
+}
+
+}  // namespace
+}  // namespace walkman::clock

@@ -1,0 +1,92 @@
+#include "emulator/pacing/real_time_pacer.h"
+
+#include <gtest/gtest.h>
+
+#include "tests/unit/pacing/small_world.h"
+
+namespace walkman::clock {
+namespace {
+
+using namespace std::chrono_literals;
+using test::count;
+using test::SmallWorld;
+
+const can::Frame kReadType(0x60B, {0x40, 0x00, 0x10, 0x00, 0, 0, 0, 0});
+constexpr Time kOrigin = 100s;  // of the host's clock
+
+/// Runs the host's clock in steps of a millisecond up to `until` after the origin.
+void run_to(RealTimePacer& pacer, Time& host, Time until) {
+  while (host + 1ms <= kOrigin + until) pacer.run(host += 1ms);
+}
+
+TEST(RealTimePacer, WithoutBusTimingARequestIsAnsweredOnArrival) {
+  SmallWorld world(false);
+  RealTimePacer pacer(*world.emulator, world.plugged(), false);
+  Time host = kOrigin;
+  pacer.start(host);
+  run_to(pacer, host, 10ms);
+  world.rarm.sent = {kReadType};
+  pacer.note_arrival(0);
+  pacer.run(host += 300us);
+  EXPECT_EQ(count(world.rarm.handed, 0x58B), 1U);
+  EXPECT_EQ(world.emulator->now(), 10ms);  // no physics step was needed
+  EXPECT_EQ(pacer.lateness().steps, 10U);
+  EXPECT_EQ(pacer.lateness().late, 0U);
+}
+
+TEST(RealTimePacer, WithBusTimingTheAnswerComesWhenItsFrameEnds) {
+  SmallWorld world;
+  RealTimePacer pacer(*world.emulator, world.plugged(), true);
+  Time host = kOrigin;
+  pacer.start(host);
+  run_to(pacer, host, 10ms);
+  world.rarm.sent = {kReadType};
+  pacer.note_arrival(0);
+  pacer.run(host += 100us);
+  EXPECT_EQ(count(world.rarm.handed, 0x58B), 0U);
+  // Request and answer are 8 bytes each: 111 bits and up to 24 stuff bits.
+  Time answered{};
+  for (int wakes = 0; wakes < 10 && answered == Time{}; ++wakes) {
+    host = pacer.wake_at();
+    pacer.run(host);
+    if (count(world.rarm.handed, 0x58B) == 1) answered = host;
+  }
+  EXPECT_GE(answered, kOrigin + 10ms + 100us + 2 * 108us);
+  EXPECT_LE(answered, kOrigin + 10ms + 100us + 2 * 135us);
+}
+
+TEST(RealTimePacer, LateStepsAreAllRunAndCounted) {
+  SmallWorld world(false);
+  RealTimePacer pacer(*world.emulator, world.plugged(), false);
+  Time host = kOrigin;
+  pacer.start(host);
+  run_to(pacer, host, 5ms);
+  host = kOrigin + 25ms;  // the host was busy elsewhere for 20 ms
+  int runs = 0;
+  while (pacer.wake_at() <= host) {
+    pacer.run(host);
+    ++runs;
+  }
+  EXPECT_EQ(runs, 20);
+  EXPECT_EQ(world.emulator->now(), 25ms);
+  EXPECT_EQ(pacer.lateness().steps, 25U);
+  EXPECT_EQ(pacer.lateness().late, 18U);  // the last two were due just now and a step ago
+  EXPECT_EQ(pacer.lateness().worst, 19ms);
+  EXPECT_EQ(pacer.behind(host), 0ms);
+}
+
+TEST(RealTimePacer, AFrameDoesNotWaitForStepsThatAreOverdue) {
+  SmallWorld world(false);
+  RealTimePacer pacer(*world.emulator, world.plugged(), false);
+  Time host = kOrigin;
+  pacer.start(host);
+  run_to(pacer, host, 5ms);
+  world.rarm.sent = {kReadType};
+  pacer.note_arrival(0);
+  pacer.run(kOrigin + 25ms);  // twenty steps behind: one is run, and the answer is out
+  EXPECT_EQ(count(world.rarm.handed, 0x58B), 1U);
+  EXPECT_EQ(world.emulator->now(), 6ms);
+}
+
+}  // namespace
+}  // namespace walkman::clock

@@ -1,0 +1,38 @@
+#include "emulator/pacing/real_time_schedule.h"
+
+#include <gtest/gtest.h>
+
+namespace walkman::clock {
+namespace {
+
+using namespace std::chrono_literals;
+
+TEST(RealTimeSchedule, AStepIsDueWhenTheHostHasReachedItsEnd) {
+  RealTimeSchedule schedule(1ms);
+  schedule.start(1000s, 0ms);
+  EXPECT_FALSE(schedule.due(0ms, 1000s + 999us));
+  EXPECT_TRUE(schedule.due(0ms, 1000s + 1ms));
+  EXPECT_FALSE(schedule.due(1ms, 1000s + 1999us));
+  EXPECT_EQ(schedule.host(7ms), 1000s + 7ms);
+  EXPECT_EQ(schedule.emulated(1000s + 7ms), 7ms);
+}
+
+TEST(RealTimeSchedule, CountsLateStepsAndTheWorstAndSkipsNone) {
+  RealTimeSchedule schedule(1ms);
+  schedule.start(50s, 0ms);
+  schedule.begin_step(0ms, 50s + 1ms);           // on time
+  schedule.begin_step(1ms, 50s + 3ms);           // exactly one step late: not yet counted
+  schedule.begin_step(2ms, 50s + 3ms + 1001us);  // 1.001 ms late
+  schedule.begin_step(3ms, 50s + 9ms);           // 5 ms late
+  schedule.begin_step(4ms, 50s + 9ms);           // catching up, 4 ms late
+  EXPECT_EQ(schedule.lateness().steps, 5U);
+  EXPECT_EQ(schedule.lateness().late, 3U);
+  EXPECT_EQ(schedule.lateness().worst, 5ms);
+  // A host that stood still for long leaves every step due, one after the other.
+  int steps = 0;
+  for (Time emulated = 5ms; schedule.due(emulated, 51s); emulated += 1ms) ++steps;
+  EXPECT_EQ(steps, 995);
+}
+
+}  // namespace
+}  // namespace walkman::clock

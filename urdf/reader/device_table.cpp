@@ -1,0 +1,146 @@
+#include "urdf/reader/device_table.h"
+
+#include <algorithm>
+#include <cstddef>
+#include <limits>
+#include <map>
+#include <set>
+#include <stdexcept>
+
+#include <fmt/format.h>
+
+#include "urdf/reader/nearest_name.h"
+#include "urdf/reader/yaml_map.h"
+
+namespace walkman {
+namespace {
+
+constexpr std::size_t kLongestInterfaceName = 15;  // IFNAMSIZ less the final zero
+
+// What may be there once only.
+struct Used {
+  std::map<int, std::string> nodes;
+  std::set<std::string> names;
+};
+
+void check_joint(const YamlMap& map, const std::string& key, const Device& device, const RobotModel& model) {
+  std::vector<std::string> moving;
+  for (const Joint& joint : model.joints)
+    if (joint.type != JointType::kFixed && !joint.mimic) moving.push_back(joint.name);
+  const auto index = model.find_joint(device.name);
+  if (!index)
+    map.fail(key, fmt::format("robot \"{}\" has no joint \"{}\"{}", model.name, device.name,
+                              did_you_mean(device.name, moving)));
+  const Joint& joint = model.joints[static_cast<std::size_t>(*index)];
+  if (joint.type == JointType::kFixed) map.fail(key, fmt::format("joint \"{}\" does not move", device.name));
+  if (joint.mimic)
+    map.fail(key,
+             fmt::format("joint \"{}\" follows \"{}\" and has no drive", device.name, joint.mimic->joint));
+}
+
+void check_frame(const YamlMap& map, const std::string& key, const Device& device, const RobotModel& model) {
+  if (model.find_link(device.name)) return;
+  std::vector<std::string> frames;
+  for (const Link& link : model.links) frames.push_back(link.name);
+  map.fail(key, fmt::format("robot \"{}\" has no frame \"{}\"{}", model.name, device.name,
+                            did_you_mean(device.name, frames)));
+}
+
+std::string kind_key(const YamlMap& map) {
+  std::string found;
+  for (const char* key : {"joint", "hand", "force_torque", "imu"}) {
+    if (!map.has(key)) continue;
+    if (!found.empty()) map.fail(key, fmt::format("\"{}\" is there too, expected one of them", found));
+    found = key;
+  }
+  if (found.empty()) map.fail("", "expected one of the keys joint, hand, force_torque, imu");
+  return found;
+}
+
+Device read_device(const YamlMap& map, const RobotModel& model, Used& used) {
+  Device device;
+  const std::string key = kind_key(map);
+  device.name = map.text(key);
+  device.node_id = static_cast<std::uint8_t>(map.integer("node", 1, 127));
+  if (key == "force_torque" || key == "imu") {
+    device.kind = key == "imu" ? DeviceKind::kInertialUnit : DeviceKind::kForceTorque;
+    check_frame(map, key, device, model);
+    for (const char* drive_key : {"actuator", "rated_torque_mnm"})
+      if (map.has(drive_key)) map.fail(drive_key, "a sensor has none, expected it with a drive only");
+  } else {
+    device.kind = key == "hand" ? DeviceKind::kHandDrive : DeviceKind::kJointDrive;
+    check_joint(map, key, device, model);
+    device.actuator = map.text("actuator");
+    device.rated_torque_mnm = static_cast<std::uint32_t>(
+        map.integer("rated_torque_mnm", 1, std::numeric_limits<std::uint32_t>::max()));
+  }
+  const auto [other, is_new] = used.nodes.emplace(device.node_id, device.name);
+  if (!is_new)
+    map.fail("node", fmt::format("{} is the node-ID of \"{}\" too", device.node_id, other->second));
+  if (!used.names.insert(device.name).second)
+    map.fail(key, fmt::format("\"{}\" has a device before", device.name));
+  return device;
+}
+
+std::uint32_t read_rate(const YamlMap& map, const std::string& key, const std::vector<std::uint32_t>& rates) {
+  const auto rate =
+      static_cast<std::uint32_t>(map.integer(key, 1, std::numeric_limits<std::uint32_t>::max()));
+  if (std::find(rates.begin(), rates.end(), rate) == rates.end()) {
+    map.fail(key, fmt::format("{} bit/s, expected one of {}", rate, fmt::join(rates, ", ")));
+  }
+  return rate;
+}
+
+void read_bit_rates(const YamlMap& map, Bus& bus) {
+  if (map.has("bit_rate")) {
+    bus.bit_rate = read_rate(map, "bit_rate", {1'000'000, 800'000, 500'000, 250'000, 125'000});
+  }
+  if (map.has("fd")) {
+    const std::string fd = map.text("fd");
+    if (fd != "true" && fd != "false") map.fail("fd", fmt::format("\"{}\", expected true or false", fd));
+    bus.fd = fd == "true";
+  }
+  if (!map.has("data_bit_rate")) return;
+  if (!bus.fd) map.fail("data_bit_rate", "a classical bus has none, expected fd: true with it");
+  bus.data_bit_rate =
+      read_rate(map, "data_bit_rate", {1'000'000, 2'000'000, 4'000'000, 5'000'000, 8'000'000});
+}
+
+}  // namespace
+
+const Device& DeviceTable::device(const std::string& name) const {
+  for (const Bus& bus : buses)
+    for (const Device& device : bus.devices)
+      if (device.name == name) return device;
+  throw std::out_of_range(fmt::format("the device table has no device \"{}\"", name));
+}
+
+DeviceTable load_device_table(const std::filesystem::path& yaml_file, const RobotModel& model) {
+  const YamlMap top(yaml_file.string(), parse_yaml_file(yaml_file), "", {"buses"});
+  DeviceTable table;
+  Used used;
+  std::set<std::string> bus_names;
+  std::set<std::string> interfaces;
+  for (const YamlMap& map :
+       top.list("buses", {"name", "interface", "bit_rate", "fd", "data_bit_rate", "devices"})) {
+    Bus bus;
+    bus.name = map.text("name");
+    if (!bus_names.insert(bus.name).second) map.fail("name", fmt::format("\"{}\" is used before", bus.name));
+    bus.interface = map.text("interface");
+    if (bus.interface.size() > kLongestInterfaceName)
+      map.fail("interface", fmt::format("\"{}\" has {} characters, expected at most {}", bus.interface,
+                                        bus.interface.size(), kLongestInterfaceName));
+    if (!interfaces.insert(bus.interface).second)
+      map.fail("interface", fmt::format("\"{}\" is used before", bus.interface));
+    read_bit_rates(map, bus);
+    for (const YamlMap& device : map.list(
+             "devices", {"node", "joint", "hand", "force_torque", "imu", "actuator", "rated_torque_mnm"}))
+      bus.devices.push_back(read_device(device, model, used));
+    if (bus.devices.empty()) map.fail("devices", "the list is empty, expected a device");
+    table.buses.push_back(std::move(bus));
+  }
+  if (table.buses.empty()) top.fail("buses", "the list is empty, expected a bus");
+  return table;
+}
+
+}  // namespace walkman

@@ -1,0 +1,45 @@
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "urdf/reader/robot_model.h"
+
+namespace walkman {
+
+enum class DeviceKind { kJointDrive, kHandDrive, kForceTorque, kInertialUnit };
+
+/// One CANopen node of the robot: what it is, where it sits, which part of the URDF it drives or measures.
+struct Device {
+  DeviceKind kind = DeviceKind::kJointDrive;
+  std::uint8_t node_id = 0;            ///< 1..127, equal to the robot's board ID, unique over the whole robot
+  std::string name;                    ///< URDF joint (drives) or URDF frame (sensors)
+  std::string actuator;                ///< actuator class of a drive, e.g. "medium2"; empty for sensors
+  std::uint32_t rated_torque_mnm = 0;  ///< 6076h of a drive, mN·m
+};
+
+struct Bus {
+  std::string name;  ///< e.g. "rarm"
+  std::string
+      interface;  ///< name in logs and default network interface, e.g. "can_rarm", at most 15 characters
+  std::vector<Device> devices;
+  std::uint32_t bit_rate = 1'000'000;       ///< bit/s: 1000, 800, 500, 250 or 125 kbit/s (CiA 301)
+  bool fd = false;                          ///< PDOs may be CAN FD frames with bit-rate switch
+  std::uint32_t data_bit_rate = 5'000'000;  ///< of their data phase, bit/s: 1, 2, 4, 5 or 8 Mbit/s
+};
+
+/// Which device sits on which bus under which node-ID. Both sides of the wire read it, as a real robot's
+/// computer and its wiring plan both would.
+struct DeviceTable {
+  std::vector<Bus> buses;
+
+  [[nodiscard]] const Device& device(const std::string& name) const;  ///< throws std::out_of_range
+};
+
+/// Reads the YAML table and checks it against the model: known joints and frames, node-IDs 1..127 used once,
+/// bit rates of CiA. Throws std::runtime_error with file, line and key.
+[[nodiscard]] DeviceTable load_device_table(const std::filesystem::path& yaml_file, const RobotModel& model);
+
+}  // namespace walkman

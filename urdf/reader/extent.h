@@ -1,0 +1,17 @@
+#pragma once
+
+#include "urdf/reader/robot_model.h"
+
+namespace walkman {
+
+/// Least and greatest coordinate along an axis, m.
+struct Extent {
+  double min = 0;
+  double max = 0;
+};
+
+/// Extent of all collision geometry of `model` along the root link's x axis, joints at zero. Empty (min >
+/// max) without any.
+[[nodiscard]] Extent extent_along_x(const RobotModel& model);
+
+}  // namespace walkman

@@ -1,0 +1,27 @@
+#pragma once
+
+#include <map>
+#include <string>
+#include <vector>
+
+#include <Eigen/Geometry>
+
+#include "urdf/reader/robot_model.h"
+
+namespace walkman {
+
+/// Value of every joint (rad or m), by joint index: 0 where `positions` has none; a mimic joint follows its
+/// leader and ignores an entry of its own. Fixed joints are 0.
+[[nodiscard]] std::vector<double> joint_positions(const RobotModel& model,
+                                                  const std::map<std::string, double>& positions);
+
+/// Pose X_RL of every link in the root link's frame, by link index, at joint values as `joint_positions`
+/// takes them.
+[[nodiscard]] std::vector<Eigen::Isometry3d> link_poses(const RobotModel& model,
+                                                        const std::map<std::string, double>& positions);
+
+/// Centre of mass of the whole tree in the root link's frame, m. NaN for a tree without mass.
+[[nodiscard]] Eigen::Vector3d centre_of_mass(const RobotModel& model,
+                                             const std::vector<Eigen::Isometry3d>& X_RL);
+
+}  // namespace walkman

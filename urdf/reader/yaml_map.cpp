@@ -1,0 +1,162 @@
+#include "urdf/reader/yaml_map.h"
+
+#include <array>
+#include <charconv>
+#include <optional>
+#include <set>
+#include <stdexcept>
+#include <system_error>
+#include <utility>
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+#include <yaml-cpp/depthguard.h>
+
+#include "urdf/reader/nearest_name.h"
+#include "urdf/reader/text_file.h"
+#include "urdf/reader/xml_numbers.h"
+
+namespace walkman {
+namespace {
+
+constexpr std::size_t kMaxYamlBytes = 1'000'000;
+
+std::string kind_of(const YAML::Node& node) {
+  switch (node.Type()) {
+    case YAML::NodeType::Scalar:
+      return fmt::format("\"{}\"", node.Scalar());
+    case YAML::NodeType::Sequence:
+      return fmt::format("a list of {}", node.size());
+    case YAML::NodeType::Map:
+      return "a mapping";
+    default:
+      return "nothing";
+  }
+}
+
+}  // namespace
+
+YAML::Node parse_yaml_file(const std::filesystem::path& file) {
+  const std::string text = read_text_file(file, kMaxYamlBytes);
+  try {
+    return YAML::Load(text);
+  } catch (const YAML::DeepRecursion& error) {
+    throw std::runtime_error(fmt::format("{}:{}: nested too deep", file.string(), error.mark.line + 1));
+  } catch (const YAML::Exception& error) {
+    throw std::runtime_error(
+        fmt::format("{}:{}: not well-formed YAML ({})", file.string(), error.mark.line + 1, error.msg));
+  }
+}
+
+YamlMap::YamlMap(std::string file, const YAML::Node& node, std::string place, std::vector<std::string> keys)
+    : file_(std::move(file)), node_(node), place_(std::move(place)), keys_(std::move(keys)) {
+  if (!node_.IsMap())
+    fail_at(node_, place_,
+            fmt::format("found {}, expected a mapping of {}", kind_of(node_), fmt::join(keys_, ", ")));
+  std::set<std::string> seen;
+  for (const auto& entry : node_) {
+    if (!entry.first.IsScalar()) fail_at(entry.first, place_, "a key is not plain text");
+    const std::string& key = entry.first.Scalar();
+    if (!seen.insert(key).second) fail_at(entry.first, place_of(key), "the key is there twice");
+    bool known = false;
+    for (const std::string& k : keys_) known = known || k == key;
+    if (known) continue;
+    const std::string hint = did_you_mean(key, keys_);
+    fail_at(entry.first, place_of(key),
+            hint.empty() ? fmt::format("unknown key, expected one of {}", fmt::join(keys_, ", "))
+                         : "unknown key" + hint);
+  }
+}
+
+std::string YamlMap::place_of(const std::string& key) const {
+  return place_.empty() ? key : key.empty() ? place_ : place_ + "." + key;
+}
+
+void YamlMap::fail_at(const YAML::Node& node, const std::string& place, const std::string& reason) const {
+  throw std::runtime_error(
+      fmt::format("{}:{}: {}{}{}", file_, node.Mark().line + 1, place, place.empty() ? "" : ": ", reason));
+}
+
+void YamlMap::fail(const std::string& key, const std::string& reason) const {
+  fail_at(!key.empty() && has(key) ? node_[key] : node_, place_of(key), reason);
+}
+
+YAML::Node YamlMap::at(const std::string& key) const {
+  if (!has(key)) fail_at(node_, place_, fmt::format("the key \"{}\" is missing", key));
+  return node_[key];
+}
+
+std::string YamlMap::text(const std::string& key) const {
+  const YAML::Node node = at(key);
+  if (!node.IsScalar() || node.Scalar().empty())
+    fail(key, fmt::format("found {}, expected text", kind_of(node)));
+  return node.Scalar();
+}
+
+double YamlMap::number(const std::string& key) const {
+  const YAML::Node node = at(key);
+  if (!node.IsScalar()) fail(key, fmt::format("found {}, expected a number", kind_of(node)));
+  std::array<double, 1> value{};
+  if (const auto wrong = parse_numbers(node.Scalar().c_str(), value))
+    fail(key, *wrong + ", expected a number");
+  return value[0];
+}
+
+long long YamlMap::integer(const std::string& key, long long min, long long max) const {
+  const YAML::Node node = at(key);
+  const std::string text = node.IsScalar() ? node.Scalar() : "";
+  long long value = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+  if (text.empty() || error != std::errc() || end != text.data() + text.size() || value < min || value > max)
+    fail(key, fmt::format("found {}, expected a whole number of {} to {}", kind_of(node), min, max));
+  return value;
+}
+
+Eigen::Vector3d YamlMap::vector3(const std::string& key) const {
+  const YAML::Node node = at(key);
+  if (!node.IsSequence() || node.size() != 3)
+    fail(key, fmt::format("found {}, expected a list of 3 numbers", kind_of(node)));
+  Eigen::Vector3d result;
+  for (std::size_t i = 0; i < 3; ++i) {
+    if (!node[i].IsScalar()) fail(key, fmt::format("found {} in it, expected a number", kind_of(node[i])));
+    std::array<double, 1> value{};
+    if (const auto wrong = parse_numbers(node[i].Scalar().c_str(), value))
+      fail(key, *wrong + ", expected a number");
+    result[static_cast<Eigen::Index>(i)] = value[0];
+  }
+  return result;
+}
+
+Eigen::Isometry3d YamlMap::pose() const {
+  const Eigen::Vector3d rpy = vector3("rpy_rad");
+  Eigen::Isometry3d X = Eigen::Isometry3d::Identity();
+  X.translation() = vector3("xyz_m");
+  X.linear() = (Eigen::AngleAxisd(rpy.z(), Eigen::Vector3d::UnitZ()) *
+                Eigen::AngleAxisd(rpy.y(), Eigen::Vector3d::UnitY()) *
+                Eigen::AngleAxisd(rpy.x(), Eigen::Vector3d::UnitX()))
+                   .toRotationMatrix();
+  return X;
+}
+
+std::filesystem::path YamlMap::existing_file(const std::string& key) const {
+  std::filesystem::path path = (std::filesystem::path(file_).parent_path() / text(key)).lexically_normal();
+  std::error_code error;
+  if (!std::filesystem::is_regular_file(path, error))
+    fail(key, fmt::format("there is no file {}", path.string()));
+  return path;
+}
+
+YamlMap YamlMap::map(const std::string& key, std::vector<std::string> keys) const {
+  return {file_, at(key), place_of(key), std::move(keys)};
+}
+
+std::vector<YamlMap> YamlMap::list(const std::string& key, const std::vector<std::string>& keys) const {
+  const YAML::Node node = at(key);
+  if (!node.IsSequence()) fail(key, fmt::format("found {}, expected a list", kind_of(node)));
+  std::vector<YamlMap> maps;
+  for (std::size_t i = 0; i < node.size(); ++i)
+    maps.emplace_back(file_, node[i], fmt::format("{}[{}]", place_of(key), i), keys);
+  return maps;
+}
+
+}  // namespace walkman
