@@ -47,6 +47,8 @@ function(walkman_library name)
   add_library(walkman_${name} STATIC ${ARG_SOURCES})
   add_library(walkman::${name} ALIAS walkman_${name})
   target_link_libraries(walkman_${name} PUBLIC walkman_settings ${ARG_PUBLIC} PRIVATE ${ARG_PRIVATE})
+  # A section a function: then the linker can tell which ones no program reaches (tests/house).
+  target_compile_options(walkman_${name} PRIVATE -ffunction-sections)
 endfunction()
 
 # walkman_test(NAME SOURCES... LINK targets...): a GoogleTest program; each of its cases is one CTest test. Tests run in
