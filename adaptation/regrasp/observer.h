@@ -4,7 +4,7 @@
 
 #include "adaptation/perception/stage_one.h"
 #include "drivers/camera/range_camera.h"
-#include "drivers/can/frame.h"
+#include "drivers/time.h"
 #include "urdf/reader/wrench.h"
 
 namespace walkman::regrasp {

@@ -5,7 +5,7 @@
 
 #include <Eigen/Core>
 
-#include "drivers/can/frame.h"
+#include "drivers/time.h"
 
 namespace walkman::camera {
 

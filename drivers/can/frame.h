@@ -2,19 +2,14 @@
 
 #include <algorithm>
 #include <array>
-#include <chrono>
 #include <cstdint>
 #include <cstring>
 #include <initializer_list>
 #include <span>
 
-namespace walkman {
+#include "drivers/time.h"
 
-/// Time since an arbitrary but fixed origin. On an emulated robot this is the emulated clock, on a real one
-/// CLOCK_MONOTONIC.
-using Time = std::chrono::nanoseconds;
-
-namespace can {
+namespace walkman::can {
 
 /// Longest payload of a CAN FD data frame, in bytes (ISO 11898-1).
 inline constexpr std::size_t kMaxPayload = 64;
@@ -54,5 +49,4 @@ struct StampedFrame {
   Frame frame;
 };
 
-}  // namespace can
-}  // namespace walkman
+}  // namespace walkman::can

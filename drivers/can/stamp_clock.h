@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "drivers/can/frame.h"
+#include "drivers/time.h"
 
 namespace walkman::can {
 

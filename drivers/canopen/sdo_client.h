@@ -6,6 +6,7 @@
 
 #include "drivers/can/frame.h"
 #include "drivers/canopen/sdo.h"
+#include "drivers/time.h"
 
 namespace walkman::canopen {
 

@@ -6,6 +6,7 @@
 
 #include "drivers/can/frame.h"
 #include "drivers/canopen/pdo_settings.h"
+#include "drivers/time.h"
 
 namespace walkman::canopen {
 

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "drivers/can/frame.h"
+#include "drivers/time.h"
 
 namespace walkman::robot {
 

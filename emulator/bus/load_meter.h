@@ -3,7 +3,7 @@
 #include <array>
 #include <cstdint>
 
-#include "drivers/can/frame.h"
+#include "drivers/time.h"
 
 namespace walkman::bus {
 

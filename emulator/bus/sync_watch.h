@@ -3,6 +3,7 @@
 #include <cstdint>
 
 #include "drivers/can/frame.h"
+#include "drivers/time.h"
 
 namespace walkman::bus {
 

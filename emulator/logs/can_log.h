@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "drivers/can/frame.h"
+#include "drivers/time.h"
 
 namespace walkman::bus {
 

@@ -3,7 +3,7 @@
 #include <functional>
 #include <memory>
 
-#include "drivers/can/frame.h"
+#include "drivers/time.h"
 
 namespace walkman::clock {
 

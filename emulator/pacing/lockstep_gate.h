@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "drivers/can/frame.h"
+#include "drivers/time.h"
 
 namespace walkman::clock {
 

@@ -2,7 +2,7 @@
 
 #include <cstdint>
 
-#include "drivers/can/frame.h"
+#include "drivers/time.h"
 
 namespace walkman::clock {
 

@@ -3,8 +3,8 @@
 #include <array>
 #include <cstdint>
 
-#include "drivers/can/frame.h"
 #include "drivers/canopen/nmt.h"
+#include "drivers/time.h"
 #include "emulator/nodes/cia301/object_dictionary.h"
 #include "emulator/nodes/cia301/outbox.h"
 

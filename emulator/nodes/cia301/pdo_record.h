@@ -6,7 +6,7 @@
 #include <span>
 #include <vector>
 
-#include "drivers/can/frame.h"
+#include "drivers/time.h"
 #include "emulator/nodes/cia301/object_dictionary.h"
 
 namespace walkman::nodes {

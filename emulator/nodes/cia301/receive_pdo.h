@@ -1,6 +1,7 @@
 #pragma once
 
 #include "drivers/can/frame.h"
+#include "drivers/time.h"
 #include "emulator/nodes/cia301/pdo_record.h"
 
 namespace walkman::nodes {

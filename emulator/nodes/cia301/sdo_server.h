@@ -5,6 +5,7 @@
 #include <span>
 
 #include "drivers/can/frame.h"
+#include "drivers/time.h"
 #include "emulator/nodes/cia301/object_dictionary.h"
 #include "emulator/nodes/cia301/outbox.h"
 

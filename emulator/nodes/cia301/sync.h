@@ -3,6 +3,7 @@
 #include <cstdint>
 
 #include "drivers/can/frame.h"
+#include "drivers/time.h"
 #include "emulator/nodes/cia301/object_dictionary.h"
 #include "emulator/nodes/cia301/outbox.h"
 
