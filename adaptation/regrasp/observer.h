@@ -1,5 +1,6 @@
 #pragma once
 
+#include <stdexcept>
 #include <string_view>
 
 #include "adaptation/perception/stage_one.h"
@@ -8,6 +9,12 @@
 #include "urdf/reader/wrench.h"
 
 namespace walkman::regrasp {
+
+/// The run cannot go on; what() is one sentence for people. Whatever else ends a run is a defect.
+class RunStopped : public std::runtime_error {
+ public:
+  using std::runtime_error::runtime_error;
+};
 
 /// What one lift measured. T is the robot's stance (motion::Stance; its base where that is held), H the
 /// grasping hand's frame H_f.

@@ -2,7 +2,6 @@
 
 #include <array>
 #include <optional>
-#include <stdexcept>
 #include <string>
 #include <vector>
 
@@ -13,12 +12,6 @@
 #include "drivers/robot/robot.h"
 
 namespace walkman::regrasp {
-
-/// The run cannot go on; what() is one sentence for people.
-class RunStopped : public std::runtime_error {
- public:
-  using std::runtime_error::runtime_error;
-};
 
 /// Names of the parts of the robot that do the work.
 struct HandSide {

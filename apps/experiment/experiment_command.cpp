@@ -1,19 +1,20 @@
 #include <algorithm>
 #include <cstdio>
-#include <fstream>
 #include <thread>
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
-#include "apps/shared/commands.h"
-#include "apps/shared/data_directory.h"
-#include "apps/shared/exit_code.h"
 #include "apps/experiment/paper_table.h"
 #include "apps/experiment/progress_line.h"
 #include "apps/experiment/repetition_pool.h"
+#include "apps/experiment/result_folder.h"
 #include "apps/experiment/result_report.h"
+#include "apps/shared/commands.h"
+#include "apps/shared/data_directory.h"
+#include "apps/shared/exit_code.h"
 #include "apps/shared/master_options.h"
+#include "apps/shared/stop_signals.h"
 #include "emulator/scene/scene.h"
 
 namespace walkman::apps {
@@ -29,10 +30,20 @@ struct Options {
   bool state_log = false, as_json = false;
 };
 
-/// The first repetition's files lie in the folder itself, the others' in folders of their own.
-std::filesystem::path folder_of(const std::filesystem::path& out, int index) {
-  return index == 0 ? out : out / fmt::format("repetition-{:02}", index + 1);
+/// What the repetitions have come to so far; interrupted as long as one has not.
+ExperimentResult collected(int number, const TableRow& paper,
+                           const std::vector<std::optional<RepetitionResult>>& results) {
+  ExperimentResult out;
+  out.number = number;
+  out.paper = paper;
+  for (const auto& result : results) {
+    if (result) out.repetitions.push_back(*result);
+  }
+  out.interrupted = out.repetitions.size() < results.size();
+  return out;
 }
+
+std::string json_text(const ExperimentResult& result) { return to_json(result).dump(2) + "\n"; }
 
 int run_experiment(const Options& options) {
   const std::filesystem::path data = data_directory();
@@ -49,37 +60,47 @@ int run_experiment(const Options& options) {
   const std::uint64_t seed =
       options.seed ? static_cast<std::uint64_t>(*options.seed) : load_scene(scene).seed;
   const robot::RobotOptions robot_options = load_robot_options(options.master, data);
+  StopSignals signals;  // before any child
+  RepetitionOptions repetition;
+  repetition.scene = scene;
+  repetition.parameters = options.parameters.empty() ? data / "adaptation" / "parameters.yaml"
+                                                     : std::filesystem::path(options.parameters);
+  repetition.actuators = data / "emulator" / "plant" / "actuators";
+  repetition.robot = robot_options;
+  repetition.state_log = options.state_log;
+  require_valid(repetition);
+  const ResultFolder folder(out);
   std::vector<RepetitionOptions> repetitions;
   for (int i = 0; i < options.repeat; ++i) {
-    RepetitionOptions repetition;
-    repetition.scene = scene;
-    repetition.parameters = options.parameters.empty() ? data / "adaptation" / "parameters.yaml"
-                                                       : std::filesystem::path(options.parameters);
-    repetition.actuators = data / "emulator" / "plant" / "actuators";
     repetition.seed = seed + static_cast<std::uint64_t>(i);
-    repetition.out = folder_of(out, i);
-    repetition.robot = robot_options;
-    repetition.state_log = options.state_log;
-    repetitions.push_back(std::move(repetition));
+    repetition.out = folder.of_repetition(i);
+    repetitions.push_back(repetition);
   }
 
-  ExperimentResult result;
-  result.number = options.number;
-  result.paper = *paper;
+  std::vector<std::optional<RepetitionResult>> results(repetitions.size());
+  folder.clear();
+  // From now on there is a result, of what is done so far: whatever ends this run, it is marked as
+  // interrupted.
+  folder.write_result(json_text(collected(options.number, *paper, results)));
   {
     ProgressLine line;
-    result.repetitions =
-        run_repetitions(repetitions, options.jobs, [&](std::size_t index, const Progress& p) {
-          line.show(fmt::format(
-              "experiment {}  repetition {}/{}  {:<8}  {:6.2f} s simulated  {:4.2f} x real time",
-              options.number, index + 1, options.repeat, p.phase, p.simulated_seconds, p.real_time_factor));
-        });
+    PoolEvents events;
+    events.progress = [&](std::size_t index, const Progress& p) {
+      line.show(fmt::format(
+          "experiment {}  repetition {}/{}  {:<8}  {:6.2f} s simulated  {:4.2f} x real time", options.number,
+          index + 1, options.repeat, p.phase, p.simulated_seconds, p.real_time_factor));
+    };
+    events.completed = [&](std::size_t index, const RepetitionResult& completed) {
+      results[index] = completed;
+      ExperimentResult so_far = collected(options.number, *paper, results);
+      so_far.interrupted = true;
+      folder.write_result(json_text(so_far));
+    };
+    results = run_repetitions(repetitions, options.jobs, events, &signals);
   }
-  const std::string json = to_json(result).dump(2) + "\n";
-  std::ofstream file(out / "result.json");
-  file << json;
-  file.close();
-  if (!file) throw std::runtime_error((out / "result.json").string() + ": cannot be written");
+  const ExperimentResult result = collected(options.number, *paper, results);
+  const std::string json = json_text(result);
+  folder.write_result(json);
   if (options.as_json) {
     std::fputs(json.c_str(), stdout);
   } else {
@@ -88,6 +109,15 @@ int run_experiment(const Options& options) {
                            out.string(), options.state_log ? ", state.csv" : "")
                    .c_str(),
                stdout);
+  }
+  if (result.interrupted) {
+    std::fputs(fmt::format("walkman-hil: interrupted: {} of {} repetitions done, kept in {}\n",
+                           result.repetitions.size(), repetitions.size(), out.string())
+                   .c_str(),
+               stderr);
+  }
+  for (const RepetitionResult& done : result.repetitions) {
+    if (!done.unwritten.empty()) throw EnvironmentError(done.unwritten);
   }
   return result.succeeded() ? kOk : kTaskFailed;
 }

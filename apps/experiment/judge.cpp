@@ -1,8 +1,15 @@
 #include "apps/experiment/judge.h"
 
+#include <algorithm>
+#include <cmath>
 #include <stdexcept>
 
 #include <fmt/format.h>
+
+#include "adaptation/regrasp/session.h"
+#include "adaptation/wrench/com_line.h"
+#include "apps/shared/exit_code.h"
+#include "apps/shared/result_files.h"
 
 namespace walkman::apps {
 namespace {
@@ -11,19 +18,75 @@ constexpr int kRootLink = 0;           // parents come before their children
 constexpr int kObject = 0;             // the experiments have one object
 constexpr double kLiftedClear = 0.03;  // m above where it lay
 
+constexpr double kTorqueTolerance = 0.1;  // N·m
+constexpr double kTorqueShare = 0.1;      // of the reported torque
+
+/// Which of the device table's force/torque sensors sits at a frame.
+int sensor_at(const std::string& frame, const DeviceTable& devices) {
+  int place = 0;
+  for (const Bus& bus : devices.buses) {
+    for (const Device& device : bus.devices) {
+      if (device.kind != DeviceKind::kForceTorque) continue;
+      if (device.name == frame) return place;
+      ++place;
+    }
+  }
+  throw std::runtime_error("the device table has no force/torque sensor '" + frame + "'");
+}
+
+/// The links with mass that hang on a link, itself included.
+std::vector<std::size_t> links_below(const RobotModel& robot, int root) {
+  std::vector<bool> below(robot.links.size(), false);
+  std::vector<std::size_t> out;
+  for (std::size_t i = 0; i < robot.links.size(); ++i) {
+    const int joint = robot.links[i].parent_joint;
+    below[i] = static_cast<int>(i) == root ||
+               (joint >= 0 &&
+                below[static_cast<std::size_t>(robot.joints[static_cast<std::size_t>(joint)].parent_link)]);
+    if (below[i] && robot.links[i].mass > 0) out.push_back(i);
+  }
+  return out;
+}
+
 }  // namespace
 
-Judge::Judge(const Emulator& emulator, const Scene& scene,
-             std::function<void(std::string_view)> phase_changed, std::function<void(Time)> each_cycle)
+std::optional<std::string> contradiction(const regrasp::Weighing& reported, const TrueWeighing& truth,
+                                         double displacement_threshold) {
+  if (!(std::abs(truth.com_error) <= displacement_threshold)) {
+    return fmt::format(
+        "the true centre of mass is {:.1f} mm to the {} of where it was reported, expected at most {:.1f} mm",
+        1e3 * std::abs(truth.com_error), truth.com_error < 0 ? "right" : "left",
+        1e3 * displacement_threshold);
+  }
+  const double found = std::abs(truth.torque), said = std::abs(reported.torque);
+  const double tolerance = std::max(kTorqueTolerance, kTorqueShare * said);
+  if (!(std::abs(found - said) <= tolerance)) {
+    return fmt::format(
+        "the true torque is {:.3f} N·m and {:.3f} N·m was reported, expected at most {:.3f} N·m between them",
+        found, said, tolerance);
+  }
+  return std::nullopt;
+}
+
+Judge::Judge(const Emulator& emulator, const Scene& scene, const RobotModel& robot,
+             const DeviceTable& devices, std::function<void(std::string_view)> phase_changed,
+             std::function<void(Time)> each_cycle)
     : emulator_(emulator),
       scene_(scene),
+      robot_(robot),
       phase_changed_(std::move(phase_changed)),
-      each_cycle_(std::move(each_cycle)) {}
+      each_cycle_(std::move(each_cycle)) {
+  const regrasp::HandSide side;
+  sensor_ = sensor_at(side.sensor_frame, devices);
+  sensor_link_ = robot.link_index(side.sensor_frame);
+  grasp_link_ = robot.link_index(side.grasp_frame);
+  hand_links_ = links_below(robot, sensor_link_);
+}
 
 void Judge::trace_to(const std::filesystem::path& csv_file) {
   trace_file_ = csv_file;
-  trace_.open(csv_file);
-  if (!trace_) throw std::runtime_error(csv_file.string() + ": cannot be written");
+  trace_.open(partial(csv_file));
+  if (!trace_) throw EnvironmentError(csv_file.string() + ": cannot be written");
   trace_ << "# wrist force/torque sensor's reading about and in its own frame, and the hand's measured "
             "position in the "
             "stance frame\n"
@@ -31,17 +94,29 @@ void Judge::trace_to(const std::filesystem::path& csv_file) {
 }
 
 void Judge::finish() {
-  if (!trace_.is_open()) return;
-  trace_.close();
-  if (!trace_) throw std::runtime_error(trace_file_.string() + ": cannot be written to the end");
+  if (trace_.is_open()) {
+    trace_.close();
+    if (!trace_) throw EnvironmentError(trace_file_.string() + ": cannot be written to the end");
+    publish(trace_file_);
+  }
+  if (!cloud_error_.empty()) throw EnvironmentError(cloud_error_);
 }
 
 void Judge::on_phase(std::string_view phase, Time) {
   phase_ = phase;
+  if (phase == "weigh") {
+    load_.clear();
+    newest_load_ = object_load();
+  }
   if (phase_changed_) phase_changed_(phase);
 }
 
 void Judge::on_cycle(Time now, const Wrench& F, const Eigen::Isometry3d& X_TH) {
+  if (phase_ == "weigh") {
+    // A weighing takes a cycle's reading before it waits for the next, so the last one is not in it.
+    load_.add(newest_load_);
+    newest_load_ = object_load();
+  }
   if (each_cycle_) each_cycle_(now);
   if (!trace_.is_open()) return;
   const Eigen::Vector3d p = X_TH.translation();
@@ -52,7 +127,12 @@ void Judge::on_cycle(Time now, const Wrench& F, const Eigen::Isometry3d& X_TH) {
 
 void Judge::on_located(const camera::OrganizedCloud& cloud, const perception::StageOneResult&) {
   if (cloud_file_.empty()) return;
-  perception::write_pcd(cloud_file_, cloud);
+  try {
+    perception::write_pcd(partial(cloud_file_), cloud);
+    publish(cloud_file_);
+  } catch (const std::runtime_error& e) {
+    cloud_error_ = e.what();  // the run goes on without
+  }
   cloud_file_.clear();
 }
 
@@ -68,7 +148,38 @@ void Judge::on_grasp(const Eigen::Isometry3d& X_TG) {
 
 void Judge::on_weighed(const regrasp::Weighing& weighing) {
   weighings_.push_back(weighing);
+  true_weighings_.push_back(judged(weighing));
   always_held_ = always_held_ && held_now();
+}
+
+/// What the wrist truly carries beside the hand: about the true Ho, in W.
+Wrench Judge::object_load() const {
+  const plant::Plant& plant = emulator_.plant();
+  const Eigen::Isometry3d X_WS = plant.X_WL(sensor_link_);
+  const Wrench& F_So_S = plant.F_So_S(sensor_);
+  Wrench F_So_W{X_WS.linear() * F_So_S.torque, X_WS.linear() * F_So_S.force};
+  for (const std::size_t i : hand_links_) {
+    const Link& link = robot_.links[i];
+    const Eigen::Vector3d weight(0, 0, -link.mass * plant::Plant::kGravity);
+    const Eigen::Vector3d p_WLcm = plant.X_WL(static_cast<int>(i)) * link.p_LLcm;
+    F_So_W.force -= weight;
+    F_So_W.torque -= (p_WLcm - X_WS.translation()).cross(weight);
+  }
+  return wrench::shift(F_So_W, plant.X_WL(grasp_link_).translation() - X_WS.translation());
+}
+
+TrueWeighing Judge::judged(const regrasp::Weighing& reported) const {
+  const plant::Plant& plant = emulator_.plant();
+  const Eigen::Isometry3d X_WH = plant.X_WL(grasp_link_);
+  const Eigen::Vector3d p_WCm = plant.X_WO(kObject) * plant.object(kObject).p_OOcm();
+  const Eigen::Vector3d right_W = X_WH.linear().col(0);
+  const Eigen::Vector3d level_W(right_W.x(), right_W.y(), 0);
+  TrueWeighing out;
+  out.displacement = level_W.dot(p_WCm - X_WH.translation()) / level_W.squaredNorm();
+  out.torque = std::copysign(load_.mean().torque.norm(), out.displacement);
+  const Eigen::Vector3d said_W = X_WT_ * (reported.X_TH * Eigen::Vector3d(reported.displacement, 0, 0));
+  out.com_error = right_W.dot(said_W - X_WH.translation()) - out.displacement;
+  return out;
 }
 
 bool Judge::held_now() const {

@@ -1,30 +1,51 @@
 #pragma once
 
+#include <filesystem>
 #include <fstream>
 #include <functional>
+#include <optional>
+#include <string>
 #include <vector>
 
 #include "adaptation/regrasp/observer.h"
+#include "adaptation/wrench/wrench_average.h"
 #include "emulator/emulator.h"
 #include "emulator/scene/scene.h"
 
 namespace walkman::apps {
 
+/// What one weighing should have reported: by the plant, over the same cycles, with the paper's definitions
+/// (sec. 3.2) in the plant's own poses.
+struct TrueWeighing {
+  double torque = 0;        ///< norm of the load's torque about the true grasp frame, N·m, signed like d
+  double displacement = 0;  ///< d from the true grasp frame to the object's true centre of mass, m
+  double com_error = 0;     ///< reported less true centre of mass along the handle, m: where the hand was
+                            ///< thought to be is in it
+};
+
+/// Why what was reported is not so, one sentence; none when it is: the centre of mass within
+/// `displacement_threshold` (m) of where it was reported, the torque within 0.1 N·m or 10 % of the reported.
+[[nodiscard]] std::optional<std::string> contradiction(const regrasp::Weighing& reported,
+                                                       const TrueWeighing& truth,
+                                                       double displacement_threshold);
+
 /// Watches a run from both sides of the wire: notes what the pipeline believes, and what the plant knows.
 ///
-/// Where a grasp lies on the object and whether the object is held is ground truth; nothing of it goes back.
+/// Where a grasp lies on the object, what it weighs and whether it is held is ground truth; nothing of it
+/// goes back.
 class Judge : public regrasp::Observer {
  public:
   /// `phase_changed` is told every phase as it begins, `each_cycle` every cycle's time.
-  Judge(const Emulator& emulator, const Scene& scene, std::function<void(std::string_view)> phase_changed,
-        std::function<void(Time)> each_cycle);
+  Judge(const Emulator& emulator, const Scene& scene, const RobotModel& robot, const DeviceTable& devices,
+        std::function<void(std::string_view)> phase_changed, std::function<void(Time)> each_cycle);
 
-  /// Writes the wrench trace from now on, as CSV.
+  /// Writes the wrench trace from now on, as CSV. Throws EnvironmentError.
   void trace_to(const std::filesystem::path& csv_file);
   /// Writes the first cloud as PCD.
   void keep_cloud(std::filesystem::path pcd_file) { cloud_file_ = std::move(pcd_file); }
 
-  /// Brings the trace to its file. Throws std::runtime_error when any of it could not be written.
+  /// Brings the trace to its file. Throws EnvironmentError when any of it, or the cloud, could not be
+  /// written.
   void finish();
 
   void on_phase(std::string_view phase, Time now) override;
@@ -37,23 +58,35 @@ class Judge : public regrasp::Observer {
   /// Where each chosen grasp frame lay on the object, m from its left end, when it was chosen.
   [[nodiscard]] const std::vector<double>& grasp_positions() const { return grasp_positions_; }
   [[nodiscard]] const std::vector<regrasp::Weighing>& weighings() const { return weighings_; }
+  /// One for each of `weighings`.
+  [[nodiscard]] const std::vector<TrueWeighing>& true_weighings() const { return true_weighings_; }
   /// At each weighing the object hung free of everything but the hand.
   [[nodiscard]] bool always_held() const { return always_held_; }
   /// The object hangs free now.
   [[nodiscard]] bool held_now() const;
 
  private:
+  [[nodiscard]] Wrench object_load() const;
+  [[nodiscard]] TrueWeighing judged(const regrasp::Weighing& reported) const;
+
   const Emulator& emulator_;
   const Scene& scene_;
+  const RobotModel& robot_;
+  int sensor_ = -1, sensor_link_ = -1, grasp_link_ = -1;
+  std::vector<std::size_t> hand_links_;  // with mass, below the sensor
   std::function<void(std::string_view)> phase_changed_;
   std::function<void(Time)> each_cycle_;
   std::filesystem::path cloud_file_;
+  std::string cloud_error_;
   std::filesystem::path trace_file_;
   std::ofstream trace_;
   std::string phase_;
   Eigen::Isometry3d X_WT_ = Eigen::Isometry3d::Identity();  // where the stance is in the plant's world
   std::vector<double> grasp_positions_;
   std::vector<regrasp::Weighing> weighings_;
+  std::vector<TrueWeighing> true_weighings_;
+  wrench::WrenchAverage load_;  // about the true Ho in W
+  Wrench newest_load_;
   bool always_held_ = true;
 };
 

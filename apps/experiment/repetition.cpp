@@ -3,16 +3,22 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <stdexcept>
+
+#include <fmt/format.h>
 
 #include "adaptation/regrasp/regrasp.h"
-#include "apps/shared/emulated_world.h"
 #include "apps/experiment/judge.h"
+#include "apps/shared/emulated_world.h"
+#include "apps/shared/exit_code.h"
 #include "apps/shared/lockstep_cycle.h"
 #include "apps/shared/master_options.h"
+#include "apps/shared/result_files.h"
+#include "apps/shared/scene_reach.h"
 #include "drivers/robot/robot.h"
-#include "emulator/logs/candump_log.h"
-#include "emulator/emulator.h"
 #include "emulator/datasheets/device_files.h"
+#include "emulator/emulator.h"
+#include "emulator/logs/candump_log.h"
 #include "emulator/logs/state_log.h"
 
 namespace walkman::apps {
@@ -36,8 +42,10 @@ class WireTap {
  public:
   WireTap(Emulator& emulator, const RepetitionOptions& options) {
     if (!options.out.empty()) {
-      log_ = std::make_unique<bus::CandumpLog>(options.out / "can.log");
-      if (options.state_log) states_ = std::make_unique<datasheets::StateLog>(options.out / "state.csv");
+      log_file_ = options.out / "can.log";
+      state_file_ = options.out / "state.csv";
+      log_ = std::make_unique<bus::CandumpLog>(partial(log_file_));
+      if (options.state_log) states_ = std::make_unique<datasheets::StateLog>(partial(state_file_));
     }
     for (bus::CanBus* bus : emulator.buses()) {
       if (log_) {
@@ -55,11 +63,18 @@ class WireTap {
     if (log_) log_->commit();
   }
   void finish() {
-    if (log_) log_->flush();
-    if (states_) states_->flush();
+    if (log_) {
+      log_->flush();
+      publish(log_file_);
+    }
+    if (states_) {
+      states_->flush();
+      publish(state_file_);
+    }
   }
 
  private:
+  std::filesystem::path log_file_, state_file_;
   std::unique_ptr<bus::CandumpLog> log_;
   std::unique_ptr<datasheets::StateLog> states_;
 };
@@ -104,6 +119,42 @@ TableRow table_row(const Scene& scene, const Judge& judge) {
   return row;
 }
 
+TrueRow true_row(const Judge& judge) {
+  TrueRow row;
+  if (judge.true_weighings().empty()) return row;
+  const TrueWeighing& first = judge.true_weighings().front();
+  const TrueWeighing& last = judge.true_weighings().back();
+  return {first.torque, first.displacement, last.torque, last.displacement, last.com_error};
+}
+
+/// The method came to its end; whether it is what it takes it for, the plant knows.
+void settle_outcome(const Judge& judge, double displacement_threshold, RepetitionResult& result) {
+  if (!judge.always_held() || !judge.held_now()) {
+    result.outcome = Outcome::kDropped;
+    return;
+  }
+  const auto reason =
+      contradiction(judge.weighings().back(), judge.true_weighings().back(), displacement_threshold);
+  if (!reason) return;
+  result.outcome = Outcome::kWrong;
+  result.reason = *reason;
+}
+
+/// Brings every file to its end; returns what kept one from it.
+std::string finish_files(WireTap& tap, Judge& judge) {
+  std::string unwritten;
+  const auto attempt = [&](const std::function<void()>& finish) {
+    try {
+      finish();
+    } catch (const std::runtime_error& e) {
+      if (unwritten.empty()) unwritten = e.what();
+    }
+  };
+  attempt([&] { judge.finish(); });
+  attempt([&] { tap.finish(); });
+  return unwritten;
+}
+
 }  // namespace
 
 std::string to_string(Outcome outcome) {
@@ -116,16 +167,28 @@ std::string to_string(Outcome outcome) {
       return "regrasp limit";
     case Outcome::kDropped:
       return "dropped";
+    case Outcome::kWrong:
+      return "wrong";
     case Outcome::kStopped:
       return "stopped";
   }
   return "unknown";
 }
 
+void require_valid(const RepetitionOptions& options) {
+  const Scene scene = load_scene(options.scene);
+  const RobotModel robot = load_robot_model(scene.robot_urdf);
+  require_reach(scene, robot);
+  require_fit(options.robot, load_device_table(scene.device_table, robot));
+  static_cast<void>(regrasp::load_parameters(options.parameters));
+}
+
 RepetitionResult run_repetition(const RepetitionOptions& options) {
   EmulatedWorld world(world_options(options));
   const regrasp::Parameters parameters = regrasp::load_parameters(options.parameters);
-  if (!options.out.empty()) std::filesystem::create_directories(options.out);
+  std::error_code folder_error;
+  if (!options.out.empty()) std::filesystem::create_directories(options.out, folder_error);
+  if (folder_error) throw EnvironmentError(options.out.string() + ": " + folder_error.message());
   require_fit(options.robot, world.devices);
   robot::RobotOptions robot_options = options.robot;
   robot_options.allow_overload = true;  // the emulated buses show what comes of it
@@ -142,7 +205,7 @@ RepetitionResult run_repetition(const RepetitionOptions& options) {
     if (options.progress) options.progress(progress);
   };
   Judge judge(
-      world.emulator, world.scene,
+      world.emulator, world.scene, world.robot, world.devices,
       [&](std::string_view phase) {
         progress.phase = phase;
         report_progress(world.emulator.now());
@@ -161,22 +224,31 @@ RepetitionResult run_repetition(const RepetitionOptions& options) {
   try {
     regrasp::Regrasp method(world.robot, robot, cycle, world.emulator.camera(), parameters, judge);
     result.outcome = outcome_of(method.run().ending);
-    if (!judge.always_held() || !judge.held_now()) result.outcome = Outcome::kDropped;
-  } catch (const std::exception& stop) {
+    settle_outcome(judge, parameters.stage_two.displacement_threshold, result);
+  } catch (const regrasp::RunStopped& stop) {
     result.outcome = Outcome::kStopped;
     result.reason = stop.what() + full_buses(world.emulator);
+  } catch (const std::exception& e) {
+    throw std::logic_error(fmt::format("seed {}, {:.3f} s, {}: {}", options.seed,
+                                       seconds(world.emulator.now()), progress.phase, e.what()));
   }
   if (!options.out.empty()) {
     // As the master has left the PDOs at boot.
-    static_cast<void>(datasheets::write_dbc_files(
-        datasheets::wired_buses(world.devices, world.emulator.buses()), options.out / "dbc"));
+    try {
+      static_cast<void>(datasheets::write_dbc_files(
+          datasheets::wired_buses(world.devices, world.emulator.buses()), partial(options.out / "dbc")));
+      publish_folder(options.out / "dbc");
+    } catch (const std::runtime_error& e) {
+      result.unwritten = e.what();
+    }
   }
   robot.stop();
   cycle.next();  // the drives take their quick stop, and their brakes hold
-  judge.finish();
-  tap.finish();
+  const std::string unwritten = finish_files(tap, judge);
+  if (result.unwritten.empty()) result.unwritten = unwritten;
   report_progress(world.emulator.now());
   result.row = table_row(world.scene, judge);
+  result.truth = true_row(judge);
   result.weighed = !judge.weighings().empty();
   result.regrasps = std::max(0, static_cast<int>(judge.weighings().size()) - 1);
   result.simulated_seconds = progress.simulated_seconds;

@@ -22,17 +22,36 @@ struct TableRow {
   double reduction_percent = 0;  ///< 100 (1 − |τ'| / |τ|)
 };
 
-enum class Outcome { kMinimumTorque, kMinimumDisplacement, kRegraspLimit, kDropped, kStopped };
+/// How a repetition ended. The first three are the method's own words; the truth may deny them.
+enum class Outcome {
+  kMinimumTorque,
+  kMinimumDisplacement,
+  kRegraspLimit,
+  kDropped,  ///< at a weighing the object did not hang free
+  kWrong,    ///< the last weighing is not what the plant says (see `contradiction`)
+  kStopped,  ///< by regrasp::RunStopped
+};
+
+/// What `tau`, `tau_after`, `d` and `d_after` of a row should have been, by the plant.
+struct TrueRow {
+  double tau = 0;        ///< N·m
+  double d = 0;          ///< m
+  double tau_after = 0;  ///< N·m
+  double d_after = 0;    ///< m
+  double com_error = 0;  ///< reported less true centre of mass along the handle at the last weighing, m
+};
 
 [[nodiscard]] std::string to_string(Outcome outcome);
 
 struct RepetitionResult {
   std::uint64_t seed = 0;
   TableRow row;
+  TrueRow truth;         ///< means something when `weighed`
   bool weighed = false;  ///< at least one lift was; else only d_r and d_v of the row mean anything
   int regrasps = 0;
   Outcome outcome = Outcome::kStopped;
-  std::string reason;  ///< of a stop
+  std::string reason;     ///< of a stop or a wrong result, one sentence
+  std::string unwritten;  ///< which file could not be written completely, one sentence; empty: all were
   double simulated_seconds = 0;
   double real_time_factor = 0;
 };
@@ -58,8 +77,13 @@ struct RepetitionOptions {
   std::function<bool(const std::string& bus, std::uint32_t can_id, double seconds)> wire;
 };
 
-/// Runs the method once, from power-on to the last weighing, against a fresh emulated robot.
-/// Throws std::runtime_error for files that do not fit; what goes wrong on the run is an outcome.
+/// Throws std::runtime_error, one sentence, for files that do not fit: before anything is run or written.
+void require_valid(const RepetitionOptions& options);
+
+/// Runs the method once, from power-on to the last weighing, against a fresh emulated robot. Files have their
+/// names when they are complete, and ".partial" behind them before. Throws std::runtime_error for files that
+/// do not fit, EnvironmentError when none can be written, and std::logic_error for whatever ends the run but
+/// regrasp::RunStopped: that one is an outcome.
 [[nodiscard]] RepetitionResult run_repetition(const RepetitionOptions& options);
 
 }  // namespace walkman::apps

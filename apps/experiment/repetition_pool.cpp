@@ -2,6 +2,7 @@
 
 #include <cerrno>
 #include <chrono>
+#include <csignal>
 #include <cstring>
 #include <exception>
 #include <optional>
@@ -10,10 +11,13 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 #include <poll.h>
+#include <sys/prctl.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
 #include "apps/experiment/result_report.h"
+#include "apps/shared/exit_code.h"
+#include "apps/shared/stop_signals.h"
 
 namespace walkman::apps {
 namespace {
@@ -40,6 +44,10 @@ void write_line(int pipe, const nlohmann::json& message) {
 
 /// The child's whole life: one repetition, its messages as JSON lines.
 [[noreturn]] void run_child(const RepetitionOptions& options, int pipe) {
+  prctl(PR_SET_PDEATHSIG, SIGKILL);  // what a killed parent leaves behind would go on writing
+  sigset_t none;
+  sigemptyset(&none);
+  sigprocmask(SIG_SETMASK, &none, nullptr);
   RepetitionOptions own = options;
   auto last = std::chrono::steady_clock::now() - kProgressInterval;
   own.progress = [&](const Progress& p) {
@@ -50,6 +58,8 @@ void write_line(int pipe, const nlohmann::json& message) {
   };
   try {
     write_line(pipe, {{"result", to_json(run_repetition(own))}});
+  } catch (const EnvironmentError& e) {
+    write_line(pipe, {{"environment", e.what()}});
   } catch (const std::runtime_error& e) {
     write_line(pipe, {{"error", e.what()}});
   } catch (const std::exception& e) {
@@ -73,19 +83,20 @@ Child start(std::size_t index, const RepetitionOptions& options) {
 }
 
 /// Takes whole lines out of what a child has sent.
-void take_messages(Child& child, std::optional<RepetitionResult>& result,
-                   const std::function<void(std::size_t, const Progress&)>& progress) {
+void take_messages(Child& child, std::optional<RepetitionResult>& result, const PoolEvents& events) {
   std::size_t end = 0;
   while ((end = child.received.find('\n')) != std::string::npos) {
     const auto message = nlohmann::json::parse(child.received.substr(0, end));
     child.received.erase(0, end + 1);
     if (message.contains("error")) throw std::runtime_error(message["error"].get<std::string>());
+    if (message.contains("environment")) throw EnvironmentError(message["environment"].get<std::string>());
     if (message.contains("defect")) throw std::logic_error(message["defect"].get<std::string>());
     if (message.contains("result")) {
       result = repetition_from_json(message["result"]);
-    } else if (progress) {
-      progress(child.index, {message["phase"].get<std::string>(), message["time"].get<double>(),
-                             message["rtf"].get<double>()});
+      if (events.completed) events.completed(child.index, *result);
+    } else if (events.progress) {
+      events.progress(child.index, {message["phase"].get<std::string>(), message["time"].get<double>(),
+                                    message["rtf"].get<double>()});
     }
   }
 }
@@ -98,13 +109,34 @@ bool read_from(Child& child) {
   return n > 0 || (n < 0 && errno == EINTR);
 }
 
+/// Children that have not been waited for yet; ends what is left of them.
+class Children {
+ public:
+  Children() = default;
+  Children(const Children&) = delete;
+  Children& operator=(const Children&) = delete;
+  ~Children() { end_all(); }
+
+  void end_all() {
+    for (const Child& child : running) {
+      kill(child.pid, SIGKILL);
+      waitpid(child.pid, nullptr, 0);
+      close(child.pipe);
+    }
+    running.clear();
+  }
+
+  std::vector<Child> running;
+};
+
 }  // namespace
 
-std::vector<RepetitionResult> run_repetitions(
-    const std::vector<RepetitionOptions>& repetitions, int jobs,
-    const std::function<void(std::size_t, const Progress&)>& progress) {
+std::vector<std::optional<RepetitionResult>> run_repetitions(
+    const std::vector<RepetitionOptions>& repetitions, int jobs, const PoolEvents& events,
+    StopSignals* signals) {
   std::vector<std::optional<RepetitionResult>> results(repetitions.size());
-  std::vector<Child> running;
+  Children children;
+  std::vector<Child>& running = children.running;
   std::exception_ptr error;
   std::size_t next = 0;
   while (!running.empty() || (next < repetitions.size() && !error)) {
@@ -113,36 +145,37 @@ std::vector<RepetitionResult> run_repetitions(
       ++next;
     }
     std::vector<pollfd> waits;
-    waits.reserve(running.size());
+    waits.reserve(running.size() + 1);
     for (const Child& child : running) waits.push_back({child.pipe, POLLIN, 0});
+    waits.push_back({signals == nullptr ? -1 : signals->descriptor(), POLLIN, 0});
     if (poll(waits.data(), waits.size(), -1) < 0 && errno != EINTR) break;
+    if (signals != nullptr && signals->arrived()) return results;
     for (std::size_t i = running.size(); i-- > 0;) {
       if ((waits[i].revents & (POLLIN | POLLHUP)) == 0) continue;
       Child& child = running[i];
       const bool open = read_from(child);
       try {
-        take_messages(child, results[child.index], progress);
+        take_messages(child, results[child.index], events);
       } catch (const std::exception&) {
-        error = std::current_exception();
+        if (!error) error = std::current_exception();
       }
       if (open) continue;
       int status = 0;
       waitpid(child.pid, &status, 0);
       close(child.pipe);
-      if (WIFSIGNALED(status)) {
+      if (!error && WIFSIGNALED(status)) {
         error = std::make_exception_ptr(std::logic_error(
             fmt::format("repetition {} died by signal {}", child.index + 1, WTERMSIG(status))));
+      }
+      if (!error && !results[child.index]) {
+        error = std::make_exception_ptr(
+            std::logic_error(fmt::format("repetition {} ended without a result", child.index + 1)));
       }
       running.erase(running.begin() + static_cast<std::ptrdiff_t>(i));
     }
   }
   if (error) std::rethrow_exception(error);
-  std::vector<RepetitionResult> complete;
-  for (std::size_t i = 0; i < results.size(); ++i) {
-    if (!results[i]) throw std::logic_error(fmt::format("repetition {} ended without a result", i + 1));
-    complete.push_back(*results[i]);
-  }
-  return complete;
+  return results;
 }
 
 }  // namespace walkman::apps

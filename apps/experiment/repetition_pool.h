@@ -1,18 +1,28 @@
 #pragma once
 
 #include <functional>
+#include <optional>
 #include <vector>
 
 #include "apps/experiment/repetition.h"
 
 namespace walkman::apps {
 
+class StopSignals;
+
+/// Told while repetitions run.
+struct PoolEvents {
+  std::function<void(std::size_t index, const Progress&)> progress;
+  std::function<void(std::size_t index, const RepetitionResult&)> completed;
+};
+
 /// Runs repetitions in child processes, at most `jobs` at a time: each has a world of its own, as if run
-/// alone, so the results do not depend on `jobs`. `progress` is told what repetition `index` is doing.
-/// Results are in the order of `repetitions`. Throws std::runtime_error with the child's sentence when one
-/// could not run at all.
-[[nodiscard]] std::vector<RepetitionResult> run_repetitions(
-    const std::vector<RepetitionOptions>& repetitions, int jobs,
-    const std::function<void(std::size_t index, const Progress&)>& progress);
+/// alone, so the results do not depend on `jobs`. Results are in the order of `repetitions`; at a signal the
+/// children are ended, and those that had no result yet have none. When one fails, no more are begun and the
+/// others come to their end first. Throws then std::runtime_error or EnvironmentError with the child's
+/// sentence, or std::logic_error for a defect or a child that died.
+[[nodiscard]] std::vector<std::optional<RepetitionResult>> run_repetitions(
+    const std::vector<RepetitionOptions>& repetitions, int jobs, const PoolEvents& events,
+    StopSignals* signals = nullptr);
 
 }  // namespace walkman::apps

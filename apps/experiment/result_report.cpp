@@ -25,6 +25,17 @@ constexpr std::array<Column, 8> kColumns = {{{"d_r", &TableRow::d_r, false},
                                              {"d_after", &TableRow::d_after},
                                              {"reduction_percent", &TableRow::reduction_percent}}};
 
+struct TrueColumn {
+  const char* key;
+  double TrueRow::*value;
+};
+
+constexpr std::array<TrueColumn, 5> kTrueColumns = {{{"tau_true", &TrueRow::tau},
+                                                     {"d_true", &TrueRow::d},
+                                                     {"tau_after_true", &TrueRow::tau_after},
+                                                     {"d_after_true", &TrueRow::d_after},
+                                                     {"com_error", &TrueRow::com_error}}};
+
 /// Six decimals: a micrometre, a micronewton-metre; finer is noise to a reader.
 double rounded(double value) { return std::round(value * 1e6) / 1e6; }
 
@@ -34,45 +45,58 @@ nlohmann::json row_json(const TableRow& row) {
   return json;
 }
 
+nlohmann::json row_json(const TableRow& row, const TrueRow& truth) {
+  nlohmann::json json = row_json(row);
+  for (const TrueColumn& column : kTrueColumns) json[column.key] = rounded(truth.*column.value);
+  return json;
+}
+
 std::string row_text(const TableRow& row) {
   return fmt::format("{:6.3f}  {:6.3f}  {:6.2f}  {:7.3f}  {:8.4f}  {:7.3f}  {:8.4f}  {:6.1f}", row.d_r,
                      row.d_v, row.f_g, row.tau, row.d, row.tau_after, row.d_after, row.reduction_percent);
 }
 
 constexpr std::array kOutcomes = {Outcome::kMinimumTorque, Outcome::kMinimumDisplacement,
-                                  Outcome::kRegraspLimit, Outcome::kDropped, Outcome::kStopped};
+                                  Outcome::kRegraspLimit,  Outcome::kDropped,
+                                  Outcome::kWrong,         Outcome::kStopped};
 
 }  // namespace
 
-std::optional<TableRow> ExperimentResult::mean() const {
+Mean ExperimentResult::mean() const {
   const auto complete = [](const RepetitionResult& r) { return r.outcome != Outcome::kStopped; };
-  const auto count = std::count_if(repetitions.begin(), repetitions.end(), complete);
-  if (count == 0) return std::nullopt;
-  TableRow mean;
+  Mean mean;
+  mean.n = static_cast<int>(std::count_if(repetitions.begin(), repetitions.end(), complete));
   for (const RepetitionResult& repetition : repetitions) {
     if (!complete(repetition)) continue;
     for (const Column& column : kColumns) {
-      mean.*column.value += repetition.row.*column.value / static_cast<double>(count);
+      mean.row.*column.value += repetition.row.*column.value / static_cast<double>(mean.n);
+    }
+    for (const TrueColumn& column : kTrueColumns) {
+      mean.truth.*column.value += repetition.truth.*column.value / static_cast<double>(mean.n);
     }
   }
   return mean;
 }
 
 bool ExperimentResult::succeeded() const {
-  return std::all_of(repetitions.begin(), repetitions.end(), [](const RepetitionResult& r) {
+  return !interrupted && std::all_of(repetitions.begin(), repetitions.end(), [](const RepetitionResult& r) {
     return r.outcome == Outcome::kMinimumTorque || r.outcome == Outcome::kMinimumDisplacement;
   });
 }
 
 nlohmann::json to_json(const RepetitionResult& result) {
-  nlohmann::json json = row_json(result.row);
-  for (const Column& column : kColumns) {
-    if (column.needs_weighing && !result.weighed) json[column.key] = nullptr;
+  nlohmann::json json = row_json(result.row, result.truth);
+  if (!result.weighed) {
+    for (const Column& column : kColumns) {
+      if (column.needs_weighing) json[column.key] = nullptr;
+    }
+    for (const TrueColumn& column : kTrueColumns) json[column.key] = nullptr;
   }
   json["seed"] = result.seed;
   json["regrasps"] = result.regrasps;
   json["outcome"] = to_string(result.outcome);
   if (!result.reason.empty()) json["reason"] = result.reason;
+  if (!result.unwritten.empty()) json["unwritten"] = result.unwritten;
   json["simulated_seconds"] = rounded(result.simulated_seconds);
   json["real_time_factor"] = std::round(result.real_time_factor * 1e3) / 1e3;
   return json;
@@ -84,6 +108,10 @@ RepetitionResult repetition_from_json(const nlohmann::json& json) {
     const nlohmann::json& value = json.at(column.key);
     if (!value.is_null()) result.row.*column.value = value.get<double>();
   }
+  for (const TrueColumn& column : kTrueColumns) {
+    const nlohmann::json& value = json.at(column.key);
+    if (!value.is_null()) result.truth.*column.value = value.get<double>();
+  }
   result.weighed = !json.at("tau").is_null();
   result.seed = json.at("seed").get<std::uint64_t>();
   result.regrasps = json.at("regrasps").get<int>();
@@ -92,6 +120,7 @@ RepetitionResult repetition_from_json(const nlohmann::json& json) {
     if (to_string(candidate) == outcome) result.outcome = candidate;
   }
   result.reason = json.value("reason", "");
+  result.unwritten = json.value("unwritten", "");
   result.simulated_seconds = json.at("simulated_seconds").get<double>();
   result.real_time_factor = json.at("real_time_factor").get<double>();
   return result;
@@ -100,11 +129,20 @@ RepetitionResult repetition_from_json(const nlohmann::json& json) {
 nlohmann::json to_json(const ExperimentResult& result) {
   nlohmann::json json;
   json["experiment"] = result.number;
+  json["interrupted"] = result.interrupted;
   json["repetitions"] = nlohmann::json::array();
-  for (const RepetitionResult& repetition : result.repetitions)
+  json["outcomes"] = nlohmann::json::object();
+  for (const RepetitionResult& repetition : result.repetitions) {
     json["repetitions"].push_back(to_json(repetition));
-  const std::optional<TableRow> mean = result.mean();
-  json["mean"] = mean ? row_json(*mean) : nlohmann::json();
+    nlohmann::json& count = json["outcomes"][to_string(repetition.outcome)];
+    count = count.is_null() ? 1 : count.get<int>() + 1;
+  }
+  const Mean mean = result.mean();
+  json["mean"] = row_json(mean.row, mean.truth);
+  if (mean.n == 0) {
+    for (auto& value : json["mean"]) value = nullptr;
+  }
+  json["mean"]["n"] = mean.n;
   json["paper"] = row_json(result.paper);
   return json;
 }
@@ -114,15 +152,19 @@ std::string to_text(const ExperimentResult& result) {
   text +=
       "              d_r     d_v     f_g      tau         d     tau'        d'  reduction  regrasps  "
       "outcome\n";
-  text += "                m       m       N       Nm         m       Nm         m          %\n";
+  text += "                m       m       N      N·m         m      N·m         m          %\n";
   for (const RepetitionResult& r : result.repetitions) {
     const std::string row =
         r.weighed ? row_text(r.row) : fmt::format("{:6.3f}  {:<66}", r.row.d_r, "nothing weighed");
     text += fmt::format("seed {:<6} {}     {:8d}  {}{}\n", r.seed, row, r.regrasps, to_string(r.outcome),
                         r.reason.empty() ? "" : ": " + r.reason);
   }
-  if (const std::optional<TableRow> mean = result.mean())
-    text += fmt::format("mean        {}\n", row_text(*mean));
+  const Mean mean = result.mean();
+  const std::size_t stopped = result.repetitions.size() - static_cast<std::size_t>(mean.n);
+  if (mean.n > 0) {
+    text += fmt::format("mean        {}                  of {}{}\n", row_text(mean.row), mean.n,
+                        stopped == 0 ? "" : fmt::format(", {} stopped", stopped));
+  }
   text += fmt::format("paper       {}\n", row_text(result.paper));
   return text;
 }

@@ -9,19 +9,27 @@
 
 namespace walkman::apps {
 
+/// Mean over the repetitions that ran to their end, whatever end: all but the stopped ones.
+struct Mean {
+  int n = 0;  ///< how many these are; 0: the rows mean nothing
+  TableRow row;
+  TrueRow truth;
+};
+
 struct ExperimentResult {
   int number = 1;
-  std::vector<RepetitionResult> repetitions;
+  std::vector<RepetitionResult> repetitions;  ///< those that came to a result
   TableRow paper;
+  bool interrupted = false;  ///< not every repetition asked for came to a result
 
-  /// Mean over the repetitions that ran to their end; none when no repetition did.
-  [[nodiscard]] std::optional<TableRow> mean() const;
+  [[nodiscard]] Mean mean() const;
   /// Every repetition ended with the object held where the wrist's torque is least.
   [[nodiscard]] bool succeeded() const;
 };
 
-/// {"experiment", "repetitions": [...], "mean", "paper"}; SI units, distances along the object from its left
-/// end. Only `real_time_factor` differs from run to run.
+/// {"experiment", "interrupted", "repetitions": [...], "outcomes": {OUTCOME: how many}, "mean" with its "n",
+/// "paper"}; SI units, distances along the object from its left end. Only `real_time_factor` differs from run
+/// to run.
 [[nodiscard]] nlohmann::json to_json(const ExperimentResult& result);
 [[nodiscard]] nlohmann::json to_json(const RepetitionResult& result);
 [[nodiscard]] RepetitionResult repetition_from_json(const nlohmann::json& json);

@@ -4,6 +4,7 @@
 
 #include "apps/shared/commands.h"
 #include "apps/shared/exit_code.h"
+#include "apps/shared/standard_streams.h"
 
 namespace {
 
@@ -28,6 +29,7 @@ bool is_unknown_verb(const CLI::App& app, int argc, char** argv) {
 }  // namespace
 
 int main(int argc, char** argv) {
+  walkman::apps::secure_standard_streams();
   CLI::App app{"walkman-hil: test WALK-MAN's drivers and manipulation without WALK-MAN"};
   app.name("walkman-hil");
   app.require_subcommand(1);
@@ -51,10 +53,10 @@ int main(int argc, char** argv) {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& e) {
     const int code = app.exit(e);
-    return code == 0 ? walkman::apps::kOk : walkman::apps::kBadInput;
+    return walkman::apps::checked_output(code == 0 ? walkman::apps::kOk : walkman::apps::kBadInput);
   }
   try {
-    return run();
+    return walkman::apps::checked_output(run());
   } catch (const walkman::apps::EnvironmentError& e) {
     std::fprintf(stderr, "walkman-hil: %s\n", e.what());
     return walkman::apps::kEnvironment;

@@ -15,6 +15,7 @@ RepetitionResult repetition(std::uint64_t seed, double tau, Outcome outcome) {
   RepetitionResult r;
   r.seed = seed;
   r.row = {0.52, 0.44, 11.7, tau, 0.08, -0.02, -0.001, 98};
+  r.truth = {tau + 0.01, 0.081, -0.03, -0.002, 0.0005};
   r.weighed = true;
   r.regrasps = 1;
   r.outcome = outcome;
@@ -37,16 +38,42 @@ TEST(ResultReport, HasThePapersFieldsARepetition) {
   EXPECT_FALSE(json["repetitions"][0].contains("reason"));
 }
 
-TEST(ResultReport, MeanLeavesOutStoppedRepetitions) {
+TEST(ResultReport, TheTruthStandsBesideWhatWasMeasured) {
+  ExperimentResult result;
+  result.repetitions = {repetition(1, 0.9, Outcome::kWrong)};
+  result.repetitions[0].reason = "the true centre of mass is elsewhere";
+  const nlohmann::json json = to_json(result);
+  for (const nlohmann::json& row : {json["repetitions"][0], json["mean"]}) {
+    EXPECT_EQ(row["tau"], 0.9);
+    EXPECT_EQ(row["tau_true"], 0.91);
+    EXPECT_EQ(row["tau_after"], -0.02);
+    EXPECT_EQ(row["tau_after_true"], -0.03);
+    EXPECT_EQ(row["d_after_true"], -0.002);
+    EXPECT_EQ(row["com_error"], 0.0005);
+  }
+  EXPECT_EQ(json["repetitions"][0]["outcome"], "wrong");
+  EXPECT_FALSE(result.succeeded());
+  EXPECT_THAT(to_text(result), HasSubstr("wrong: the true centre of mass is elsewhere"));
+}
+
+TEST(ResultReport, MeanSaysOfHowManyItIsAndEveryOutcomeIsCounted) {
   ExperimentResult result;
   result.repetitions = {repetition(1, 0.8, Outcome::kMinimumTorque),
                         repetition(2, 1.0, Outcome::kMinimumDisplacement),
                         repetition(3, 99, Outcome::kStopped)};
-  ASSERT_TRUE(result.mean());
-  EXPECT_DOUBLE_EQ(result.mean()->tau, 0.9);
+  EXPECT_EQ(result.mean().n, 2);
+  EXPECT_DOUBLE_EQ(result.mean().row.tau, 0.9);
   EXPECT_FALSE(result.succeeded());
+  const nlohmann::json json = to_json(result);
+  EXPECT_EQ(json["mean"]["n"], 2);
+  EXPECT_EQ(json["outcomes"],
+            nlohmann::json({{"minimum torque", 1}, {"minimum displacement", 1}, {"stopped", 1}}));
+  EXPECT_THAT(to_text(result), HasSubstr("of 2, 1 stopped"));
   result.repetitions.pop_back();
   EXPECT_TRUE(result.succeeded());
+  result.interrupted = true;
+  EXPECT_FALSE(result.succeeded());
+  result.interrupted = false;
   result.repetitions[0].outcome = Outcome::kDropped;
   EXPECT_FALSE(result.succeeded());
 }
@@ -56,7 +83,9 @@ TEST(ResultReport, WhatWasNotMeasuredIsNull) {
   result.repetitions = {repetition(1, 0, Outcome::kStopped)};
   result.repetitions[0].weighed = false;
   const nlohmann::json json = to_json(result);
-  EXPECT_TRUE(json["mean"].is_null());
+  EXPECT_EQ(json["mean"]["n"], 0);
+  EXPECT_TRUE(json["mean"]["tau"].is_null());
+  EXPECT_TRUE(json["repetitions"][0]["tau_true"].is_null());
   EXPECT_TRUE(json["repetitions"][0]["tau"].is_null());
   EXPECT_TRUE(json["repetitions"][0]["reduction_percent"].is_null());
   EXPECT_EQ(json["repetitions"][0]["d_r"], 0.52);
@@ -67,11 +96,15 @@ TEST(ResultReport, WhatWasNotMeasuredIsNull) {
 TEST(ResultReport, SurvivesTheWayThroughJson) {
   RepetitionResult before = repetition(7, 0.886, Outcome::kStopped);
   before.reason = "no TPDO";
+  before.unwritten = "can.log: full";
   const RepetitionResult after = repetition_from_json(to_json(before));
   EXPECT_EQ(after.seed, 7U);
   EXPECT_DOUBLE_EQ(after.row.tau, 0.886);
   EXPECT_EQ(after.outcome, Outcome::kStopped);
   EXPECT_EQ(after.reason, "no TPDO");
+  EXPECT_EQ(after.unwritten, "can.log: full");
+  EXPECT_DOUBLE_EQ(after.truth.tau, 0.896);
+  EXPECT_DOUBLE_EQ(after.truth.com_error, 0.0005);
 }
 
 TEST(ResultReport, TextPutsThePaperBelowTheMean) {
