@@ -8,6 +8,7 @@
 #include "apps/shared/exit_code.h"
 #include "emulator/emulator.h"
 #include "emulator/datasheets/device_files.h"
+#include "emulator/datasheets/object_tables.h"
 
 namespace walkman::apps {
 namespace {
@@ -41,11 +42,11 @@ int run_export(const Options& options, Writer write) {
   return kOk;
 }
 
-void add_format(CLI::App& command, std::function<int()>& run, const char* name, const char* help,
-                Writer write) {
+void add_format(CLI::App& command, std::function<int()>& run, const char* name, const char* help, Writer write,
+                const char* out = "Folder for the files; created if it is not there") {
   auto options = std::make_shared<Options>();
   CLI::App* format = command.add_subcommand(name, help);
-  format->add_option("--out", options->out, "Folder for the files; created if it is not there")->required();
+  format->add_option("--out", options->out, out)->required();
   format->add_option("--scene", options->scene,
                      "Scene whose robot and device table to export (default: experiment 1's)");
   format->add_flag("--json", options->as_json, "Print the list of files as JSON");
@@ -63,6 +64,9 @@ void add_export_command(CLI::App& app, std::function<int()>& run) {
              &datasheets::write_eds_files);
   add_format(*command, run, "dbc", "CAN database of each bus, from the PDO mapping of its devices",
              &datasheets::write_dbc_files);
+  add_format(*command, run, "tables",
+             "Rewrite the generated tables of objects and PDOs in a Markdown document, as docs/protocol.md has them",
+             &datasheets::update_object_tables, "Document to rewrite");
 }
 
 }  // namespace walkman::apps

@@ -7,6 +7,7 @@
 
 #include "drivers/can/fd_length.h"
 #include "emulator/datasheets/object_names.h"
+#include "emulator/datasheets/wire_unit.h"
 #include "emulator/nodes/cia301/cob_id_rules.h"
 
 namespace walkman::datasheets {
@@ -38,9 +39,9 @@ std::vector<std::pair<int, std::string>> value_names(nodes::ObjectAddress addres
 DbcSignal signal_of(const std::string& device, const nodes::ObjectDictionary& dictionary,
                     const nodes::Entry& entry, int start, int length) {
   const nodes::ObjectAddress address = entry.address;
-  const WireUnit unit = wire_unit(dictionary, address);
+  const WireUnit unit = wire_unit(dictionary, entry);
   DbcSignal signal;
-  signal.name = identifier(device + '_' + entry_symbol(dictionary, address));
+  signal.name = identifier(device + '_' + entry_symbol(dictionary, entry));
   signal.start = start;
   signal.length = length;
   signal.is_signed = is_signed(entry.type);
@@ -49,8 +50,8 @@ DbcSignal signal_of(const std::string& device, const nodes::ObjectDictionary& di
   signal.unit = unit.text;
   signal.object = address;
   signal.values = value_names(address);
-  const std::string object = object_name(address.index);
-  const std::string name = entry_name(dictionary, address);
+  const std::string object = object_name(entry);
+  const std::string name = entry_name(dictionary, entry);
   signal.comment = fmt::format("{:04X}h:{:02X}h {}{}", address.index, address.sub, object,
                                name == object ? "" : ", " + name);
   return signal;
@@ -69,21 +70,20 @@ std::uint32_t value(const nodes::ObjectDictionary& dictionary, int index, std::u
 }
 
 void append_pdos(std::vector<DbcMessage>& messages, const std::string& device,
-                 const nodes::ObjectDictionary& dictionary, bool transmit, bool enabled) {
+                 const nodes::ObjectDictionary& dictionary, bool transmit) {
   const int communication = transmit ? 0x1800 : 0x1400;
   const int mapping = transmit ? 0x1A00 : 0x1600;
   for (int i = 0; i < kPdos; ++i) {
     const std::uint32_t count = value(dictionary, mapping + i, 0);
     const std::uint32_t cob_id = value(dictionary, communication + i, 1);
-    if (count == 0 || ((cob_id & nodes::kCobIdInvalid) == 0) != enabled) continue;
+    if (count == 0 || (cob_id & nodes::kCobIdInvalid) != 0) continue;
     DbcMessage message;
     message.id = cob_id & nodes::kCobIdMask;
     message.name = fmt::format("{}_{}PDO{}", device, transmit ? 'T' : 'R', i + 1);
     message.sender = transmit ? device : std::string(kComputer);
     message.receivers = {transmit ? std::string(kComputer) : device};
-    message.comment = fmt::format("{}PDO{} of {}, {}{}", transmit ? 'T' : 'R', i + 1, device,
-                                  type_text(value(dictionary, communication + i, 2)),
-                                  enabled ? "" : ", switched off by default");
+    message.comment = fmt::format("{}PDO{} of {}, {}", transmit ? 'T' : 'R', i + 1, device,
+                                  type_text(value(dictionary, communication + i, 2)));
     int start = 0;
     for (std::uint32_t n = 1; n <= count; ++n) {
       const std::uint32_t mapped = value(dictionary, mapping + i, static_cast<std::uint8_t>(n));
@@ -112,9 +112,7 @@ std::string identifier(const std::string& name) {
 
 std::vector<DbcMessage> pdo_messages(const std::string& device, const nodes::ObjectDictionary& dictionary) {
   std::vector<DbcMessage> messages;
-  // Those in use come first and so have the plain signal names.
-  for (const bool enabled : {true, false})
-    for (const bool transmit : {false, true}) append_pdos(messages, device, dictionary, transmit, enabled);
+  for (const bool transmit : {false, true}) append_pdos(messages, device, dictionary, transmit);
   std::set<std::string> names;
   for (DbcMessage& message : messages) {
     for (DbcSignal& signal : message.signals) {

@@ -63,15 +63,17 @@ void create(const std::filesystem::path& folder) {
   }
 }
 
-void write(const std::filesystem::path& path, const std::string& text) {
+}  // namespace
+
+std::string type_name(DeviceKind kind) { return type_of(kind).name; }
+
+void write_file(const std::filesystem::path& path, const std::string& text) {
   std::ofstream file(path, std::ios::binary);
   file << text;
   file.close();
   if (!file)
     throw std::runtime_error(fmt::format("{}: cannot be written ({})", path.string(), std::strerror(errno)));
 }
-
-}  // namespace
 
 std::vector<WiredBus> wired_buses(const DeviceTable& table, const std::vector<bus::CanBus*>& buses) {
   std::vector<WiredBus> all;
@@ -99,7 +101,7 @@ std::vector<std::filesystem::path> write_eds_files(const std::vector<WiredBus>& 
   std::vector<std::filesystem::path> files;
   for (const auto& [kind, text] : sheets) {
     files.push_back(folder / eds_name(kind));
-    write(files.back(), text);
+    write_file(files.back(), text);
   }
   return files;
 }
@@ -123,7 +125,7 @@ std::vector<std::filesystem::path> write_dbc_files(const std::vector<WiredBus>& 
                          &wired.node->dictionary()});
     }
     files.push_back(folder / (bus.name + ".dbc"));
-    write(files.back(), dbc_text(bus.name, devices));
+    write_file(files.back(), dbc_text(bus.name, devices));
   }
   return files;
 }

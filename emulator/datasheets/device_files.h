@@ -25,6 +25,12 @@ struct WiredBus {
 [[nodiscard]] std::vector<WiredBus> wired_buses(const DeviceTable& table,
                                                 const std::vector<bus::CanBus*>& buses);
 
+/// Word for a type of device: joint_drive, hand_drive, force_torque, imu.
+[[nodiscard]] std::string type_name(DeviceKind kind);
+
+/// Throws std::runtime_error naming the file when it cannot be written.
+void write_file(const std::filesystem::path& path, const std::string& text);
+
 /// Writes one EDS for each type of device that is there: joint_drive.eds, hand_drive.eds, force_torque.eds,
 /// imu.eds. Creates `folder`. Returns the files. Throws std::runtime_error when one cannot be written.
 std::vector<std::filesystem::path> write_eds_files(const std::vector<WiredBus>& buses,

@@ -7,12 +7,15 @@
 
 #include <fmt/format.h>
 
+#include "emulator/datasheets/object_names.h"
+
 namespace walkman::datasheets {
 namespace {
 
 using nodes::Access;
 using nodes::DataType;
 using nodes::Entry;
+using nodes::ObjectCode;
 
 struct Range {
   std::int64_t lowest = 0;
@@ -59,28 +62,6 @@ std::string_view access_word(Access access) {
   return "";
 }
 
-/// Values better read in hexadecimal: words of bits, codes, identifiers.
-bool is_hexadecimal(const Entry& entry) {
-  const std::uint16_t index = entry.address.index;
-  if (entry.type == DataType::kReal32) return true;
-  if (entry.type != DataType::kUnsigned32) return false;
-  return index < 0x2000 || index == 0x6131 || index == 0x6502 || (index >= 0x60A8 && index <= 0x60AA);
-}
-
-std::string number_text(const Entry& entry, std::uint32_t raw) {
-  if (is_hexadecimal(entry)) return fmt::format("0x{:08X}", raw);
-  switch (entry.type) {
-    case DataType::kInteger8:
-      return fmt::format("{}", static_cast<int>(nodes::from_raw<std::int8_t>(raw)));
-    case DataType::kInteger16:
-      return fmt::format("{}", nodes::from_raw<std::int16_t>(raw));
-    case DataType::kInteger32:
-      return fmt::format("{}", nodes::from_raw<std::int32_t>(raw));
-    default:
-      return fmt::format("{}", raw);
-  }
-}
-
 const Entry& same_entry(const Entry& entry, const EdsDevice& device) {
   const Entry* found = device.dictionary->find(entry.address.index, entry.address.sub);
   if (found == nullptr || found->type != entry.type || found->access != entry.access ||
@@ -97,6 +78,8 @@ const Entry& same_entry(const Entry& entry, const EdsDevice& device) {
 bool has_default(const Entry& entry) {
   // A value that the device works out when it is asked has none either.
   const bool computed = entry.access == Access::kReadOnly && entry.read_hook;
+  // One reader of EDS wants the bits, one decimals, and one refuses the file for either.
+  if (entry.type == DataType::kReal32) return false;
   const bool serial_number = entry.address == nodes::ObjectAddress{0x1018, 4};
   const bool process_data = entry.access == Access::kReadOnly && entry.mappable == nodes::Mappable::kYes;
   return entry.access != Access::kWriteOnly && !process_data && !computed && !serial_number;
@@ -123,7 +106,7 @@ std::optional<std::string> default_text(const Entry& entry, std::span<const EdsD
   }
   if (!all([&](const EdsDevice&, const Entry& other) { return other.default_raw == entry.default_raw; }))
     return std::nullopt;
-  return number_text(entry, entry.default_raw);
+  return number_text(entry.address.index, entry.type, entry.default_raw);
 }
 
 void append_limits(std::vector<std::string>& lines, const Entry& entry, std::span<const EdsDevice> devices) {
@@ -143,7 +126,7 @@ void append_limits(std::vector<std::string>& lines, const Entry& entry, std::spa
 void append_value(std::vector<std::string>& lines, const Entry& entry, ObjectCode code,
                   std::span<const EdsDevice> devices) {
   for (const EdsDevice& device : devices) static_cast<void>(same_entry(entry, device));
-  lines.push_back("ParameterName=" + entry_name(*devices.front().dictionary, entry.address));
+  lines.push_back("ParameterName=" + entry_name(*devices.front().dictionary, entry));
   lines.push_back(fmt::format("ObjectType=0x{:X}", static_cast<unsigned>(code)));
   lines.push_back(fmt::format("DataType=0x{:04X}", data_type_code(entry.type)));
   append_limits(lines, entry, devices);
@@ -152,14 +135,27 @@ void append_value(std::vector<std::string>& lines, const Entry& entry, ObjectCod
   lines.push_back(fmt::format("PDOMapping={}", entry.mappable == nodes::Mappable::kYes ? 1 : 0));
 }
 
-ObjectCode code_of(const ObjectEntries& object) {
-  const bool simple = object.entries.size() == 1 && object.entries.front()->address.sub == 0;
-  const ObjectName* name = find_object_name(object.index);
-  if (name != nullptr) return name->code;
-  return simple ? ObjectCode::kVariable : ObjectCode::kRecord;
+}  // namespace
+
+bool is_hexadecimal(std::uint16_t index, DataType type) {
+  if (type == DataType::kReal32) return true;
+  if (type != DataType::kUnsigned32) return false;
+  return index < 0x2000 || index == 0x6131 || index == 0x6502 || (index >= 0x60A8 && index <= 0x60AA);
 }
 
-}  // namespace
+std::string number_text(std::uint16_t index, DataType type, std::uint32_t raw) {
+  if (is_hexadecimal(index, type)) return fmt::format("0x{:08X}", raw);
+  switch (type) {
+    case DataType::kInteger8:
+      return fmt::format("{}", static_cast<int>(nodes::from_raw<std::int8_t>(raw)));
+    case DataType::kInteger16:
+      return fmt::format("{}", nodes::from_raw<std::int16_t>(raw));
+    case DataType::kInteger32:
+      return fmt::format("{}", nodes::from_raw<std::int32_t>(raw));
+    default:
+      return fmt::format("{}", raw);
+  }
+}
 
 std::uint16_t data_type_code(DataType type) {
   switch (type) {
@@ -197,14 +193,14 @@ std::vector<ObjectEntries> objects_of(const nodes::ObjectDictionary& dictionary)
 
 void append_object(std::vector<std::string>& lines, const ObjectEntries& object,
                    std::span<const EdsDevice> devices) {
-  const ObjectCode code = code_of(object);
+  const ObjectCode code = object.entries.front()->object->code;
   lines.push_back(fmt::format("[{:04X}]", object.index));
   if (code == ObjectCode::kVariable || code == ObjectCode::kDomain) {
     append_value(lines, *object.entries.front(), code, devices);
     lines.emplace_back();
     return;
   }
-  lines.push_back("ParameterName=" + object_name(object.index));
+  lines.push_back("ParameterName=" + object_name(*object.entries.front()));
   lines.push_back(fmt::format("ObjectType=0x{:X}", static_cast<unsigned>(code)));
   lines.push_back(fmt::format("SubNumber={}", object.entries.size()));
   lines.emplace_back();

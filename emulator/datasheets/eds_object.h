@@ -5,7 +5,6 @@
 #include <string>
 #include <vector>
 
-#include "emulator/datasheets/object_names.h"
 #include "emulator/nodes/cia301/object_dictionary.h"
 
 namespace walkman::datasheets {
@@ -27,11 +26,17 @@ struct ObjectEntries {
 /// The lines of one object (CiA 306): section [IIII], and [IIIIsubS] for each sub-index of an array or
 /// record. `devices` are of one type. A default or limit that is not the same in all of them is left out; a
 /// COB-ID that contains the node-ID is told with $NODEID. So are defaults of process data left out, which
-/// have none. Throws std::runtime_error when a device lacks an entry the first one has.
+/// have none, and those of REAL32 values, for which readers want one form or another. Throws std::runtime_error when a device lacks an entry the first one has.
 void append_object(std::vector<std::string>& lines, const ObjectEntries& object,
                    std::span<const EdsDevice> devices);
 
-/// CiA 301 data type index; REAL32 values are written as their bits, because Lely's reader takes only those.
+/// Whether a value of this type is better read in hexadecimal: words of bits, codes, identifiers.
+[[nodiscard]] bool is_hexadecimal(std::uint16_t index, nodes::DataType type);
+
+/// A number of up to 32 bits as an EDS has it.
+[[nodiscard]] std::string number_text(std::uint16_t index, nodes::DataType type, std::uint32_t raw);
+
+/// CiA 301 data type index.
 [[nodiscard]] std::uint16_t data_type_code(nodes::DataType type);
 
 }  // namespace walkman::datasheets

@@ -33,6 +33,20 @@ std::size_t count_objects(std::span<const ObjectEntries> objects, std::uint16_t 
   }));
 }
 
+void append_comments(std::vector<std::string>& lines, const nodes::ObjectDictionary& dictionary) {
+  std::vector<std::string> comments{"Generated from the object dictionary of the emulated device.",
+                                    "Values without a default differ from device to device of this type.",
+                                    "REAL32 values have no default here: readers do not agree on how it is written."};
+  if (dictionary.find(0x607A, 0) != nullptr) {
+    comments.insert(comments.end(),
+                    {"A joint does not start at 0. In mode 8 read 6064h first and write it to 607Ah,",
+                     "and enable operation then; a first target of 0 ends in a following error (8611h)."});
+  }
+  lines.insert(lines.end(), {"", "[Comments]", fmt::format("Lines={}", comments.size())});
+  for (std::size_t i = 0; i < comments.size(); ++i) lines.push_back(fmt::format("Line{}={}", i + 1, comments[i]));
+  lines.emplace_back();
+}
+
 void append_head(std::vector<std::string>& lines, const EdsTitle& title,
                  const nodes::ObjectDictionary& dictionary, std::span<const ObjectEntries> objects) {
   lines.insert(lines.end(), {"[FileInfo]", "FileName=" + title.file_name, "FileVersion=1", "FileRevision=0",
@@ -55,10 +69,7 @@ void append_head(std::vector<std::string>& lines, const EdsTitle& title,
   lines.emplace_back("[DummyUsage]");
   for (int type = 1; type <= 7; ++type)
     lines.push_back(fmt::format("Dummy{:04X}={}", type, type == 1 ? 0 : 1));
-  lines.insert(lines.end(), {"", "[Comments]", "Lines=3",
-                             "Line1=Generated from the object dictionary of the emulated device.",
-                             "Line2=Values without a default differ from device to device of this type.",
-                             "Line3=REAL32 values are given as their IEEE 754 bits.", ""});
+  append_comments(lines, dictionary);
 }
 
 void append_part(std::vector<std::string>& lines, Part part, const char* section,

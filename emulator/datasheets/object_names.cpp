@@ -5,30 +5,20 @@
 
 #include <fmt/format.h>
 
+#include "emulator/datasheets/wire_unit.h"
 #include "emulator/nodes/measuring/inertial_node.h"
+#include "emulator/nodes/measuring/measuring_table.h"
 
 namespace walkman::datasheets {
 namespace {
 
 constexpr std::uint16_t kSensorType = 0x6110;
 constexpr std::uint16_t kPhysicalUnit = 0x6131;
-constexpr std::string_view kChannel = "Channel {}";
 
 std::string numbered(std::string_view text, int number) {
   const std::size_t at = text.find("{}");
   if (at == std::string_view::npos) return std::string(text);
   return fmt::format("{}{}{}", text.substr(0, at), number, text.substr(at + 2));
-}
-
-/// The table's row for a sub-index; null when there is none.
-const SubName* find_sub(const ObjectName& object, std::uint8_t sub) {
-  if (object.code == ObjectCode::kVariable || object.code == ObjectCode::kDomain) {
-    return sub == 0 ? &object.self : nullptr;
-  }
-  if (sub == 0) return nullptr;
-  if (!object.each.name.empty()) return &object.each;
-  if (sub > object.subs.size() || object.subs[sub - 1U].name.empty()) return nullptr;
-  return &object.subs[sub - 1U];
 }
 
 /// What a measuring channel is called after its sensor and unit: F, T, a or w and the axis of a triple, or a
@@ -50,7 +40,7 @@ std::string channel_name(const nodes::ObjectDictionary& dictionary, std::uint8_t
   for (const auto& [name, letter] : kLetters) {
     if (text == name) return {letter, "xyz"[(channel - 1) % 3]};
   }
-  return numbered(kChannel, channel);
+  return numbered(nodes::kChannelName, channel);
 }
 
 std::string snake(std::string_view text) {
@@ -73,58 +63,26 @@ std::string lower(std::string text) {
 
 }  // namespace
 
-const ObjectName* find_object_name(std::uint16_t index) {
-  for (const auto table : {communication_names(), manufacturer_names(), drive_names(), measuring_names()}) {
-    for (const ObjectName& object : table) {
-      if (object.first <= index && index <= object.last) return &object;
-    }
+std::string object_name(const nodes::Entry& entry) {
+  return numbered(entry.object->name, entry.address.index - entry.object->index + 1);
+}
+
+std::string entry_name(const nodes::ObjectDictionary& dictionary, const nodes::Entry& entry) {
+  if (entry.object->simple()) return object_name(entry);
+  if (entry.address.sub == 0) return std::string(entry.row->name);
+  if (entry.row->name == nodes::kChannelName) return channel_name(dictionary, entry.address.sub);
+  return numbered(entry.row->name, entry.address.sub);
+}
+
+std::string entry_symbol(const nodes::ObjectDictionary& dictionary, const nodes::Entry& entry) {
+  if (entry.row->name == nodes::kChannelName) {
+    const std::string_view stem = entry.object->zero.symbol;
+    return fmt::format("{}_{}", stem.empty() ? lower(snake(entry.object->name)) : std::string(stem),
+                       snake(channel_name(dictionary, entry.address.sub)));
   }
-  return nullptr;
-}
-
-std::string object_name(std::uint16_t index) {
-  const ObjectName* object = find_object_name(index);
-  if (object == nullptr) return fmt::format("Object {:04X}h", index);
-  return numbered(object->self.name, index - object->first + 1);
-}
-
-std::string entry_name(const nodes::ObjectDictionary& dictionary, nodes::ObjectAddress address) {
-  const ObjectName* object = find_object_name(address.index);
-  const SubName* sub = object == nullptr ? nullptr : find_sub(*object, address.sub);
-  if (sub == nullptr) {
-    if (address.sub == 0) return object == nullptr ? object_name(address.index) : std::string(object->count);
-    return fmt::format("Sub-index {}", address.sub);
-  }
-  if (address.sub == 0) return object_name(address.index);
-  if (sub->name == kChannel) return channel_name(dictionary, address.sub);
-  return numbered(sub->name, address.sub);
-}
-
-std::string entry_symbol(const nodes::ObjectDictionary& dictionary, nodes::ObjectAddress address) {
-  const ObjectName* object = find_object_name(address.index);
-  const SubName* sub = object == nullptr ? nullptr : find_sub(*object, address.sub);
-  if (sub == nullptr) return fmt::format("object_{:04X}_{}", address.index, address.sub);
-  if (sub->name == kChannel) {
-    const std::string_view stem = object->self.symbol;
-    return fmt::format("{}_{}", stem.empty() ? lower(snake(object->self.name)) : std::string(stem),
-                       snake(channel_name(dictionary, address.sub)));
-  }
-  if (!sub->symbol.empty()) return std::string(sub->symbol);
-  if (address.sub == 0) return lower(snake(object_name(address.index)));
-  return lower(snake(object_name(address.index) + ' ' + entry_name(dictionary, address)));
-}
-
-Quantity quantity_of(nodes::ObjectAddress address) {
-  const ObjectName* object = find_object_name(address.index);
-  const SubName* sub = object == nullptr ? nullptr : find_sub(*object, address.sub);
-  return sub == nullptr ? Quantity::kPlain : sub->quantity;
-}
-
-bool is_named(nodes::ObjectAddress address) {
-  const ObjectName* object = find_object_name(address.index);
-  if (object == nullptr) return false;
-  const bool simple = object->code == ObjectCode::kVariable || object->code == ObjectCode::kDomain;
-  return find_sub(*object, address.sub) != nullptr || (address.sub == 0 && !simple);
+  if (!entry.row->symbol.empty()) return std::string(entry.row->symbol);
+  if (entry.object->simple()) return lower(snake(object_name(entry)));
+  return lower(snake(object_name(entry) + ' ' + entry_name(dictionary, entry)));
 }
 
 }  // namespace walkman::datasheets

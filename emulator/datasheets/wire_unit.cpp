@@ -3,9 +3,7 @@
 #include <cmath>
 #include <string_view>
 
-#include "emulator/datasheets/object_names.h"
 #include "emulator/nodes/measuring/inertial_node.h"
-#include "emulator/nodes/drive/wire_units.h"
 
 namespace walkman::datasheets {
 namespace {
@@ -79,8 +77,9 @@ WireUnit unit_of_code(std::uint32_t code) {
   return unit;
 }
 
-WireUnit wire_unit(const nodes::ObjectDictionary& dictionary, nodes::ObjectAddress address) {
-  switch (quantity_of(address)) {
+WireUnit wire_unit(const nodes::ObjectDictionary& dictionary, const nodes::Entry& entry) {
+  using nodes::Quantity;
+  switch (entry.row->quantity) {
     case Quantity::kPlain:
       return {};
     case Quantity::kPosition:
@@ -120,9 +119,9 @@ WireUnit wire_unit(const nodes::ObjectDictionary& dictionary, nodes::ObjectAddre
     case Quantity::kCoarseDamping:
       return {"Nms/rad", 0.01};
     case Quantity::kMeasuredReal:
-      return measured(dictionary, address.sub, false);
+      return measured(dictionary, entry.address.sub, false);
     case Quantity::kMeasuredInteger:
-      return measured(dictionary, address.sub, true);
+      return measured(dictionary, entry.address.sub, true);
   }
   return {};
 }

@@ -6,6 +6,7 @@
 #include "drivers/canopen/cob_id.h"
 #include "drivers/canopen/objects.h"
 #include "emulator/nodes/cia301/communication_errors.h"
+#include "emulator/nodes/cia301/communication_table.h"
 
 namespace walkman::nodes {
 
@@ -18,9 +19,6 @@ namespace {
 constexpr std::uint32_t kVendor = 0x4B4C4157;
 constexpr std::uint32_t kRevision = 0x00010000;
 
-constexpr std::uint16_t kUserNote = 0x2060;
-constexpr std::size_t kUserNoteBytes = 1024;
-
 // 1F80h (CiA 302-2): bit 2 keeps the device from entering operational by itself after boot-up.
 constexpr std::uint32_t kWaitForMaster = 4;
 
@@ -32,15 +30,22 @@ DeviceIdentity checked(DeviceIdentity identity) {
   return identity;
 }
 
+ObjectDictionary communication_dictionary(std::uint8_t node_id) {
+  ObjectDictionary dictionary(node_id);
+  dictionary.add(communication_table());
+  return dictionary;
+}
+
 }  // namespace
 
 CanopenSlave::CanopenSlave(DeviceIdentity identity)
     : identity_(checked(std::move(identity))),
       node_id_(identity_.node_id),
       cob_id_offset_(identity_.node_id),
+      dictionary_(communication_dictionary(node_id_)),
       sync_(dictionary_, outbox_, now_),
       clock_(dictionary_, now_),
-      emergency_(dictionary_, outbox_, node_id_),
+      emergency_(dictionary_, outbox_),
       heartbeat_producer_(dictionary_, outbox_, node_id_, now_),
       heartbeat_consumer_(dictionary_),
       guarding_(dictionary_, outbox_, node_id_, now_),
@@ -51,26 +56,23 @@ CanopenSlave::CanopenSlave(DeviceIdentity identity)
 }
 
 void CanopenSlave::add_communication_objects() {
-  dictionary_.add<std::uint32_t>(object::kDeviceType, 0, Access::kReadOnly, identity_.device_type);
-  dictionary_.add_text(0x1008, 0, identity_.name);
-  dictionary_.add_text(0x1009, 0, "emulated");
-  dictionary_.add_text(0x100A, 0, "1.0");
-  dictionary_.add<std::uint8_t>(object::kIdentity, 0, Access::kConst, 4);
-  dictionary_.add<std::uint32_t>(object::kIdentity, 1, Access::kReadOnly, kVendor);
-  dictionary_.add<std::uint32_t>(object::kIdentity, 2, Access::kReadOnly, identity_.product_code);
-  dictionary_.add<std::uint32_t>(object::kIdentity, 3, Access::kReadOnly, kRevision);
-  dictionary_.add<std::uint32_t>(object::kIdentity, 4, Access::kReadOnly, identity_.serial);
-  dictionary_.add_domain(0x1021, 0);
-  dictionary_.add<std::uint8_t>(0x1022, 0, Access::kReadOnly, 0);  // plain text
-  dictionary_.add<std::uint8_t>(object::kErrorBehaviour, 0, Access::kConst, 1);
-  error_behaviour_ =
-      dictionary_.add<std::uint8_t>(object::kErrorBehaviour, 1, Access::kReadWrite, 0).limits(0, 2);
-  start_up_ = dictionary_.add<std::uint32_t>(0x1F80, 0, Access::kReadWrite, kWaitForMaster);
+  const auto own = [this](std::uint16_t index, std::uint8_t sub, std::uint32_t value) {
+    dictionary_.object<std::uint32_t>(index, sub).factory(value);
+  };
+  own(object::kDeviceType, 0, identity_.device_type);
+  own(object::kIdentity, 1, kVendor);
+  own(object::kIdentity, 2, identity_.product_code);
+  own(object::kIdentity, 3, kRevision);
+  own(object::kIdentity, 4, identity_.serial);
+  dictionary_.set_text(0x1008, identity_.name);
+  dictionary_.set_text(0x1009, "emulated");
+  dictionary_.set_text(0x100A, "1.0");
+  error_behaviour_ = dictionary_.object<std::uint8_t>(object::kErrorBehaviour, 1);
+  start_up_ = dictionary_.object<std::uint32_t>(0x1F80);
   start_up_.on_write([](std::uint32_t value) -> Verdict {
     if (value != 0 && value != kWaitForMaster) return SdoAbort::kValue;
     return std::nullopt;
   });
-  dictionary_.add_string(kUserNote, 0, kUserNoteBytes);
 }
 
 void CanopenSlave::configure_pdos(const PdoSet& receive, const PdoSet& transmit) {

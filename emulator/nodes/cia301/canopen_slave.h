@@ -67,7 +67,7 @@ class CanopenSlave : public bus::Participant {
   /// classical. Before the first `advance`, at most once.
   void use_fd();
   /// Puts the device's own EDS into object 1021h. Before the first `advance`.
-  void store_eds(std::string text) { dictionary_.set_domain(0x1021, 0, std::move(text)); }
+  void store_eds(std::string text) { dictionary_.set_domain(0x1021, std::move(text)); }
 
  protected:
   /// Throws std::runtime_error for a node-ID outside 1..127.

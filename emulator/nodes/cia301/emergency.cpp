@@ -9,10 +9,9 @@
 
 namespace walkman::nodes {
 
-Emergency::Emergency(ObjectDictionary& dictionary, Outbox& outbox, std::uint8_t node_id) : outbox_(outbox) {
-  error_register_ =
-      dictionary.add<std::uint8_t>(canopen::object::kErrorRegister, 0, Access::kReadOnly, 0, Mappable::kYes);
-  history_count_ = dictionary.add<std::uint8_t>(canopen::object::kErrorField, 0, Access::kReadWrite, 0);
+Emergency::Emergency(ObjectDictionary& dictionary, Outbox& outbox) : outbox_(outbox) {
+  error_register_ = dictionary.object<std::uint8_t>(canopen::object::kErrorRegister);
+  history_count_ = dictionary.object<std::uint8_t>(canopen::object::kErrorField);
   history_count_.on_write([this](std::uint8_t value) -> Verdict {
     if (value != 0) return SdoAbort::kValue;
     for (auto& entry : history_) entry.set(0);
@@ -20,20 +19,19 @@ Emergency::Emergency(ObjectDictionary& dictionary, Outbox& outbox, std::uint8_t 
   });
   for (std::size_t i = 0; i < kHistory; ++i) {
     const auto sub = static_cast<std::uint8_t>(i + 1);
-    history_[i] = dictionary.add<std::uint32_t>(canopen::object::kErrorField, sub, Access::kReadOnly, 0);
+    history_[i] = dictionary.object<std::uint32_t>(canopen::object::kErrorField, sub);
     history_[i].on_read([this, sub]() -> Verdict {
       if (sub > history_count_.get()) return SdoAbort::kNoData;
       return std::nullopt;
     });
   }
-  cob_id_ = dictionary.add<std::uint32_t>(0x1014, 0, Access::kReadWrite, canopen::cob_id::emcy(node_id));
-  cob_id_.plus_node_id();
+  cob_id_ = dictionary.object<std::uint32_t>(0x1014);
   cob_id_.on_write([this](std::uint32_t value) -> Verdict {
     if (const Verdict refused = check_cob_id(value, cob_id_.get(), kCobIdInvalid)) return refused;
     if ((value & kCobIdInvalid) != 0) waiting_count_ = 0;
     return std::nullopt;
   });
-  inhibit_ = dictionary.add<std::uint16_t>(0x1015, 0, Access::kReadWrite, 0);
+  inhibit_ = dictionary.object<std::uint16_t>(0x1015);
 }
 
 void Emergency::raise(std::uint16_t code, std::uint8_t register_bits, std::span<const std::uint8_t> detail,

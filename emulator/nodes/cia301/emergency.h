@@ -28,7 +28,7 @@ class Emergency {
  public:
   static constexpr std::size_t kHistory = 8;
 
-  Emergency(ObjectDictionary& dictionary, Outbox& outbox, std::uint8_t node_id);
+  Emergency(ObjectDictionary& dictionary, Outbox& outbox);
   Emergency(const Emergency&) = delete;
   Emergency& operator=(const Emergency&) = delete;
 

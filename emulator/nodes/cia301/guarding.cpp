@@ -7,12 +7,12 @@ namespace walkman::nodes {
 NodeGuarding::NodeGuarding(ObjectDictionary& dictionary, Outbox& outbox, const std::uint8_t& node_id,
                            const Time& now)
     : outbox_(outbox), node_id_(node_id) {
-  guard_time_ = dictionary.add<std::uint16_t>(0x100C, 0, Access::kReadWrite, 0);
+  guard_time_ = dictionary.object<std::uint16_t>(0x100C);
   guard_time_.on_write([this, &now](std::uint16_t value) -> Verdict {
     watch(now, value, factor_.get());
     return std::nullopt;
   });
-  factor_ = dictionary.add<std::uint8_t>(0x100D, 0, Access::kReadWrite, 0);
+  factor_ = dictionary.object<std::uint8_t>(0x100D);
   factor_.on_write([this, &now](std::uint8_t value) -> Verdict {
     watch(now, guard_time_.get(), value);
     return std::nullopt;

@@ -19,7 +19,7 @@ bool in_use(std::uint32_t entry) noexcept {
 HeartbeatProducer::HeartbeatProducer(ObjectDictionary& dictionary, Outbox& outbox,
                                      const std::uint8_t& node_id, const Time& now)
     : outbox_(outbox), node_id_(node_id) {
-  period_ = dictionary.add<std::uint16_t>(canopen::object::kProducerHeartbeat, 0, Access::kReadWrite, 0);
+  period_ = dictionary.object<std::uint16_t>(canopen::object::kProducerHeartbeat);
   period_.on_write([this, &now](std::uint16_t period_ms) -> Verdict {
     schedule(now, period_ms);
     return std::nullopt;
@@ -48,10 +48,8 @@ void HeartbeatProducer::advance(Time now, canopen::NmtState state) noexcept {
 }
 
 HeartbeatConsumer::HeartbeatConsumer(ObjectDictionary& dictionary) {
-  dictionary.add<std::uint8_t>(canopen::object::kConsumerHeartbeat, 0, Access::kConst, kEntries);
   for (std::size_t i = 0; i < kEntries; ++i) {
-    entries_[i] = dictionary.add<std::uint32_t>(canopen::object::kConsumerHeartbeat,
-                                                static_cast<std::uint8_t>(i + 1), Access::kReadWrite, 0);
+    entries_[i] = dictionary.object<std::uint32_t>(canopen::object::kConsumerHeartbeat, static_cast<std::uint8_t>(i + 1));
     entries_[i].on_write([this, i](std::uint32_t value) -> Verdict {
       if (const Verdict refused = check(i, value)) return refused;
       watches_[i] = {};

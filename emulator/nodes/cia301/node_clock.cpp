@@ -3,19 +3,19 @@
 #include "drivers/canopen/cob_id.h"
 #include "drivers/canopen/little_endian.h"
 #include "emulator/nodes/cia301/cob_id_rules.h"
+#include "emulator/nodes/cia301/communication_table.h"
 
 namespace walkman::nodes {
 namespace {
 
 constexpr std::uint32_t kConsume = 0x80000000U;
-constexpr std::uint16_t kNodeClock = 0x2061;
 constexpr std::uint32_t kMillisecondsMask = 0x0FFFFFFF;  // 28 bits
 constexpr Time kDay = std::chrono::hours(24);
 
 }  // namespace
 
 NodeClock::NodeClock(ObjectDictionary& dictionary, const Time& now) {
-  cob_id_ = dictionary.add<std::uint32_t>(0x1012, 0, Access::kReadWrite, canopen::cob_id::kTime | kConsume);
+  cob_id_ = dictionary.object<std::uint32_t>(0x1012);
   // This device does not produce TIME (bit 30).
   cob_id_.on_write([this](std::uint32_t value) -> Verdict {
     const std::uint32_t id = value & kCobIdMask;
@@ -24,9 +24,8 @@ NodeClock::NodeClock(ObjectDictionary& dictionary, const Time& now) {
     if (goes_on && id != (cob_id_.get() & kCobIdMask)) return SdoAbort::kValue;
     return std::nullopt;
   });
-  dictionary.add<std::uint8_t>(kNodeClock, 0, Access::kConst, 2);
-  milliseconds_ = dictionary.add<std::uint32_t>(kNodeClock, 1, Access::kReadOnly, 0);
-  days_ = dictionary.add<std::uint16_t>(kNodeClock, 2, Access::kReadOnly, 0);
+  milliseconds_ = dictionary.object<std::uint32_t>(kNodeClock, 1);
+  days_ = dictionary.object<std::uint16_t>(kNodeClock, 2);
   const auto read = [this, &now]() -> Verdict {
     publish(now);
     return std::nullopt;

@@ -43,8 +43,8 @@ bool within(const Entry& entry, std::uint16_t first, std::uint16_t last) noexcep
   return entry.address.index >= first && entry.address.index <= last;
 }
 
-std::string place_name(std::uint16_t index, std::uint8_t sub) {
-  return "object dictionary: entry " + std::to_string(index) + " sub " + std::to_string(sub);
+std::string place_name(ObjectAddress address) {
+  return "object dictionary: entry " + std::to_string(address.index) + " sub " + std::to_string(address.sub);
 }
 
 }  // namespace
@@ -70,49 +70,81 @@ std::span<const std::uint8_t> Entry::bytes() const noexcept {
   return {static_cast<const std::uint8_t*>(value), size()};
 }
 
-Entry& ObjectDictionary::insert(ObjectAddress address, DataType type, Access access, Mappable mappable) {
+void ObjectDictionary::insert(ObjectAddress address, const ObjectRow& object, const EntryRow& row) {
   const auto at = place(entries_, address);
   if (at != entries_.end() && (*at)->address == address) {
-    throw std::runtime_error(place_name(address.index, address.sub) + " added twice, expected once");
+    throw std::runtime_error(place_name(address) + " added twice, expected once");
+  }
+  if (row.longest > kLongestString) {
+    throw std::runtime_error(place_name(address) + " may be given " + std::to_string(row.longest) +
+                             " bytes, expected at most " + std::to_string(kLongestString));
   }
   auto entry = std::make_unique<Entry>();
   entry->address = address;
-  entry->type = type;
-  entry->access = access;
-  entry->mappable = mappable;
-  return **entries_.insert(at, std::move(entry));
+  entry->object = &object;
+  entry->row = &row;
+  entry->type = row.type;
+  entry->access = row.access;
+  entry->mappable = row.mappable;
+  entry->plus_node_id = row.with_node_id;
+  entry->raw = entry->default_raw = row.factory + (row.with_node_id ? node_id_ : 0U);
+  entry->lowest = row.lowest;
+  entry->highest = row.highest;
+  entry->allowed = row.allowed;
+  entry->longest = row.longest;
+  entry->text.reserve(row.longest);
+  entry->stored_text.reserve(row.longest);
+  entries_.insert(at, std::move(entry));
 }
 
-void ObjectDictionary::add_text(std::uint16_t index, std::uint8_t sub, std::string text) {
-  insert({index, sub}, DataType::kVisibleString, Access::kConst, Mappable::kNo).text = std::move(text);
-}
-
-void ObjectDictionary::add_string(std::uint16_t index, std::uint8_t sub, std::size_t longest) {
-  if (longest > kLongestString) {
-    throw std::runtime_error(place_name(index, sub) + " may be given " + std::to_string(longest) +
-                             " bytes, expected at most " + std::to_string(kLongestString));
+void ObjectDictionary::add(const ObjectRow& table_row, std::uint8_t count) {
+  const ObjectRow& row = rows_.emplace_back(table_row);
+  const std::size_t subs = row.each.name.empty() ? row.entries.size() : count;
+  for (std::uint16_t i = 0; i < row.objects; ++i) {
+    const auto index = static_cast<std::uint16_t>(row.index + i);
+    insert({index, 0}, row, row.zero);
+    if (row.simple()) continue;
+    if (row.zero.access == Access::kConst) find(index, 0)->raw = find(index, 0)->default_raw = static_cast<std::uint8_t>(subs);
+    for (std::size_t sub = 1; sub <= subs; ++sub) {
+      const EntryRow* entry = row.find(static_cast<std::uint8_t>(sub));
+      if (entry != nullptr) insert({index, static_cast<std::uint8_t>(sub)}, row, *entry);
+    }
   }
-  Entry& entry = insert({index, sub}, DataType::kVisibleString, Access::kReadWrite, Mappable::kNo);
-  entry.longest = longest;
-  entry.text.reserve(longest);
-  entry.stored_text.reserve(longest);
 }
 
-void ObjectDictionary::add_domain(std::uint16_t index, std::uint8_t sub, std::string content) {
-  insert({index, sub}, DataType::kDomain, Access::kReadOnly, Mappable::kNo);
-  set_domain(index, sub, std::move(content));
+void ObjectDictionary::add(ObjectTable table) {
+  for (const ObjectRow& row : table) add(row);
 }
 
-void ObjectDictionary::set_domain(std::uint16_t index, std::uint8_t sub, std::string content) {
-  Entry* entry = find(index, sub);
-  if (entry == nullptr || entry->type != DataType::kDomain) {
-    throw std::runtime_error(place_name(index, sub) + " is given a content, expected a domain");
+void ObjectDictionary::extend(std::uint16_t index) {
+  const Entry* first = find(index, 0);
+  if (first == nullptr || first->object->each.name.empty()) {
+    throw std::runtime_error(place_name({index, 0}) + " is extended, expected an object of entries that are alike");
   }
+  std::uint8_t sub = 1;
+  while (find(index, sub) != nullptr) ++sub;
+  insert({index, sub}, *first->object, first->object->each);
+}
+
+Entry& ObjectDictionary::typed(ObjectAddress address, DataType type) {
+  Entry* entry = find(address.index, address.sub);
+  if (entry == nullptr || entry->type != type) {
+    throw std::runtime_error(place_name(address) + " is missing or of another type, expected as the device uses it");
+  }
+  return *entry;
+}
+
+void ObjectDictionary::set_text(std::uint16_t index, std::string text) {
+  typed({index, 0}, DataType::kVisibleString).text = std::move(text);
+}
+
+void ObjectDictionary::set_domain(std::uint16_t index, std::string content) {
+  Entry& entry = typed({index, 0}, DataType::kDomain);
   if (content.size() > kLongestDomain) {
-    throw std::runtime_error(place_name(index, sub) + " has " + std::to_string(content.size()) +
+    throw std::runtime_error(place_name(entry.address) + " has " + std::to_string(content.size()) +
                              " bytes, expected at most " + std::to_string(kLongestDomain));
   }
-  entry->text = std::move(content);
+  entry.text = std::move(content);
 }
 
 const Entry* ObjectDictionary::find(std::uint16_t index, std::uint8_t sub) const noexcept {
@@ -150,6 +182,7 @@ Verdict ObjectDictionary::write(Entry& entry, std::span<const std::uint8_t> byte
     const std::int64_t value = integer_value(entry.type, raw);
     if (value > entry.highest) return SdoAbort::kTooHigh;
     if (value < entry.lowest) return SdoAbort::kTooLow;
+    if (entry.allowed != 0 && (entry.allowed >> static_cast<unsigned>(value) & 1U) == 0) return SdoAbort::kValue;
   }
   if (entry.write_hook) {
     if (const Verdict refused = entry.write_hook(raw)) return refused;

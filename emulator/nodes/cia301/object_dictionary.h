@@ -1,17 +1,16 @@
 #pragma once
 
 #include <cstdint>
-#include <cstring>
 #include <functional>
-#include <limits>
+#include <deque>
 #include <memory>
 #include <optional>
 #include <span>
 #include <string>
-#include <type_traits>
 #include <vector>
 
 #include "drivers/canopen/sdo.h"
+#include "emulator/nodes/cia301/object_table.h"
 
 namespace walkman::nodes {
 
@@ -21,27 +20,14 @@ using canopen::SdoAbort;
 /// Nothing when an access is granted, else the abort code the client is told.
 using Verdict = std::optional<SdoAbort>;
 
-enum class DataType : std::uint8_t {
-  kInteger8,
-  kInteger16,
-  kInteger32,
-  kUnsigned8,
-  kUnsigned16,
-  kUnsigned32,
-  kReal32,
-  kVisibleString,
-  kDomain,
-};
-
-enum class Access : std::uint8_t { kReadOnly, kWriteOnly, kReadWrite, kConst };
-enum class Mappable : bool { kNo, kYes };
-
 /// One sub-index of an object: type, rights, value. Numbers are kept as the bytes they have on the wire.
 ///
 /// A value may be kept over resets (objects 1010h and 1011h); the copy is here, as in a real device's
 /// non-volatile memory, and lives as long as the node.
 struct Entry {
   ObjectAddress address;
+  const ObjectRow* object = nullptr;  ///< what the table of objects says of it
+  const EntryRow* row = nullptr;
   DataType type{};
   Access access{};
   Mappable mappable = Mappable::kNo;
@@ -53,6 +39,7 @@ struct Entry {
   std::size_t longest = 0;  ///< bytes a string may be given
   std::int64_t lowest = 0;  ///< limits of an integer that may be written
   std::int64_t highest = 0;
+  std::uint64_t allowed = 0;  ///< as `EntryRow::allowed`
 
   bool stored = false;  ///< the values below are taken after a reset instead of the factory setting
   std::uint32_t stored_raw = 0;
@@ -78,22 +65,6 @@ struct Entry {
   }
 };
 
-template <typename T>
-[[nodiscard]] std::uint32_t to_raw(T value) noexcept {
-  static_assert(std::is_arithmetic_v<T> && sizeof(T) <= 4);
-  std::uint32_t raw = 0;
-  std::memcpy(&raw, &value, sizeof(T));
-  return raw;
-}
-
-template <typename T>
-[[nodiscard]] T from_raw(std::uint32_t raw) noexcept {
-  static_assert(std::is_arithmetic_v<T> && sizeof(T) <= 4);
-  T value;
-  std::memcpy(&value, &raw, sizeof(T));
-  return value;
-}
-
 /// The node's own typed grip on an entry. Setting a value here asks no hook and no limit.
 template <typename T>
 class Object {
@@ -111,9 +82,9 @@ class Object {
     entry_->highest = highest;
     return *this;
   }
-  /// The value given to `add` contains the node-ID and follows a change of it.
-  Object& plus_node_id() {
-    entry_->plus_node_id = true;
+  /// Gives the value as this device's factory setting.
+  Object& factory(T value) {
+    entry_->raw = entry_->default_raw = to_raw(value);
     return *this;
   }
   Object& on_write(std::function<Verdict(T)> hook) {
@@ -129,37 +100,36 @@ class Object {
   Entry* entry_ = nullptr;
 };
 
-/// A node's object dictionary (CiA 301, 7.4). Built once with `add`; entries stay where they are, and no
-/// access allocates.
+/// A node's object dictionary (CiA 301, 7.4), built of rows of the table of objects. Entries stay where they are, and
+/// no access allocates.
 class ObjectDictionary {
  public:
-  /// Throws std::runtime_error when the address is taken.
-  template <typename T>
-  Object<T> add(std::uint16_t index, std::uint8_t sub, Access access, T value,
-                Mappable mappable = Mappable::kNo) {
-    Entry& entry = insert({index, sub}, type_of<T>(), access, mappable);
-    entry.raw = entry.default_raw = to_raw(value);
-    if constexpr (std::is_integral_v<T>) {
-      entry.lowest = +std::numeric_limits<T>::min();
-      entry.highest = +std::numeric_limits<T>::max();
-    }
-    return Object<T>(entry);
-  }
   /// Longest string that may be written, and longest domain, in bytes.
   static constexpr std::size_t kLongestString = 1024;
   static constexpr std::size_t kLongestDomain = 131072;
 
-  /// A constant visible string.
-  void add_text(std::uint16_t index, std::uint8_t sub, std::string text);
-  /// A visible string that may be written, empty at first, with at most `longest` bytes. Throws
-  /// std::runtime_error when that is more than `kLongestString`.
-  void add_string(std::uint16_t index, std::uint8_t sub, std::size_t longest);
-  /// A read-only domain. While it is empty, reading it is refused with 0800 0024. Throws std::runtime_error
-  /// when `content` is longer than `kLongestDomain`.
-  void add_domain(std::uint16_t index, std::uint8_t sub, std::string content = {});
-  /// Gives a domain its content; not in cyclic operation. Throws as `add_domain`, and when there is no such
-  /// domain.
-  void set_domain(std::uint16_t index, std::uint8_t sub, std::string content);
+  /// `node_id` is added to the factory settings that contain it.
+  explicit ObjectDictionary(std::uint8_t node_id = 0) : node_id_(node_id) {}
+
+  /// Adds an object with all its sub-indices. Throws std::runtime_error when it is there already, or a string may be
+  /// longer than `kLongestString`.
+  void add(const ObjectRow& row) { add(row, row.each_count); }
+  /// The same for an object of `count` entries that are all alike.
+  void add(const ObjectRow& row, std::uint8_t count);
+  void add(ObjectTable table);
+  /// Adds one more entry, the next, to an object whose entries are all alike.
+  void extend(std::uint16_t index);
+
+  /// The grip on an entry. Throws std::runtime_error when there is none or it is of another type.
+  template <typename T>
+  [[nodiscard]] Object<T> object(std::uint16_t index, std::uint8_t sub = 0) {
+    return Object<T>(typed({index, sub}, type_of<T>()));
+  }
+  /// Gives a constant visible string its text. Throws as `object`.
+  void set_text(std::uint16_t index, std::string text);
+  /// Gives a domain its content; not in cyclic operation. While it is empty, reading it is refused with 0800 0024.
+  /// Throws std::runtime_error when there is no such domain or `content` is longer than `kLongestDomain`.
+  void set_domain(std::uint16_t index, std::string content);
 
   /// Null when there is none.
   [[nodiscard]] Entry* find(std::uint16_t index, std::uint8_t sub) noexcept;
@@ -187,27 +157,11 @@ class ObjectDictionary {
   void shift_node_id(int difference) noexcept;
 
  private:
-  template <typename T>
-  static constexpr DataType type_of() {
-    if constexpr (std::is_same_v<T, std::int8_t>)
-      return DataType::kInteger8;
-    else if constexpr (std::is_same_v<T, std::int16_t>)
-      return DataType::kInteger16;
-    else if constexpr (std::is_same_v<T, std::int32_t>)
-      return DataType::kInteger32;
-    else if constexpr (std::is_same_v<T, std::uint8_t>)
-      return DataType::kUnsigned8;
-    else if constexpr (std::is_same_v<T, std::uint16_t>)
-      return DataType::kUnsigned16;
-    else if constexpr (std::is_same_v<T, std::uint32_t>)
-      return DataType::kUnsigned32;
-    else {
-      static_assert(std::is_same_v<T, float>);
-      return DataType::kReal32;
-    }
-  }
-  Entry& insert(ObjectAddress address, DataType type, Access access, Mappable mappable);
+  void insert(ObjectAddress address, const ObjectRow& object, const EntryRow& row);
+  Entry& typed(ObjectAddress address, DataType type);
 
+  std::uint8_t node_id_;
+  std::deque<ObjectRow> rows_;                   // of the table, where entries point to
   std::vector<std::unique_ptr<Entry>> entries_;  // by index, then sub-index
 };
 

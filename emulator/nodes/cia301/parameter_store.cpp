@@ -18,10 +18,9 @@ constexpr Area kAreas[] = {{0x1000, 0xFFFF}, {0x1000, 0x1FFF}, {0x2000, 0xFFFF}}
 
 ParameterStore::ParameterStore(ObjectDictionary& dictionary) : dictionary_(dictionary) {
   for (const std::uint16_t index : {kStore, kRestore}) {
-    dictionary.add<std::uint8_t>(index, 0, Access::kConst, 3);
     std::uint8_t sub = 0;
     for (const Area& area : kAreas) {
-      auto object = dictionary.add<std::uint32_t>(index, ++sub, Access::kReadWrite, kOnCommand);
+      auto object = dictionary.object<std::uint32_t>(index, ++sub);
       object.on_write([this, index, area](std::uint32_t signature) -> Verdict {
         if (signature != (index == kStore ? kSave : kLoad)) return SdoAbort::kStore;
         if (index == kStore) {

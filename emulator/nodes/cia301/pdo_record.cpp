@@ -32,8 +32,8 @@ PdoRecord::PdoRecord(ObjectDictionary& dictionary, Direction direction, int numb
       direction_(direction),
       mapping_index_(
           static_cast<std::uint16_t>((direction == Direction::kTransmit ? 0x1A00 : 0x1600) + number - 1)) {
-  add_communication_record(cob_id, defaults, number);
-  add_mapping_record(defaults, number);
+  bind_communication_record(cob_id, defaults, number);
+  bind_mapping_record(defaults, number);
   reload();
   if (count_ != defaults.mapping.size()) {
     throw std::runtime_error("PDO " + std::to_string(number) +
@@ -43,7 +43,10 @@ PdoRecord::PdoRecord(ObjectDictionary& dictionary, Direction direction, int numb
 
 void PdoRecord::use_fd() {
   fd_ = true;
-  for (std::size_t i = kClassicalObjects; i < kMaxObjects; ++i) add_mapping_entry(i, 0);
+  for (std::size_t i = kClassicalObjects; i < kMaxObjects; ++i) {
+    dictionary_.extend(mapping_index_);
+    bind_mapping_entry(i, 0);
+  }
 }
 
 bool PdoRecord::type_offered(std::uint8_t type) const noexcept {
@@ -51,14 +54,12 @@ bool PdoRecord::type_offered(std::uint8_t type) const noexcept {
   return type <= 240 || type >= 254 || (remote && direction_ == Direction::kTransmit);
 }
 
-void PdoRecord::add_communication_record(std::uint32_t cob_id, const PdoDefaults& defaults, int number) {
+void PdoRecord::bind_communication_record(std::uint32_t cob_id, const PdoDefaults& defaults, int number) {
   const bool transmit = direction_ == Direction::kTransmit;
   const auto index = static_cast<std::uint16_t>((transmit ? 0x1800 : 0x1400) + number - 1);
   const std::uint32_t flags = (transmit ? kCobIdNoRtr : 0) | (defaults.enabled ? 0 : kCobIdInvalid);
 
-  dictionary_.add<std::uint8_t>(index, 0, Access::kConst, transmit ? 6 : 5);
-  cob_id_ = dictionary_.add<std::uint32_t>(index, 1, Access::kReadWrite, cob_id | flags);
-  cob_id_.plus_node_id();
+  cob_id_ = dictionary_.object<std::uint32_t>(index, 1).factory(cob_id | flags);
   cob_id_.on_write([this](std::uint32_t value) -> Verdict {
     if (const Verdict refused = check_cob_id(value, cob_id_.get(), kCobIdInvalid | kCobIdNoRtr))
       return refused;
@@ -66,27 +67,27 @@ void PdoRecord::add_communication_record(std::uint32_t cob_id, const PdoDefaults
     changed();
     return std::nullopt;
   });
-  type_ = dictionary_.add<std::uint8_t>(index, 2, Access::kReadWrite, defaults.type);
+  type_ = dictionary_.object<std::uint8_t>(index, 2).factory(defaults.type);
   type_.on_write([this](std::uint8_t value) -> Verdict {
     if (!type_offered(value)) return SdoAbort::kValue;
     type_value_ = value;
     changed();
     return std::nullopt;
   });
-  inhibit_ = dictionary_.add<std::uint16_t>(index, 3, Access::kReadWrite, 0);
+  inhibit_ = dictionary_.object<std::uint16_t>(index, 3);
   inhibit_.on_write([this](std::uint16_t value) -> Verdict {
     if (valid_) return SdoAbort::kDeviceState;
     inhibit_time_ = std::chrono::microseconds(100) * value;
     return std::nullopt;
   });
-  event_ = dictionary_.add<std::uint16_t>(index, 5, Access::kReadWrite, defaults.event_time_ms);
+  event_ = dictionary_.object<std::uint16_t>(index, 5).factory(defaults.event_time_ms);
   event_.on_write([this](std::uint16_t value) -> Verdict {
     event_time_ = std::chrono::milliseconds(value);
     changed();
     return std::nullopt;
   });
   if (!transmit) return;
-  sync_start_ = dictionary_.add<std::uint8_t>(index, 6, Access::kReadWrite, 0).limits(0, 240);
+  sync_start_ = dictionary_.object<std::uint8_t>(index, 6);
   sync_start_.on_write([this](std::uint8_t value) -> Verdict {
     if (valid_) return SdoAbort::kDeviceState;
     sync_start_value_ = value;
@@ -94,25 +95,25 @@ void PdoRecord::add_communication_record(std::uint32_t cob_id, const PdoDefaults
   });
 }
 
-void PdoRecord::add_mapping_record(const PdoDefaults& defaults, int number) {
+void PdoRecord::bind_mapping_record(const PdoDefaults& defaults, int number) {
   if (defaults.mapping.size() > kClassicalObjects) {
     throw std::runtime_error("PDO " + std::to_string(number) + ": default mapping of " +
                              std::to_string(defaults.mapping.size()) + " objects, expected at most 8");
   }
-  mapping_count_ = dictionary_.add<std::uint8_t>(mapping_index_, 0, Access::kReadWrite,
-                                                 static_cast<std::uint8_t>(defaults.mapping.size()));
+  mapping_count_ = dictionary_.object<std::uint8_t>(mapping_index_, 0)
+                       .factory(static_cast<std::uint8_t>(defaults.mapping.size()));
   mapping_count_.on_write([this](std::uint8_t value) -> Verdict {
     if (valid_) return SdoAbort::kDeviceState;
     return resolve_all(value);
   });
   for (std::size_t i = 0; i < kClassicalObjects; ++i) {
-    add_mapping_entry(i, i < defaults.mapping.size() ? defaults.mapping[i] : 0);
+    bind_mapping_entry(i, i < defaults.mapping.size() ? defaults.mapping[i] : 0);
   }
 }
 
-void PdoRecord::add_mapping_entry(std::size_t i, std::uint32_t value) {
+void PdoRecord::bind_mapping_entry(std::size_t i, std::uint32_t value) {
   const auto sub = static_cast<std::uint8_t>(i + 1);
-  mapping_[i] = dictionary_.add<std::uint32_t>(mapping_index_, sub, Access::kReadWrite, value);
+  mapping_[i] = dictionary_.object<std::uint32_t>(mapping_index_, sub).factory(value);
   mapping_[i].on_write([this](std::uint32_t entry) -> Verdict {
     if (valid_ || mapping_count_.get() != 0) return SdoAbort::kDeviceState;
     MappedObject object;

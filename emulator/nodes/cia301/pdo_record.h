@@ -82,9 +82,9 @@ class PdoRecord {
   [[nodiscard]] bool maps(const Entry& entry) const noexcept;
 
  private:
-  void add_communication_record(std::uint32_t cob_id, const PdoDefaults& defaults, int number);
-  void add_mapping_record(const PdoDefaults& defaults, int number);
-  void add_mapping_entry(std::size_t i, std::uint32_t value);
+  void bind_communication_record(std::uint32_t cob_id, const PdoDefaults& defaults, int number);
+  void bind_mapping_record(const PdoDefaults& defaults, int number);
+  void bind_mapping_entry(std::size_t i, std::uint32_t value);
   [[nodiscard]] bool type_offered(std::uint8_t type) const noexcept;
   [[nodiscard]] Verdict resolve(std::uint32_t entry, MappedObject& object) const noexcept;
   [[nodiscard]] Verdict resolve_all(std::size_t count) noexcept;

@@ -27,13 +27,7 @@ ObjectAddress address_of(std::span<const std::uint8_t, 8> request) noexcept {
 }  // namespace
 
 SdoServer::SdoServer(ObjectDictionary& dictionary, Outbox& outbox, const std::uint8_t& node_id)
-    : dictionary_(dictionary), outbox_(outbox), node_id_(node_id) {
-  dictionary.add<std::uint8_t>(0x1200, 0, Access::kConst, 2);
-  dictionary.add<std::uint32_t>(0x1200, 1, Access::kReadOnly, canopen::cob_id::sdo_request(node_id))
-      .plus_node_id();
-  dictionary.add<std::uint32_t>(0x1200, 2, Access::kReadOnly, canopen::cob_id::sdo_response(node_id))
-      .plus_node_id();
-}
+    : dictionary_(dictionary), outbox_(outbox), node_id_(node_id) {}
 
 void SdoServer::reset() noexcept {
   if (transfer_ == Transfer::kBlockUpload) outbox_.drop(canopen::cob_id::sdo_response(node_id_));

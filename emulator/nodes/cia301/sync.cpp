@@ -13,8 +13,7 @@ constexpr std::uint32_t kDoNotCare = 0x80000000U;  // some masters and EDS files
 }  // namespace
 
 Sync::Sync(ObjectDictionary& dictionary, Outbox& outbox, const Time& now) : outbox_(outbox) {
-  cob_id_ = dictionary.add<std::uint32_t>(canopen::object::kSyncCobId, 0, Access::kReadWrite,
-                                          canopen::cob_id::kSync);
+  cob_id_ = dictionary.object<std::uint32_t>(canopen::object::kSyncCobId);
   cob_id_.on_write([this, &now](std::uint32_t value) -> Verdict {
     const std::uint32_t id = value & kCobIdMask;
     if ((value & ~(kDoNotCare | kProduce | kCobIdMask)) != 0 || restricted_identifier(id))
@@ -25,14 +24,14 @@ Sync::Sync(ObjectDictionary& dictionary, Outbox& outbox, const Time& now) : outb
     schedule(now, value, period_.get());
     return std::nullopt;
   });
-  period_ = dictionary.add<std::uint32_t>(0x1006, 0, Access::kReadWrite, 0);
+  period_ = dictionary.object<std::uint32_t>(0x1006);
   period_.on_write([this, &now](std::uint32_t value) -> Verdict {
     if (value != 0 && value < kShortestPeriodUs) return SdoAbort::kTooLow;
     schedule(now, cob_id_.get(), value);
     return std::nullopt;
   });
-  window_ = dictionary.add<std::uint32_t>(0x1007, 0, Access::kReadWrite, 0);
-  overflow_ = dictionary.add<std::uint8_t>(0x1019, 0, Access::kReadWrite, 0);
+  window_ = dictionary.object<std::uint32_t>(0x1007);
+  overflow_ = dictionary.object<std::uint8_t>(0x1019);
   overflow_.on_write([this](std::uint8_t value) -> Verdict {
     if (period_.get() != 0) return SdoAbort::kDeviceState;
     if (value == 1 || value > 240) return SdoAbort::kValue;

@@ -4,7 +4,7 @@
 #include <stdexcept>
 
 #include "emulator/nodes/drive/drive_faults.h"
-#include "emulator/nodes/drive/drive_pdos.h"
+#include "emulator/nodes/drive/drive_table.h"
 
 namespace walkman::nodes {
 

@@ -71,33 +71,26 @@ struct DriveObjects {
   Object<std::int16_t> torque_offset;             ///< 60B2h
 
  private:
-  void add_identity(const DriveParameters& parameters);
-  void add_impedance(const DriveParameters& parameters);
-  void add_sensors(const DriveParameters& parameters);
-  void add_gains(const DriveParameters& parameters, const ServoGains& factory);
-  void add_state_objects();
-  void add_position_objects(const DriveParameters& parameters);
-  void add_position_limits(const DriveParameters& parameters);
-  void add_profile_objects(const DriveParameters& parameters);
-  void add_cyclic_objects(const DriveParameters& parameters);
-  void add_homing_objects();
-  void add_scale_objects(const DriveParameters& parameters);
-  void add_velocity_objects();
-  void add_torque_objects(const DriveParameters& parameters);
-  void add_count(std::uint16_t index, std::uint8_t highest_sub);
+  void bind_manufacturer_objects(const DriveParameters& parameters);
+  void bind_impedance(const DriveParameters& parameters);
+  void bind_gains(const DriveParameters& parameters, const ServoGains& factory);
+  void bind_state_objects();
+  void bind_position_objects(const DriveParameters& parameters);
+  void bind_profile_objects(const DriveParameters& parameters);
+  void bind_cyclic_objects(const DriveParameters& parameters);
+  void bind_velocity_objects();
+  void bind_torque_objects(const DriveParameters& parameters);
   /// A value that may be written and that the control cycle uses.
   template <typename T>
-  Object<T> setting(std::uint16_t index, std::uint8_t sub, T value, Mappable mappable = Mappable::kNo) {
-    const Object<T> object = dictionary_.add<T>(index, sub, Access::kReadWrite, value, mappable);
+  Object<T> setting(std::uint16_t index, std::uint8_t sub = 0) {
     settings_.push_back(dictionary_.find(index, sub));
-    return object;
+    return dictionary_.object<T>(index, sub);
   }
   /// A value that the drive publishes and that PDOs may map.
   template <typename T>
-  Object<T> measurement(std::uint16_t index, std::uint8_t sub) {
-    const Object<T> object = dictionary_.add<T>(index, sub, Access::kReadOnly, T{}, Mappable::kYes);
+  Object<T> measurement(std::uint16_t index, std::uint8_t sub = 0) {
     measurements_.push_back(dictionary_.find(index, sub));
-    return object;
+    return dictionary_.object<T>(index, sub);
   }
 
   ObjectDictionary& dictionary_;

@@ -1,7 +1,7 @@
 // What a drive shows on the wire: the one place where measurements and demands get the wire's units.
 
 #include "emulator/nodes/drive/drive_node.h"
-#include "emulator/nodes/drive/wire_units.h"
+#include "emulator/nodes/cia301/object_table.h"
 
 namespace walkman::nodes {
 

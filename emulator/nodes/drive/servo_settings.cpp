@@ -5,7 +5,7 @@
 #include <cmath>
 #include <limits>
 
-#include "emulator/nodes/drive/wire_units.h"
+#include "emulator/nodes/cia301/object_table.h"
 
 namespace walkman::nodes {
 namespace {

@@ -6,7 +6,7 @@
 #include <initializer_list>
 
 #include "drivers/canopen/objects.h"
-#include "emulator/nodes/drive/wire_units.h"
+#include "emulator/nodes/measuring/measuring_table.h"
 
 namespace walkman::nodes {
 
@@ -14,87 +14,75 @@ namespace object = canopen::object;
 
 namespace {
 
-constexpr auto kRo = Access::kReadOnly;
-constexpr auto kRw = Access::kReadWrite;
-constexpr auto kMap = Mappable::kYes;
-
 constexpr std::uint32_t kTaraSignature = 0x61726174;
 constexpr std::uint32_t kZeroSignature = 0x6F72657A;
 constexpr std::uint8_t kFirstOrder = 1;
-constexpr std::uint8_t kSecondOrder = 2;
-constexpr std::uint16_t kFilterConstantMs = 10;
 
 }  // namespace
 
-void AnalogueChannel::add_counts(ObjectDictionary& dictionary, std::uint8_t channels, std::uint8_t digits,
-                                 std::uint8_t adjustable) {
-  const auto add = [&](std::initializer_list<std::uint16_t> indices, std::uint8_t count) {
-    for (const std::uint16_t index : indices) dictionary.add<std::uint8_t>(index, 0, Access::kConst, count);
+void AnalogueChannel::add_objects(ObjectDictionary& dictionary, std::uint8_t channels, std::uint8_t digits,
+                                  std::uint8_t adjustable) {
+  const auto add = [&](ObjectTable table, std::uint8_t count) {
+    if (count == 0) return;
+    for (const ObjectRow& row : table) dictionary.add(row, count);
   };
-  add({0x6110, 0x6112, 0x6114, object::kProcessValueReal, 0x6131, 0x6133, 0x6134, 0x6135, 0x6148, 0x6149,
-       object::kMeasuringStatus, object::kProcessValueInt16, 0x9130},
-      channels);
-  if (digits > 0) add({object::kDecimalDigits}, digits);
-  if (adjustable == 0) return;
-  add({0x6100, 0x6124, 0x6125, 0x6126, 0x6127, object::kTare, object::kAutoTare, 0x6140, 0x61A0, 0x61A1,
-       0x7100},
-      adjustable);
+  add(channel_table(), channels);
+  add(digits_table(), digits);
+  add(adjustment_table(), adjustable);
 }
 
 AnalogueChannel::AnalogueChannel(ObjectDictionary& dictionary, std::uint8_t channel,
                                  const ChannelDescription& description, std::uint32_t sample_period_us)
     : channel_(channel), description_(description), sample_period_(sample_period_us * kMicro) {
-  add_measurement(dictionary, sample_period_us);
-  add_events(dictionary);
-  if (description.adjustable) add_adjustment(dictionary);
+  bind_measurement(dictionary, sample_period_us);
+  bind_events(dictionary);
+  if (description.adjustable) bind_adjustment(dictionary);
 }
 
-void AnalogueChannel::add_measurement(ObjectDictionary& d, std::uint32_t sample_period_us) {
+void AnalogueChannel::bind_measurement(ObjectDictionary& d, std::uint32_t sample_period_us) {
   const auto range = static_cast<float>(description_.range);
-  d.add<std::uint16_t>(0x6110, channel_, kRo, description_.sensor_type);
-  operating_mode_ = d.add<std::uint8_t>(0x6112, channel_, kRw, 1).limits(0, 1);
-  d.add<std::uint32_t>(0x6114, channel_, kRo, sample_period_us);
-  process_value_ = d.add<float>(object::kProcessValueReal, channel_, kRo, 0, kMap);
-  d.add<std::uint32_t>(0x6131, channel_, kRo, description_.unit_code);
-  if (description_.digits) {
-    d.add<std::uint8_t>(object::kDecimalDigits, channel_, kRo, *description_.digits);
-  }
-  d.add<float>(0x6148, channel_, kRo, -range);
-  d.add<float>(0x6149, channel_, kRo, range);
-  status_ = d.add<std::uint8_t>(object::kMeasuringStatus, channel_, kRo, measuring_status::kInvalid, kMap);
-  process_value_i16_ = d.add<std::int16_t>(object::kProcessValueInt16, channel_, kRo, 0, kMap);
-  process_value_i32_ = d.add<std::int32_t>(0x9130, channel_, kRo, 0, kMap);
+  d.object<std::uint16_t>(0x6110, channel_).factory(description_.sensor_type);
+  operating_mode_ = d.object<std::uint8_t>(0x6112, channel_);
+  d.object<std::uint32_t>(0x6114, channel_).factory(sample_period_us);
+  process_value_ = d.object<float>(object::kProcessValueReal, channel_);
+  d.object<std::uint32_t>(0x6131, channel_).factory(description_.unit_code);
+  if (description_.digits) d.object<std::uint8_t>(object::kDecimalDigits, channel_).factory(*description_.digits);
+  d.object<float>(0x6148, channel_).factory(-range);
+  d.object<float>(0x6149, channel_).factory(range);
+  status_ = d.object<std::uint8_t>(object::kMeasuringStatus, channel_);
+  process_value_i16_ = d.object<std::int16_t>(object::kProcessValueInt16, channel_);
+  process_value_i32_ = d.object<std::int32_t>(0x9130, channel_);
 }
 
-void AnalogueChannel::add_events(ObjectDictionary& d) {
+void AnalogueChannel::bind_events(ObjectDictionary& d) {
   const auto range = static_cast<float>(description_.range);
-  event_delta_ = d.add<float>(0x6133, channel_, kRw, 0);
+  event_delta_ = d.object<float>(0x6133, channel_);
   event_delta_.on_write([](float delta) -> Verdict {
     if (!std::isfinite(delta) || delta < 0) return SdoAbort::kValue;
     return std::nullopt;
   });
-  lower_limit_ = d.add<float>(0x6134, channel_, kRw, -range);
+  lower_limit_ = d.object<float>(0x6134, channel_).factory(-range);
   lower_limit_.on_write([this](float limit) -> Verdict {
     if (!std::isfinite(limit)) return SdoAbort::kValue;
     return limit > upper_limit_.get() ? Verdict{SdoAbort::kMaxBelowMin} : std::nullopt;
   });
-  upper_limit_ = d.add<float>(0x6135, channel_, kRw, range);
+  upper_limit_ = d.object<float>(0x6135, channel_).factory(range);
   upper_limit_.on_write([this](float limit) -> Verdict {
     if (!std::isfinite(limit)) return SdoAbort::kValue;
     return limit < lower_limit_.get() ? Verdict{SdoAbort::kMaxBelowMin} : std::nullopt;
   });
 }
 
-void AnalogueChannel::add_adjustment(ObjectDictionary& d) {
-  field_value_ = d.add<float>(0x6100, channel_, kRo, 0, kMap);
-  field_value_i16_ = d.add<std::int16_t>(0x7100, channel_, kRo, 0, kMap);
-  net_value_ = d.add<float>(0x6140, channel_, kRo, 0, kMap);
-  input_offset_ = d.add<float>(0x6124, channel_, kRw, 0);
-  factor_ = d.add<float>(0x6126, channel_, kRw, 1);
-  scaling_offset_ = d.add<float>(0x6127, channel_, kRw, 0);
-  tare_ = d.add<float>(object::kTare, channel_, kRw, 0);
-  filter_type_ = d.add<std::uint8_t>(0x61A0, channel_, kRw, 0).limits(0, kSecondOrder);
-  filter_constant_ = d.add<std::uint16_t>(0x61A1, channel_, kRw, kFilterConstantMs);
+void AnalogueChannel::bind_adjustment(ObjectDictionary& d) {
+  field_value_ = d.object<float>(0x6100, channel_);
+  field_value_i16_ = d.object<std::int16_t>(0x7100, channel_);
+  net_value_ = d.object<float>(0x6140, channel_);
+  input_offset_ = d.object<float>(0x6124, channel_);
+  factor_ = d.object<float>(0x6126, channel_);
+  scaling_offset_ = d.object<float>(0x6127, channel_);
+  tare_ = d.object<float>(object::kTare, channel_);
+  filter_type_ = d.object<std::uint8_t>(0x61A0, channel_);
+  filter_constant_ = d.object<std::uint16_t>(0x61A1, channel_);
 
   const auto adjusts = [this](Object<float>& parameter) {
     parameter.on_write([this, &parameter](float value) -> Verdict {
@@ -111,7 +99,7 @@ void AnalogueChannel::add_adjustment(ObjectDictionary& d) {
   adjusts(tare_);
   auto command = [this, &d](std::uint16_t index, std::uint32_t signature, Object<float>& parameter,
                             float sign) {
-    d.add<std::uint32_t>(index, channel_, Access::kWriteOnly, 0)
+    d.object<std::uint32_t>(index, channel_)
         .on_write([this, signature, &parameter, sign](std::uint32_t value) -> Verdict {
           if (value != signature) return SdoAbort::kValue;
           parameter.set(parameter.get() + sign * process_value_.get());

@@ -41,15 +41,15 @@ struct ChannelDescription {
 /// crosses the limit 6134h or 6135h, either way.
 class AnalogueChannel {
  public:
-  /// Adds the channel's objects.
+  /// Takes its objects, which `add_objects` has added.
   AnalogueChannel(ObjectDictionary& dictionary, std::uint8_t channel, const ChannelDescription& description,
                   std::uint32_t sample_period_us);
   AnalogueChannel(const AnalogueChannel&) = delete;
   AnalogueChannel& operator=(const AnalogueChannel&) = delete;
 
-  /// Adds sub-index 0 of the objects of `channels` channels: `digits` and `adjustable` of them have a number
-  /// of digits, and the objects of adjustment.
-  static void add_counts(ObjectDictionary& dictionary, std::uint8_t channels, std::uint8_t digits,
+  /// Adds the objects of `channels` channels: `digits` and `adjustable` of them, which come first, have a number of
+  /// digits, and the objects of adjustment.
+  static void add_objects(ObjectDictionary& dictionary, std::uint8_t channels, std::uint8_t digits,
                          std::uint8_t adjustable);
 
   /// Takes a reading and returns the measuring status. One that is not finite, and any while the channel is
@@ -67,9 +67,9 @@ class AnalogueChannel {
   [[nodiscard]] std::array<const Entry*, 4> process_value_entries() const noexcept;
 
  private:
-  void add_measurement(ObjectDictionary& dictionary, std::uint32_t sample_period_us);
-  void add_events(ObjectDictionary& dictionary);
-  void add_adjustment(ObjectDictionary& dictionary);
+  void bind_measurement(ObjectDictionary& dictionary, std::uint32_t sample_period_us);
+  void bind_events(ObjectDictionary& dictionary);
+  void bind_adjustment(ObjectDictionary& dictionary);
   void filter(double resolved) noexcept;
   void publish() noexcept;
 

@@ -1,7 +1,7 @@
 #include "emulator/nodes/measuring/force_torque_node.h"
 
 #include "drivers/canopen/objects.h"
-#include "emulator/nodes/drive/wire_units.h"
+#include "emulator/nodes/measuring/measuring_table.h"
 
 namespace walkman::nodes {
 
@@ -40,9 +40,8 @@ ForceTorqueNode::ForceTorqueNode(const ForceTorqueParameters& parameters)
     : MeasuringNode({parameters.node_id, kAnalogueInputType, parameters.name, kProduct, parameters.serial},
                     describe(parameters), parameters.sample_period_us),
       transducer_(parameters.transducer, parameters.sample_period_us * kMicro) {
-  objects().add<std::uint8_t>(object::kSensorTemperature, 0, Access::kConst, 1);
-  temperature_ = objects().add<std::int16_t>(object::kSensorTemperature, 1, Access::kReadOnly,
-                                             wire_temperature(transducer_), Mappable::kYes);
+  objects().add(sensor_temperature_table());
+  temperature_ = objects().object<std::int16_t>(object::kSensorTemperature, 1).factory(wire_temperature(transducer_));
   constexpr std::uint16_t kValue = object::kProcessValueInt16;
   PdoSet transmit;
   transmit[0] = {true,

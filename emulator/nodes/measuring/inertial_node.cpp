@@ -5,7 +5,7 @@
 #include <numbers>
 
 #include "drivers/canopen/objects.h"
-#include "emulator/nodes/drive/wire_units.h"
+#include "emulator/nodes/cia301/object_table.h"
 
 namespace walkman::nodes {
 

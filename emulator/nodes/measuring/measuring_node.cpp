@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "drivers/canopen/objects.h"
+#include "emulator/nodes/measuring/measuring_table.h"
 
 namespace walkman::nodes {
 
@@ -24,15 +25,15 @@ MeasuringNode::MeasuringNode(DeviceIdentity identity, std::span<const ChannelDes
   const auto count = [&](auto has) {
     return static_cast<std::uint8_t>(std::count_if(channels.begin(), channels.end(), has));
   };
-  AnalogueChannel::add_counts(objects(), static_cast<std::uint8_t>(channels.size()),
+  AnalogueChannel::add_objects(objects(), static_cast<std::uint8_t>(channels.size()),
                               count([](const ChannelDescription& c) { return c.digits.has_value(); }),
                               count([](const ChannelDescription& c) { return c.adjustable; }));
   for (const ChannelDescription& description : channels) {
     const auto number = static_cast<std::uint8_t>(channels_.size() + 1);
     channels_.push_back(std::make_unique<AnalogueChannel>(objects(), number, description, sample_period_us));
   }
-  objects().add<std::uint8_t>(object::kCycleCounter, 0, Access::kConst, 1);
-  counter_ = objects().add<std::uint16_t>(object::kCycleCounter, 1, Access::kReadOnly, 0, Mappable::kYes);
+  objects().add(sample_counter_table());
+  counter_ = objects().object<std::uint16_t>(object::kCycleCounter, 1);
 }
 
 void MeasuringNode::take_sample(std::span<const double> readings) noexcept {

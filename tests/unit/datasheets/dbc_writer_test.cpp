@@ -4,13 +4,12 @@
 
 #include "emulator/nodes/drive/drive_node.h"
 #include "emulator/nodes/measuring/force_torque_node.h"
+#include "emulator/nodes/measuring/measuring_table.h"
 #include "tests/unit/nodes/test_drive.h"
 
 namespace walkman::datasheets {
 namespace {
 
-using nodes::Access;
-using nodes::Mappable;
 using testing::HasSubstr;
 using testing::Not;
 
@@ -50,12 +49,13 @@ TEST(DbcWriter, WritesTheOtherServices) {
   EXPECT_THAT(text, HasSubstr("BO_ 1797 RShLat_heartbeat: 1 RShLat\n"));
 }
 
-TEST(DbcWriter, MarksWhatIsSwitchedOffAndNamesNothingTwice) {
+TEST(DbcWriter, LeavesOutWhatIsOff) {
   const nodes::DriveNode drive(nodes::test_drive());
   const std::string text = bus_of("RShLat", 5, drive.dictionary());
-  // 505h = 1285: RPDO4 repeats objects of RPDO1 and RPDO2.
-  EXPECT_THAT(text, HasSubstr("BO_ 1285 RShLat_RPDO4: 8 computer\n SG_ RShLat_controlword4 : 0|16@1+"));
-  EXPECT_THAT(text, HasSubstr("CM_ BO_ 1285 \"RPDO4 of RShLat, every SYNC, switched off by default\";\n"));
+  EXPECT_THAT(text, HasSubstr("RShLat_RPDO2"));
+  EXPECT_THAT(text, Not(HasSubstr("RShLat_RPDO3")));
+  EXPECT_THAT(text, Not(HasSubstr("RShLat_RPDO4")));
+  EXPECT_THAT(text, Not(HasSubstr("RShLat_TPDO3")));
 }
 
 TEST(DbcWriter, WritesASensorInItsOwnUnits) {
@@ -70,24 +70,29 @@ TEST(DbcWriter, WritesASensorInItsOwnUnits) {
 }
 
 TEST(DbcWriter, TakesTheMappingOfTheMoment) {
-  nodes::ObjectDictionary d;
-  d.add<std::uint32_t>(0x1800, 1, Access::kReadWrite, 0x40000185);
-  d.add<std::uint8_t>(0x1800, 2, Access::kReadWrite, 4);
-  auto count = d.add<std::uint8_t>(0x1A00, 0, Access::kReadWrite, 0);
-  d.add<std::uint32_t>(0x1A00, 1, Access::kReadWrite, 0x61300120);
-  d.add<float>(0x6130, 1, Access::kReadOnly, 0, Mappable::kYes);
-  d.add<std::uint32_t>(0x1400, 1, Access::kReadWrite, 0x205);
-  d.add<std::uint8_t>(0x1400, 2, Access::kReadWrite, 255);
-  d.add<std::uint8_t>(0x1600, 0, Access::kReadWrite, 2);
-  d.add<std::uint32_t>(0x1600, 1, Access::kReadWrite, 0x00060010);  // 16 bits for somebody else
-  d.add<std::uint32_t>(0x1600, 2, Access::kReadWrite, 0x60400010);
-  d.add<std::uint16_t>(0x6040, 0, Access::kReadWrite, 0, Mappable::kYes);
+  using namespace nodes;
+  const auto count_of = [](std::uint8_t n) { return read_write<std::uint8_t>("Number", n); };
+  const auto mapping = [&](std::uint16_t index, std::uint8_t n, std::vector<EntryRow> entries) {
+    ObjectRow row = record(index, "Mapping", std::move(entries));
+    row.zero = count_of(n);
+    return row;
+  };
+  ObjectDictionary d;
+  d.add(record(0x1800, "TPDO", {read_write<std::uint32_t>("COB-ID", 0x40000185), read_write<std::uint8_t>("Type", 4)}));
+  d.add(mapping(0x1A00, 0, {read_write<std::uint32_t>("Mapped", 0x61300120)}));
+  d.add(array_of(0x6130, "AI input PV", read_only<float>(kChannelName).pdo(), 1));
+  d.add(record(0x1400, "RPDO", {read_write<std::uint32_t>("COB-ID", 0x205), read_write<std::uint8_t>("Type", 255)}));
+  d.add(mapping(0x1600, 2,
+                {read_write<std::uint32_t>("Mapped", 0x00060010),  // 16 bits for somebody else
+                 read_write<std::uint32_t>("Mapped", 0x60400010)}));
+  d.add(variable(0x6040, read_write<std::uint16_t>("Controlword").pdo()));
+  auto count = d.object<std::uint8_t>(0x1A00);
   EXPECT_THAT(bus_of("a", 5, d), Not(HasSubstr("a_TPDO1")));
   count.set(1);
   const std::string text = bus_of("a", 5, d);
   EXPECT_THAT(text,
-              HasSubstr("BO_ 389 a_TPDO1: 4 a\n SG_ a_real_Channel_1 : 0|32@1- (1,0) [0|0] \"\" computer\n"));
-  EXPECT_THAT(text, HasSubstr("SIG_VALTYPE_ 389 a_real_Channel_1 : 1;\n"));
+              HasSubstr("BO_ 389 a_TPDO1: 4 a\n SG_ a_ai_input_pv_Channel_1 : 0|32@1- (1,0) [0|0] \"\" computer\n"));
+  EXPECT_THAT(text, HasSubstr("SIG_VALTYPE_ 389 a_ai_input_pv_Channel_1 : 1;\n"));
   EXPECT_THAT(text, HasSubstr("CM_ BO_ 389 \"TPDO1 of a, every 4. SYNC\";\n"));
   EXPECT_THAT(text, HasSubstr("BO_ 517 a_RPDO1: 4 computer\n SG_ a_controlword : 16|16@1+"));
 }

@@ -82,15 +82,32 @@ TEST(EdsWriter, SerialNumberIsNoPropertyOfTheType) {
   EXPECT_THAT(section(text, "1018sub2"), HasSubstr("DefaultValue"));
 }
 
-TEST(EdsWriter, WritesRealValuesAsTheirBits) {
+// One reader wants the bits, one decimals, one refuses the file for either.
+TEST(EdsWriter, LeavesOutDefaultsOfRealValues) {
   nodes::ForceTorqueParameters parameters;
   parameters.node_id = 18;
   const nodes::ForceTorqueNode sensor(parameters);
   const std::string text = eds_text(kTitle, std::vector<EdsDevice>{{18, &sensor.dictionary()}});
   EXPECT_THAT(section(text, "6149sub1"), HasSubstr("DataType=0x0008\n"));
-  EXPECT_THAT(section(text, "6149sub1"), HasSubstr("DefaultValue=0x44BB8000\n"));  // 1500 N
+  EXPECT_THAT(section(text, "6149sub1"), Not(HasSubstr("DefaultValue")));
+  EXPECT_THAT(section(text, "6126sub1"), Not(HasSubstr("DefaultValue")));
   EXPECT_THAT(section(text, "6139sub1"), HasSubstr("AccessType=wo\n"));
   EXPECT_THAT(section(text, "6139sub1"), Not(HasSubstr("DefaultValue")));
+  EXPECT_THAT(section(text, "Comments"), Not(HasSubstr("607Ah")));
+}
+
+// A master that binds 6040h to the last PDO that maps it must find only the one that is on.
+TEST(EdsWriter, PdosThatAreOffMapNothing) {
+  const std::string text = drives_text(nodes::test_drive(5), nodes::test_drive(6));
+  for (const char* off : {"1602", "1603", "1A02"}) {
+    EXPECT_THAT(section(text, off + std::string("sub0")), HasSubstr("DefaultValue=0\n"));
+    EXPECT_THAT(section(text, off + std::string("sub1")), HasSubstr("DefaultValue=0x00000000\n"));
+  }
+}
+
+TEST(EdsWriter, SaysHowAFirstTargetIsSet) {
+  const std::string text = drives_text(nodes::test_drive(5), nodes::test_drive(6));
+  EXPECT_THAT(section(text, "Comments"), HasSubstr("read 6064h first and write it to 607Ah"));
 }
 
 TEST(EdsWriter, RefusesDevicesOfDifferentTypes) {

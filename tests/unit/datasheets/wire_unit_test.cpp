@@ -2,10 +2,13 @@
 
 #include <gtest/gtest.h>
 
+#include "emulator/nodes/drive/drive_node.h"
+#include "emulator/nodes/measuring/force_torque_node.h"
+#include "emulator/nodes/measuring/inertial_node.h"
+#include "tests/unit/nodes/test_drive.h"
+
 namespace walkman::datasheets {
 namespace {
-
-using nodes::Access;
 
 void expect_unit(const WireUnit& unit, const std::string& text, double factor) {
   EXPECT_EQ(unit.text, text);
@@ -13,33 +16,38 @@ void expect_unit(const WireUnit& unit, const std::string& text, double factor) {
 }
 
 TEST(WireUnit, OfDriveObjectsDependsOnTheRatings) {
-  nodes::ObjectDictionary d;
-  d.add<std::uint32_t>(0x6076, 0, Access::kReadOnly, 60000);  // mN m
-  d.add<std::uint32_t>(0x6075, 0, Access::kReadOnly, 8000);   // mA
-  expect_unit(wire_unit(d, {0x6064, 0}), "rad", 1e-6);
-  expect_unit(wire_unit(d, {0x6084, 0}), "rad/s^2", 1e-6);
-  expect_unit(wire_unit(d, {0x6077, 0}), "Nm", 0.06);
-  expect_unit(wire_unit(d, {0x6078, 0}), "A", 0.008);
-  expect_unit(wire_unit(d, {0x2030, 1}), "degC", 0.1);
-  expect_unit(wire_unit(d, {0x2020, 2}), "Nm", 1e-3);
-  expect_unit(wire_unit(d, {0x6041, 0}), "", 1);
-}
-
-TEST(WireUnit, PerMilleWithoutARatingIsAShare) {
-  const nodes::ObjectDictionary empty;
-  expect_unit(wire_unit(empty, {0x6077, 0}), "", 1e-3);
+  nodes::DriveParameters parameters = nodes::test_drive();
+  parameters.rated_torque = 60;
+  parameters.rated_current = 8;
+  const nodes::DriveNode drive(parameters);
+  const auto unit = [&](std::uint16_t index, std::uint8_t sub) {
+    return wire_unit(drive.dictionary(), *drive.dictionary().find(index, sub));
+  };
+  expect_unit(unit(0x6064, 0), "rad", 1e-6);
+  expect_unit(unit(0x6084, 0), "rad/s^2", 1e-6);
+  expect_unit(unit(0x6077, 0), "Nm", 0.06);
+  expect_unit(unit(0x6078, 0), "A", 0.008);
+  expect_unit(unit(0x2030, 1), "degC", 0.1);
+  expect_unit(unit(0x2020, 2), "Nm", 1e-3);
+  expect_unit(unit(0x6041, 0), "", 1);
 }
 
 TEST(WireUnit, OfMeasuredValuesIsInTheDictionary) {
-  nodes::ObjectDictionary d;
-  d.add<std::uint32_t>(0x6131, 1, Access::kReadOnly, 0x00210000);  // newton
-  d.add<std::uint8_t>(0x6132, 1, Access::kReadOnly, 1);
-  d.add<std::uint32_t>(0x6131, 2, Access::kReadOnly, 0x00015700);  // m/s^2
-  d.add<std::uint8_t>(0x6132, 2, Access::kReadOnly, 3);
-  expect_unit(wire_unit(d, {0x7130, 1}), "N", 0.1);
-  expect_unit(wire_unit(d, {0x6130, 1}), "N", 1);
-  expect_unit(wire_unit(d, {0x9130, 2}), "m/s^2", 1e-3);
-  expect_unit(wire_unit(d, {0x7130, 3}), "", 1);  // no such channel
+  nodes::ForceTorqueParameters force_torque;
+  force_torque.node_id = 18;
+  const nodes::ForceTorqueNode sensor(force_torque);
+  nodes::InertialParameters inertial;
+  inertial.node_id = 91;
+  const nodes::InertialNode unit(inertial);
+  const auto of = [](const nodes::CanopenSlave& node, std::uint16_t index, std::uint8_t sub) {
+    return wire_unit(node.dictionary(), *node.dictionary().find(index, sub));
+  };
+  expect_unit(of(sensor, 0x7130, 1), "N", 0.1);
+  expect_unit(of(sensor, 0x6130, 1), "N", 1);
+  expect_unit(of(sensor, 0x9130, 6), "Nm", 0.01);
+  expect_unit(of(unit, 0x9130, 2), "N/kg", 1e-3);
+  expect_unit(of(unit, 0x7130, 10), "", 1.0 / 30000);
+  expect_unit(of(unit, 0x6130, 10), "", 1);
 }
 
 TEST(WireUnit, CodesOfCia303) {

@@ -7,7 +7,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "emulator/nodes/drive/wire_units.h"
+#include "emulator/nodes/cia301/object_table.h"
 #include "tests/unit/nodes/joint_rig.h"
 
 namespace walkman::nodes {

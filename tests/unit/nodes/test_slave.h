@@ -14,13 +14,15 @@ class TestSlave : public CanopenSlave {
  public:
   explicit TestSlave(std::uint8_t node_id = 5)
       : CanopenSlave({node_id, 0x00020194, "RShLat drive", 0x77, 0x12345678}) {
-    command = objects().add<std::uint32_t>(0x2000, 0, Access::kReadWrite, 0, Mappable::kYes);
-    value = objects().add<std::uint32_t>(0x2001, 0, Access::kReadOnly, 0x11223344, Mappable::kYes);
-    parameter = objects().add<std::uint16_t>(0x2002, 0, Access::kReadWrite, 15).limits(10, 20);
-    objects().add<std::uint8_t>(0x2010, 0, Access::kConst, 16);
+    objects().add(variable(0x2000, read_write<std::uint32_t>("Command").pdo()));
+    objects().add(variable(0x2001, read_only<std::uint32_t>("Value", 0x11223344).pdo()));
+    objects().add(variable(0x2002, read_write<std::uint16_t>("Parameter", 15).within(10, 20)));
+    objects().add(array_of(0x2010, "Wide", read_write<std::uint32_t>("Wide {}").pdo(), 16));
+    command = objects().object<std::uint32_t>(0x2000);
+    value = objects().object<std::uint32_t>(0x2001);
+    parameter = objects().object<std::uint16_t>(0x2002);
     for (std::uint8_t sub = 1; sub <= 16; ++sub) {
-      wide.push_back(
-          objects().add<std::uint32_t>(0x2010, sub, Access::kReadWrite, 0x01010101U * sub, Mappable::kYes));
+      wide.push_back(objects().object<std::uint32_t>(0x2010, sub).factory(0x01010101U * sub));
     }
     const std::vector<std::uint32_t> to_command{mapped(0x2000, 0, 32)};
     PdoSet receive;

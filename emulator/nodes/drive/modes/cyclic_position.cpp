@@ -2,7 +2,7 @@
 
 #include "emulator/nodes/drive/modes/position_range.h"
 #include "emulator/nodes/drive/servo_settings.h"
-#include "emulator/nodes/drive/wire_units.h"
+#include "emulator/nodes/cia301/object_table.h"
 
 namespace walkman::nodes {
 

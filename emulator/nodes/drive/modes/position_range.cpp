@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "emulator/nodes/drive/servo_settings.h"
-#include "emulator/nodes/drive/wire_units.h"
+#include "emulator/nodes/cia301/object_table.h"
 
 namespace walkman::nodes {
 
