@@ -8,8 +8,8 @@
 
 #include "emulator/datasheets/device_files.h"
 #include "emulator/nodes/drive/drive_node.h"
+#include "emulator/nodes/drive/drive_parameters.h"
 #include "emulator/nodes/measuring/force_torque_node.h"
-#include "emulator/nodes/drive/hand_node.h"
 #include "emulator/nodes/measuring/inertial_node.h"
 
 namespace walkman {
@@ -78,7 +78,8 @@ struct ForceTorqueKinds {
       : wrist(load(options, "force_torque_45mm.yaml")), ankle(load(options, "force_torque_ankle.yaml")) {}
   static ForceTorqueKind load(const EmulatorOptions& options, const char* file) {
     const bool given = !options.sensors.empty();
-    return load_force_torque_kind((given ? options.sensors : options.actuators / "../../nodes/measuring") / file);
+    return load_force_torque_kind((given ? options.sensors : options.actuators / "../../nodes/measuring") /
+                                  file);
   }
   /// A sensor nothing hangs below sits in a foot.
   [[nodiscard]] const ForceTorqueKind& of(const RobotModel& robot, const std::string& frame) const {

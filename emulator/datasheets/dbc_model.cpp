@@ -8,7 +8,7 @@
 #include "drivers/can/fd_length.h"
 #include "emulator/datasheets/object_names.h"
 #include "emulator/datasheets/wire_unit.h"
-#include "emulator/nodes/cia301/cob_id_rules.h"
+#include "emulator/nodes/cia301/communication_table.h"
 
 namespace walkman::datasheets {
 namespace {

@@ -11,7 +11,6 @@
 
 #include "emulator/datasheets/eds_object.h"
 #include "emulator/datasheets/object_names.h"
-#include "emulator/nodes/cia301/cob_id_rules.h"
 #include "emulator/nodes/cia301/communication_table.h"
 #include "emulator/nodes/cia301/pdo_record.h"
 #include "emulator/nodes/drive/drive_table.h"
@@ -151,14 +150,16 @@ std::string table_of(std::initializer_list<nodes::ObjectTable> tables) {
     for (const ObjectRow& object : table) objects.push_back(&object);
   std::stable_sort(objects.begin(), objects.end(),
                    [](const ObjectRow* a, const ObjectRow* b) { return a->index < b->index; });
-  std::string text = "| object | name | type, access | factory setting | unit; meaning |\n|---|---|---|---|---|\n";
+  std::string text =
+      "| object | name | type, access | factory setting | unit; meaning |\n|---|---|---|---|---|\n";
   for (const ObjectRow* object : objects) {
     bool first = true;
     const auto append = [&](const EntryRow& row, const std::string& sub) {
       append_entry(text, *object, row, sub, first);
       first = false;
     };
-    if (object->simple() || object->zero.access != Access::kConst) append(object->zero, object->simple() ? "" : "0");
+    if (object->simple() || object->zero.access != Access::kConst)
+      append(object->zero, object->simple() ? "" : "0");
     if (!object->each.name.empty()) {
       append(object->each, object->each_count == 0 ? "1–n" : fmt::format("1–{}", object->each_count));
     }
@@ -174,13 +175,14 @@ std::string content_text(const nodes::ObjectDictionary& dictionary, std::uint16_
   const std::uint32_t count = dictionary.find(mapping, 0)->raw;
   for (std::uint32_t n = 1; n <= count; ++n) {
     const std::uint32_t mapped = dictionary.find(mapping, static_cast<std::uint8_t>(n))->raw;
-    const nodes::Entry* entry =
-        dictionary.find(static_cast<std::uint16_t>(mapped >> 16U), static_cast<std::uint8_t>(mapped >> 8U & 0xFFU));
+    const nodes::Entry* entry = dictionary.find(static_cast<std::uint16_t>(mapped >> 16U),
+                                                static_cast<std::uint8_t>(mapped >> 8U & 0xFFU));
     if (entry == nullptr) continue;
     std::string name = entry_name(dictionary, *entry);
     if (name.size() > 2) name[0] = static_cast<char>(std::tolower(static_cast<unsigned char>(name[0])));
     const std::string sub = entry->address.sub == 0 ? "" : fmt::format(":{}", entry->address.sub);
-    text += fmt::format("{}{:04X}{} {} ({})", text.empty() ? "" : ", ", entry->address.index, sub, name, mapped & 0xFFU);
+    text += fmt::format("{}{:04X}{} {} ({})", text.empty() ? "" : ", ", entry->address.index, sub, name,
+                        mapped & 0xFFU);
   }
   return text.empty() ? "—" : text;
 }
@@ -196,8 +198,8 @@ std::string pdo_table(const WiredDevice& device) {
       };
       const bool off = (value(1) & nodes::kCobIdInvalid) != 0;
       text += fmt::format("| {}PDO{} | {:X}h + id | {}{}{} | {} |\n", word, i + 1,
-                          (value(1) & nodes::kCobIdMask) - device.node->node_id(), value(2), off ? ", off" : "",
-                          value(5) == 0 ? "" : fmt::format(", {} ms", value(5)),
+                          (value(1) & nodes::kCobIdMask) - device.node->node_id(), value(2),
+                          off ? ", off" : "", value(5) == 0 ? "" : fmt::format(", {} ms", value(5)),
                           content_text(d, static_cast<std::uint16_t>(mapping + i)));
     }
   }
@@ -217,9 +219,10 @@ std::string generated(const std::string& name, const std::vector<WiredBus>& buse
       for (const WiredDevice& device : bus.devices)
         if (type_name(device.device->kind) == name.substr(kPdos.size())) return pdo_table(device);
   }
-  throw std::runtime_error("generated table '" + name +
-                           "', expected 'objects of every node', 'objects of a drive', 'objects of a measuring "
-                           "device' or 'PDOs of' a kind of device");
+  throw std::runtime_error(
+      "generated table '" + name +
+      "', expected 'objects of every node', 'objects of a drive', 'objects of a measuring "
+      "device' or 'PDOs of' a kind of device");
 }
 
 }  // namespace
@@ -233,7 +236,8 @@ std::string with_object_tables(const std::string& document, const std::vector<Wi
     const std::string name = line.substr(kBegin.size(), line.size() - kBegin.size() - kClose.size());
     text += generated(name, buses);
     while (line != kEnd) {
-      if (!std::getline(lines, line)) throw std::runtime_error("generated table '" + name + "' has no line " + std::string(kEnd));
+      if (!std::getline(lines, line))
+        throw std::runtime_error("generated table '" + name + "' has no line " + std::string(kEnd));
     }
     text += line + '\n';
   }

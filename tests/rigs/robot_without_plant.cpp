@@ -1,6 +1,6 @@
 #include "tests/rigs/robot_without_plant.h"
 
-#include "emulator/nodes/drive/hand_node.h"
+#include "emulator/nodes/drive/drive_parameters.h"
 
 namespace walkman::rigs {
 namespace {

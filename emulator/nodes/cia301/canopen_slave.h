@@ -7,7 +7,7 @@
 
 #include "drivers/canopen/nmt.h"
 #include "emulator/bus/participant.h"
-#include "emulator/nodes/cia301/emergency.h"
+#include "emulator/nodes/cia301/emergency_producer.h"
 #include "emulator/nodes/cia301/guarding.h"
 #include "emulator/nodes/cia301/heartbeat.h"
 #include "emulator/nodes/cia301/lss_slave.h"
@@ -137,7 +137,7 @@ class CanopenSlave : public bus::Participant {
   NodeClock clock_;
   Object<std::uint8_t> error_behaviour_;
   Object<std::uint32_t> start_up_;
-  Emergency emergency_;
+  EmergencyProducer emergency_;
   HeartbeatProducer heartbeat_producer_;
   HeartbeatConsumer heartbeat_consumer_;
   NodeGuarding guarding_;

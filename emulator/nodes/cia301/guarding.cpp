@@ -8,12 +8,12 @@ NodeGuarding::NodeGuarding(ObjectDictionary& dictionary, Outbox& outbox, const s
                            const Time& now)
     : outbox_(outbox), node_id_(node_id) {
   guard_time_ = dictionary.object<std::uint16_t>(0x100C);
-  guard_time_.on_write([this, &now](std::uint16_t value) -> Verdict {
+  guard_time_.on_write([this, &now](std::uint16_t value) -> Refusal {
     watch(now, value, factor_.get());
     return std::nullopt;
   });
   factor_ = dictionary.object<std::uint8_t>(0x100D);
-  factor_.on_write([this, &now](std::uint8_t value) -> Verdict {
+  factor_.on_write([this, &now](std::uint8_t value) -> Refusal {
     watch(now, guard_time_.get(), value);
     return std::nullopt;
   });

@@ -20,7 +20,7 @@ HeartbeatProducer::HeartbeatProducer(ObjectDictionary& dictionary, Outbox& outbo
                                      const std::uint8_t& node_id, const Time& now)
     : outbox_(outbox), node_id_(node_id) {
   period_ = dictionary.object<std::uint16_t>(canopen::object::kProducerHeartbeat);
-  period_.on_write([this, &now](std::uint16_t period_ms) -> Verdict {
+  period_.on_write([this, &now](std::uint16_t period_ms) -> Refusal {
     schedule(now, period_ms);
     return std::nullopt;
   });
@@ -49,16 +49,17 @@ void HeartbeatProducer::advance(Time now, canopen::NmtState state) noexcept {
 
 HeartbeatConsumer::HeartbeatConsumer(ObjectDictionary& dictionary) {
   for (std::size_t i = 0; i < kEntries; ++i) {
-    entries_[i] = dictionary.object<std::uint32_t>(canopen::object::kConsumerHeartbeat, static_cast<std::uint8_t>(i + 1));
-    entries_[i].on_write([this, i](std::uint32_t value) -> Verdict {
-      if (const Verdict refused = check(i, value)) return refused;
+    entries_[i] = dictionary.object<std::uint32_t>(canopen::object::kConsumerHeartbeat,
+                                                   static_cast<std::uint8_t>(i + 1));
+    entries_[i].on_write([this, i](std::uint32_t value) -> Refusal {
+      if (const Refusal refused = check(i, value)) return refused;
       watches_[i] = {};
       return std::nullopt;
     });
   }
 }
 
-Verdict HeartbeatConsumer::check(std::size_t entry, std::uint32_t value) const noexcept {
+Refusal HeartbeatConsumer::check(std::size_t entry, std::uint32_t value) const noexcept {
   if ((value >> 24U) != 0) return SdoAbort::kValue;
   if (!in_use(value)) return std::nullopt;
   for (std::size_t i = 0; i < kEntries; ++i) {

@@ -63,7 +63,7 @@ class HeartbeatConsumer {
     bool lost = false;
   };
 
-  [[nodiscard]] Verdict check(std::size_t entry, std::uint32_t value) const noexcept;
+  [[nodiscard]] Refusal check(std::size_t entry, std::uint32_t value) const noexcept;
 
   std::array<Object<std::uint32_t>, kEntries> entries_;
   std::array<Watch, kEntries> watches_{};

@@ -2,7 +2,6 @@
 
 #include "drivers/canopen/cob_id.h"
 #include "drivers/canopen/little_endian.h"
-#include "emulator/nodes/cia301/cob_id_rules.h"
 #include "emulator/nodes/cia301/communication_table.h"
 
 namespace walkman::nodes {
@@ -17,7 +16,7 @@ constexpr Time kDay = std::chrono::hours(24);
 NodeClock::NodeClock(ObjectDictionary& dictionary, const Time& now) {
   cob_id_ = dictionary.object<std::uint32_t>(0x1012);
   // This device does not produce TIME (bit 30).
-  cob_id_.on_write([this](std::uint32_t value) -> Verdict {
+  cob_id_.on_write([this](std::uint32_t value) -> Refusal {
     const std::uint32_t id = value & kCobIdMask;
     if ((value & ~(kConsume | kCobIdMask)) != 0 || restricted_identifier(id)) return SdoAbort::kValue;
     const bool goes_on = (cob_id_.get() & value & kConsume) != 0;
@@ -26,7 +25,7 @@ NodeClock::NodeClock(ObjectDictionary& dictionary, const Time& now) {
   });
   milliseconds_ = dictionary.object<std::uint32_t>(kNodeClock, 1);
   days_ = dictionary.object<std::uint16_t>(kNodeClock, 2);
-  const auto read = [this, &now]() -> Verdict {
+  const auto read = [this, &now]() -> Refusal {
     publish(now);
     return std::nullopt;
   };

@@ -104,7 +104,8 @@ void ObjectDictionary::add(const ObjectRow& table_row, std::uint8_t count) {
     const auto index = static_cast<std::uint16_t>(row.index + i);
     insert({index, 0}, row, row.zero);
     if (row.simple()) continue;
-    if (row.zero.access == Access::kConst) find(index, 0)->raw = find(index, 0)->default_raw = static_cast<std::uint8_t>(subs);
+    if (row.zero.access == Access::kConst)
+      find(index, 0)->raw = find(index, 0)->default_raw = static_cast<std::uint8_t>(subs);
     for (std::size_t sub = 1; sub <= subs; ++sub) {
       const EntryRow* entry = row.find(static_cast<std::uint8_t>(sub));
       if (entry != nullptr) insert({index, static_cast<std::uint8_t>(sub)}, row, *entry);
@@ -119,7 +120,8 @@ void ObjectDictionary::add(ObjectTable table) {
 void ObjectDictionary::extend(std::uint16_t index) {
   const Entry* first = find(index, 0);
   if (first == nullptr || first->object->each.name.empty()) {
-    throw std::runtime_error(place_name({index, 0}) + " is extended, expected an object of entries that are alike");
+    throw std::runtime_error(place_name({index, 0}) +
+                             " is extended, expected an object of entries that are alike");
   }
   std::uint8_t sub = 1;
   while (find(index, sub) != nullptr) ++sub;
@@ -129,7 +131,8 @@ void ObjectDictionary::extend(std::uint16_t index) {
 Entry& ObjectDictionary::typed(ObjectAddress address, DataType type) {
   Entry* entry = find(address.index, address.sub);
   if (entry == nullptr || entry->type != type) {
-    throw std::runtime_error(place_name(address) + " is missing or of another type, expected as the device uses it");
+    throw std::runtime_error(place_name(address) +
+                             " is missing or of another type, expected as the device uses it");
   }
   return *entry;
 }
@@ -165,7 +168,7 @@ SdoAbort ObjectDictionary::missing(std::uint16_t index) const noexcept {
   return object_exists ? SdoAbort::kNoSubIndex : SdoAbort::kNoObject;
 }
 
-Verdict ObjectDictionary::write(Entry& entry, std::span<const std::uint8_t> bytes) noexcept {
+Refusal ObjectDictionary::write(Entry& entry, std::span<const std::uint8_t> bytes) noexcept {
   if (!entry.writable()) return SdoAbort::kReadOnly;
   if (!entry.number()) {
     if (bytes.size() > entry.longest) return SdoAbort::kTooLong;
@@ -182,16 +185,17 @@ Verdict ObjectDictionary::write(Entry& entry, std::span<const std::uint8_t> byte
     const std::int64_t value = integer_value(entry.type, raw);
     if (value > entry.highest) return SdoAbort::kTooHigh;
     if (value < entry.lowest) return SdoAbort::kTooLow;
-    if (entry.allowed != 0 && (entry.allowed >> static_cast<unsigned>(value) & 1U) == 0) return SdoAbort::kValue;
+    if (entry.allowed != 0 && (entry.allowed >> static_cast<unsigned>(value) & 1U) == 0)
+      return SdoAbort::kValue;
   }
   if (entry.write_hook) {
-    if (const Verdict refused = entry.write_hook(raw)) return refused;
+    if (const Refusal refused = entry.write_hook(raw)) return refused;
   }
   entry.raw = raw;
   return std::nullopt;
 }
 
-Verdict ObjectDictionary::read(const Entry& entry) const noexcept {
+Refusal ObjectDictionary::read(const Entry& entry) const noexcept {
   if (!entry.readable()) return SdoAbort::kWriteOnly;
   if (entry.type == DataType::kDomain && entry.text.empty()) return SdoAbort::kNoData;
   if (entry.read_hook) return entry.read_hook();

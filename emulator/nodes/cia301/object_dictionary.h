@@ -1,8 +1,8 @@
 #pragma once
 
 #include <cstdint>
-#include <functional>
 #include <deque>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <span>
@@ -18,7 +18,7 @@ using canopen::ObjectAddress;
 using canopen::SdoAbort;
 
 /// Nothing when an access is granted, else the abort code the client is told.
-using Verdict = std::optional<SdoAbort>;
+using Refusal = std::optional<SdoAbort>;
 
 /// One sub-index of an object: type, rights, value. Numbers are kept as the bytes they have on the wire.
 ///
@@ -46,9 +46,9 @@ struct Entry {
   std::string stored_text;
 
   /// Asked before a read; may refuse it.
-  std::function<Verdict()> read_hook;
+  std::function<Refusal()> read_hook;
   /// Asked before a new value is stored; may refuse it or act on it.
-  std::function<Verdict(std::uint32_t raw)> write_hook;
+  std::function<Refusal(std::uint32_t raw)> write_hook;
 
   /// Bytes of the value.
   [[nodiscard]] std::size_t size() const noexcept;
@@ -87,11 +87,11 @@ class Object {
     entry_->raw = entry_->default_raw = to_raw(value);
     return *this;
   }
-  Object& on_write(std::function<Verdict(T)> hook) {
+  Object& on_write(std::function<Refusal(T)> hook) {
     entry_->write_hook = [hook = std::move(hook)](std::uint32_t raw) { return hook(from_raw<T>(raw)); };
     return *this;
   }
-  Object& on_read(std::function<Verdict()> hook) {
+  Object& on_read(std::function<Refusal()> hook) {
     entry_->read_hook = std::move(hook);
     return *this;
   }
@@ -100,8 +100,8 @@ class Object {
   Entry* entry_ = nullptr;
 };
 
-/// A node's object dictionary (CiA 301, 7.4), built of rows of the table of objects. Entries stay where they are, and
-/// no access allocates.
+/// A node's object dictionary (CiA 301, 7.4), built of rows of the table of objects. Entries stay where they
+/// are, and no access allocates.
 class ObjectDictionary {
  public:
   /// Longest string that may be written, and longest domain, in bytes.
@@ -111,8 +111,8 @@ class ObjectDictionary {
   /// `node_id` is added to the factory settings that contain it.
   explicit ObjectDictionary(std::uint8_t node_id = 0) : node_id_(node_id) {}
 
-  /// Adds an object with all its sub-indices. Throws std::runtime_error when it is there already, or a string may be
-  /// longer than `kLongestString`.
+  /// Adds an object with all its sub-indices. Throws std::runtime_error when it is there already, or a string
+  /// may be longer than `kLongestString`.
   void add(const ObjectRow& row) { add(row, row.each_count); }
   /// The same for an object of `count` entries that are all alike.
   void add(const ObjectRow& row, std::uint8_t count);
@@ -127,8 +127,9 @@ class ObjectDictionary {
   }
   /// Gives a constant visible string its text. Throws as `object`.
   void set_text(std::uint16_t index, std::string text);
-  /// Gives a domain its content; not in cyclic operation. While it is empty, reading it is refused with 0800 0024.
-  /// Throws std::runtime_error when there is no such domain or `content` is longer than `kLongestDomain`.
+  /// Gives a domain its content; not in cyclic operation. While it is empty, reading it is refused with 0800
+  /// 0024. Throws std::runtime_error when there is no such domain or `content` is longer than
+  /// `kLongestDomain`.
   void set_domain(std::uint16_t index, std::string content);
 
   /// Null when there is none.
@@ -141,9 +142,9 @@ class ObjectDictionary {
   [[nodiscard]] std::span<const std::unique_ptr<Entry>> entries() const noexcept { return entries_; }
 
   /// Stores `bytes` in `entry` after checking rights, length, limits and the hook.
-  [[nodiscard]] Verdict write(Entry& entry, std::span<const std::uint8_t> bytes) noexcept;
+  [[nodiscard]] Refusal write(Entry& entry, std::span<const std::uint8_t> bytes) noexcept;
   /// Checks rights and asks the hook; the value is then in `entry`.
-  [[nodiscard]] Verdict read(const Entry& entry) const noexcept;
+  [[nodiscard]] Refusal read(const Entry& entry) const noexcept;
 
   /// Gives every writable entry with an index in [first, last] the value it has after a reset: the stored
   /// one, else its factory setting. Asks no hooks.

@@ -21,7 +21,7 @@ ParameterStore::ParameterStore(ObjectDictionary& dictionary) : dictionary_(dicti
     std::uint8_t sub = 0;
     for (const Area& area : kAreas) {
       auto object = dictionary.object<std::uint32_t>(index, ++sub);
-      object.on_write([this, index, area](std::uint32_t signature) -> Verdict {
+      object.on_write([this, index, area](std::uint32_t signature) -> Refusal {
         if (signature != (index == kStore ? kSave : kLoad)) return SdoAbort::kStore;
         if (index == kStore) {
           dictionary_.store(area.first, area.last);
@@ -30,7 +30,7 @@ ParameterStore::ParameterStore(ObjectDictionary& dictionary) : dictionary_(dicti
         }
         return std::nullopt;
       });
-      object.on_read([object]() mutable -> Verdict {
+      object.on_read([object]() mutable -> Refusal {
         object.set(kOnCommand);
         return std::nullopt;
       });

@@ -2,7 +2,7 @@
 
 #include <stdexcept>
 
-#include "emulator/nodes/cia301/cob_id_rules.h"
+#include "emulator/nodes/cia301/communication_table.h"
 
 namespace walkman::nodes {
 namespace {
@@ -60,35 +60,35 @@ void PdoRecord::bind_communication_record(std::uint32_t cob_id, const PdoDefault
   const std::uint32_t flags = (transmit ? kCobIdNoRtr : 0) | (defaults.enabled ? 0 : kCobIdInvalid);
 
   cob_id_ = dictionary_.object<std::uint32_t>(index, 1).factory(cob_id | flags);
-  cob_id_.on_write([this](std::uint32_t value) -> Verdict {
-    if (const Verdict refused = check_cob_id(value, cob_id_.get(), kCobIdInvalid | kCobIdNoRtr))
+  cob_id_.on_write([this](std::uint32_t value) -> Refusal {
+    if (const Refusal refused = check_cob_id(value, cob_id_.get(), kCobIdInvalid | kCobIdNoRtr))
       return refused;
     take_cob_id(value);
     changed();
     return std::nullopt;
   });
   type_ = dictionary_.object<std::uint8_t>(index, 2).factory(defaults.type);
-  type_.on_write([this](std::uint8_t value) -> Verdict {
+  type_.on_write([this](std::uint8_t value) -> Refusal {
     if (!type_offered(value)) return SdoAbort::kValue;
     type_value_ = value;
     changed();
     return std::nullopt;
   });
   inhibit_ = dictionary_.object<std::uint16_t>(index, 3);
-  inhibit_.on_write([this](std::uint16_t value) -> Verdict {
+  inhibit_.on_write([this](std::uint16_t value) -> Refusal {
     if (valid_) return SdoAbort::kDeviceState;
     inhibit_time_ = std::chrono::microseconds(100) * value;
     return std::nullopt;
   });
   event_ = dictionary_.object<std::uint16_t>(index, 5).factory(defaults.event_time_ms);
-  event_.on_write([this](std::uint16_t value) -> Verdict {
+  event_.on_write([this](std::uint16_t value) -> Refusal {
     event_time_ = std::chrono::milliseconds(value);
     changed();
     return std::nullopt;
   });
   if (!transmit) return;
   sync_start_ = dictionary_.object<std::uint8_t>(index, 6);
-  sync_start_.on_write([this](std::uint8_t value) -> Verdict {
+  sync_start_.on_write([this](std::uint8_t value) -> Refusal {
     if (valid_) return SdoAbort::kDeviceState;
     sync_start_value_ = value;
     return std::nullopt;
@@ -102,7 +102,7 @@ void PdoRecord::bind_mapping_record(const PdoDefaults& defaults, int number) {
   }
   mapping_count_ = dictionary_.object<std::uint8_t>(mapping_index_, 0)
                        .factory(static_cast<std::uint8_t>(defaults.mapping.size()));
-  mapping_count_.on_write([this](std::uint8_t value) -> Verdict {
+  mapping_count_.on_write([this](std::uint8_t value) -> Refusal {
     if (valid_) return SdoAbort::kDeviceState;
     return resolve_all(value);
   });
@@ -114,14 +114,14 @@ void PdoRecord::bind_mapping_record(const PdoDefaults& defaults, int number) {
 void PdoRecord::bind_mapping_entry(std::size_t i, std::uint32_t value) {
   const auto sub = static_cast<std::uint8_t>(i + 1);
   mapping_[i] = dictionary_.object<std::uint32_t>(mapping_index_, sub).factory(value);
-  mapping_[i].on_write([this](std::uint32_t entry) -> Verdict {
+  mapping_[i].on_write([this](std::uint32_t entry) -> Refusal {
     if (valid_ || mapping_count_.get() != 0) return SdoAbort::kDeviceState;
-    MappedObject object;
-    return entry == 0 ? Verdict{} : resolve(entry, object);
+    MappedEntry object;
+    return entry == 0 ? Refusal{} : resolve(entry, object);
   });
 }
 
-Verdict PdoRecord::resolve(std::uint32_t entry, MappedObject& object) const noexcept {
+Refusal PdoRecord::resolve(std::uint32_t entry, MappedEntry& object) const noexcept {
   const auto index = static_cast<std::uint16_t>(entry >> 16U);
   const auto sub = static_cast<std::uint8_t>(entry >> 8U & 0xFFU);
   const std::uint32_t bits = entry & 0xFFU;
@@ -140,12 +140,12 @@ Verdict PdoRecord::resolve(std::uint32_t entry, MappedObject& object) const noex
   return std::nullopt;
 }
 
-Verdict PdoRecord::resolve_all(std::size_t count) noexcept {
+Refusal PdoRecord::resolve_all(std::size_t count) noexcept {
   if (count > (fd_ ? kMaxObjects : kClassicalObjects)) return SdoAbort::kPdoLength;
-  std::array<MappedObject, kMaxObjects> objects{};
+  std::array<MappedEntry, kMaxObjects> objects{};
   std::size_t bytes = 0;
   for (std::size_t i = 0; i < count; ++i) {
-    if (const Verdict refused = resolve(mapping_[i].get(), objects[i])) return refused;
+    if (const Refusal refused = resolve(mapping_[i].get(), objects[i])) return refused;
     bytes += objects[i].bytes;
   }
   if (bytes > (fd_ ? kMaxBytes : kClassicalBytes)) return SdoAbort::kPdoLength;
@@ -172,7 +172,7 @@ void PdoRecord::reload() noexcept {
 }
 
 bool PdoRecord::maps(const Entry& entry) const noexcept {
-  for (const MappedObject& object : objects()) {
+  for (const MappedEntry& object : objects()) {
     if (object.entry == &entry) return true;
   }
   return false;

@@ -36,7 +36,7 @@ class PdoRecord {
   static constexpr std::size_t kClassicalObjects = 8;
   static constexpr std::size_t kClassicalBytes = 8;
 
-  struct MappedObject {
+  struct MappedEntry {
     Entry* entry = nullptr;  ///< null: dummy bytes
     std::uint8_t bytes = 0;
   };
@@ -56,7 +56,7 @@ class PdoRecord {
   void observe(Observer observer) { observer_ = std::move(observer); }
   void report() const noexcept {
     if (!observer_) return;
-    for (const MappedObject& object : objects())
+    for (const MappedEntry& object : objects())
       if (object.entry != nullptr) observer_(identifier_, *object.entry);
   }
 
@@ -77,7 +77,7 @@ class PdoRecord {
   [[nodiscard]] bool fd() const noexcept { return fd_; }
   [[nodiscard]] Time inhibit_time() const noexcept { return inhibit_time_; }
   [[nodiscard]] Time event_time() const noexcept { return event_time_; }
-  [[nodiscard]] std::span<const MappedObject> objects() const noexcept { return {objects_.data(), count_}; }
+  [[nodiscard]] std::span<const MappedEntry> objects() const noexcept { return {objects_.data(), count_}; }
   [[nodiscard]] std::size_t bytes() const noexcept { return bytes_; }
   [[nodiscard]] bool maps(const Entry& entry) const noexcept;
 
@@ -86,8 +86,8 @@ class PdoRecord {
   void bind_mapping_record(const PdoDefaults& defaults, int number);
   void bind_mapping_entry(std::size_t i, std::uint32_t value);
   [[nodiscard]] bool type_offered(std::uint8_t type) const noexcept;
-  [[nodiscard]] Verdict resolve(std::uint32_t entry, MappedObject& object) const noexcept;
-  [[nodiscard]] Verdict resolve_all(std::size_t count) noexcept;
+  [[nodiscard]] Refusal resolve(std::uint32_t entry, MappedEntry& object) const noexcept;
+  [[nodiscard]] Refusal resolve_all(std::size_t count) noexcept;
   void take_cob_id(std::uint32_t value) noexcept;
   void changed() noexcept {
     if (changed_) changed_();
@@ -114,7 +114,7 @@ class PdoRecord {
   std::uint8_t sync_start_value_ = 0;
   Time inhibit_time_{};
   Time event_time_{};
-  std::array<MappedObject, kMaxObjects> objects_{};
+  std::array<MappedEntry, kMaxObjects> objects_{};
   std::size_t count_ = 0;
   std::size_t bytes_ = 0;
 };

@@ -5,8 +5,10 @@
 
 #include "drivers/canopen/cob_id.h"
 #include "drivers/canopen/little_endian.h"
+#include "emulator/nodes/cia301/block_crc.h"
 
 namespace walkman::nodes {
+
 namespace {
 
 // Client command specifiers, bits 5-7 of the first byte.
@@ -121,7 +123,7 @@ bool SdoServer::open_for_reading(Request request) noexcept {
     abort(address_, dictionary_.missing(address_.index));
     return false;
   }
-  if (const Verdict refused = dictionary_.read(*entry_)) {
+  if (const Refusal refused = dictionary_.read(*entry_)) {
     abort(address_, *refused);
     return false;
   }
@@ -130,7 +132,7 @@ bool SdoServer::open_for_reading(Request request) noexcept {
   return true;
 }
 
-Verdict SdoServer::check_announced() const noexcept {
+Refusal SdoServer::check_announced() const noexcept {
   if (!size_announced_) return std::nullopt;
   if (announced_ > entry_->capacity()) return SdoAbort::kTooLong;
   if (entry_->number() && announced_ < entry_->size()) return SdoAbort::kTooShort;
@@ -145,12 +147,12 @@ void SdoServer::start_download(Request request, Time now) noexcept {
     // Without a size a number has as many bytes as the object, a string all four.
     const std::size_t size =
         size_announced_ ? 4U - (request[0] >> 2U & 0x03U) : std::min<std::size_t>(entry_->capacity(), 4);
-    if (const Verdict refused = dictionary_.write(*entry_, request.subspan(4, size)))
+    if (const Refusal refused = dictionary_.write(*entry_, request.subspan(4, size)))
       return abort(address_, *refused);
     return respond_address(0x60, address_);
   }
   announced_ = canopen::get<std::uint32_t>(request.data() + 4);
-  if (const Verdict refused = check_announced()) return abort(address_, *refused);
+  if (const Refusal refused = check_announced()) return abort(address_, *refused);
   transfer_ = Transfer::kDownload;
   toggle_ = false;
   deadline_ = now + kTimeout;
@@ -168,7 +170,7 @@ void SdoServer::download_segment(Request request, Time now) noexcept {
   const bool last = (request[0] & 0x01U) != 0;
   if (last) {
     if (size_announced_ && size_ != announced_) return abort_transfer(SdoAbort::kLengthMismatch);
-    if (const Verdict refused = dictionary_.write(*entry_, std::span(buffer_).first(size_))) {
+    if (const Refusal refused = dictionary_.write(*entry_, std::span(buffer_).first(size_))) {
       return abort_transfer(*refused);
     }
     reset();
@@ -216,6 +218,151 @@ void SdoServer::upload_segment(Request request, Time now) noexcept {
     deadline_ = now + kTimeout;
   }
   respond(command, segment);
+}
+
+namespace {
+
+constexpr std::size_t kSegmentBytes = 7;
+constexpr unsigned kAbortCommand = 0x80;
+constexpr std::uint8_t kWithCrc = 0x04;
+
+}  // namespace
+
+void SdoServer::block_download(Request request, Time now) noexcept {
+  const bool end = (request[0] & 0x01U) != 0;
+  if (!end) return start_block_download(request, now);
+  if (transfer_ != Transfer::kBlockDownloadEnd) return unexpected();
+  end_block_download(request);
+}
+
+void SdoServer::start_block_download(Request request, Time now) noexcept {
+  if (!open_for_writing(request)) return;
+  crc_wanted_ = (request[0] & kWithCrc) != 0;
+  size_announced_ = (request[0] & 0x02U) != 0;
+  announced_ = canopen::get<std::uint32_t>(request.data() + 4);
+  if (const Refusal refused = check_announced()) return abort(address_, *refused);
+  transfer_ = Transfer::kBlockDownload;
+  sequence_ = 0;
+  complete_ = false;
+  deadline_ = now + kTimeout;
+  std::array<std::uint8_t, 7> rest{};
+  canopen::put(rest.data(), address_.index);
+  rest[2] = address_.sub;
+  rest[3] = kBlockSize;
+  respond(0xA0 | kWithCrc, rest);
+}
+
+void SdoServer::block_download_segment(Request request, Time now) noexcept {
+  if (request[0] == kAbortCommand) return reset();
+  const bool last = (request[0] & 0x80U) != 0;
+  const auto sequence = static_cast<std::uint8_t>(request[0] & 0x7FU);
+  if (sequence == 0 || sequence > kBlockSize) return abort_transfer(SdoAbort::kSequence);
+  deadline_ = now + kTimeout;
+  // After a gap the rest of the block is passed over; the client sends it again after the acknowledgement.
+  if (sequence == sequence_ + 1) {
+    // All seven bytes of the last segment may be unused.
+    if (size_ > entry_->capacity()) return abort_transfer(SdoAbort::kTooLong);
+    std::copy_n(request.begin() + 1, kSegmentBytes, buffer_.begin() + size_);
+    size_ += kSegmentBytes;
+    sequence_ = sequence;
+    complete_ = last;
+  }
+  if (sequence != kBlockSize && !last) return;
+  respond(0xA2, std::array<std::uint8_t, 2>{sequence_, kBlockSize});
+  sequence_ = 0;
+  if (complete_) transfer_ = Transfer::kBlockDownloadEnd;
+}
+
+void SdoServer::end_block_download(Request request) noexcept {
+  const std::size_t unused = request[0] >> 2U & 0x07U;
+  const auto value = std::span<const std::uint8_t>(buffer_).first(size_ - unused);
+  if (size_announced_ && value.size() != announced_) return abort_transfer(SdoAbort::kLengthMismatch);
+  const auto crc = canopen::get<std::uint16_t>(request.data() + 1);
+  if (crc_wanted_ && crc != block_crc(value)) return abort_transfer(SdoAbort::kCrc);
+  if (const Refusal refused = dictionary_.write(*entry_, value)) return abort_transfer(*refused);
+  reset();
+  respond(0xA1, {});
+}
+
+namespace {
+
+constexpr std::size_t kSegmentBytes = 7;
+
+// Client sub-commands, bits 0-1.
+constexpr unsigned kInitiate = 0;
+constexpr unsigned kEnd = 1;
+constexpr unsigned kAcknowledge = 2;
+constexpr unsigned kStart = 3;
+
+bool block_size_allowed(std::uint8_t size) noexcept { return size >= 1 && size <= 127; }
+
+}  // namespace
+
+std::size_t SdoServer::segment_count() const noexcept {
+  return std::max<std::size_t>(1, (value_.size() + kSegmentBytes - 1) / kSegmentBytes);
+}
+
+void SdoServer::block_upload(Request request, Time now) noexcept {
+  const unsigned command = request[0] & 0x03U;
+  if (command == kInitiate) return start_block_upload(request, now);
+  if (command == kStart && transfer_ == Transfer::kBlockUploadStart) {
+    transfer_ = Transfer::kBlockUpload;
+    deadline_ = now + kTimeout;
+    return feed();
+  }
+  if (command == kAcknowledge && transfer_ == Transfer::kBlockUpload) {
+    return block_upload_acknowledged(request, now);
+  }
+  if (command == kEnd && transfer_ == Transfer::kBlockUploadEnd) return reset();
+  unexpected();
+}
+
+void SdoServer::start_block_upload(Request request, Time now) noexcept {
+  if (!open_for_reading(request)) return;
+  if (!block_size_allowed(request[4])) return abort(address_, SdoAbort::kBlockSize);
+  // Up to the client's protocol switch threshold the ordinary upload has less overhead.
+  const std::size_t threshold = request[5];
+  if (threshold > 0 && value_.size() <= threshold) return answer_upload(now);
+  crc_wanted_ = (request[0] & 0x04U) != 0;
+  block_size_ = request[4];
+  sequence_ = 0;
+  acknowledged_ = 0;
+  transfer_ = Transfer::kBlockUploadStart;
+  deadline_ = now + kTimeout;
+  std::array<std::uint8_t, 7> rest{};
+  canopen::put(rest.data(), address_.index);
+  rest[2] = address_.sub;
+  canopen::put(rest.data() + 3, static_cast<std::uint32_t>(value_.size()));
+  respond(0xC6, rest);
+}
+
+void SdoServer::feed() noexcept {
+  const std::size_t next = acknowledged_ + sequence_;
+  if (sequence_ == block_size_ || next == segment_count()) return;
+  if (outbox_.full() || outbox_.holds(canopen::cob_id::sdo_response(node_id_))) return;
+  const std::size_t offset = next * kSegmentBytes;
+  const std::size_t count = std::min(kSegmentBytes, value_.size() - offset);
+  const bool last = next + 1 == segment_count();
+  ++sequence_;
+  respond(static_cast<std::uint8_t>((last ? 0x80U : 0U) | sequence_), value_.subspan(offset, count));
+}
+
+void SdoServer::block_upload_acknowledged(Request request, Time now) noexcept {
+  const std::uint8_t good = request[1];
+  if (good > sequence_) return abort_transfer(SdoAbort::kSequence);
+  if (!block_size_allowed(request[2])) return abort_transfer(SdoAbort::kBlockSize);
+  // A client that has seen a gap may acknowledge before the block is out; the rest is not sent any more.
+  outbox_.drop(canopen::cob_id::sdo_response(node_id_));
+  deadline_ = now + kTimeout;
+  acknowledged_ += good;
+  sequence_ = 0;
+  block_size_ = request[2];
+  if (acknowledged_ < segment_count()) return feed();
+  transfer_ = Transfer::kBlockUploadEnd;
+  const std::size_t unused = segment_count() * kSegmentBytes - value_.size();
+  std::array<std::uint8_t, 2> crc{};
+  if (crc_wanted_) canopen::put(crc.data(), block_crc(value_));
+  respond(static_cast<std::uint8_t>(0xC1U | unused << 2U), crc);
 }
 
 }  // namespace walkman::nodes

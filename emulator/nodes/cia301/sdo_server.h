@@ -70,7 +70,7 @@ class SdoServer {
 
   [[nodiscard]] bool open_for_writing(Request request) noexcept;
   [[nodiscard]] bool open_for_reading(Request request) noexcept;
-  [[nodiscard]] Verdict check_announced() const noexcept;
+  [[nodiscard]] Refusal check_announced() const noexcept;
   void unexpected() noexcept;
   void abort(ObjectAddress address, SdoAbort code) noexcept;
   void abort_transfer(SdoAbort code) noexcept;

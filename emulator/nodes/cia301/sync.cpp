@@ -2,7 +2,7 @@
 
 #include "drivers/canopen/cob_id.h"
 #include "drivers/canopen/objects.h"
-#include "emulator/nodes/cia301/cob_id_rules.h"
+#include "emulator/nodes/cia301/communication_table.h"
 
 namespace walkman::nodes {
 namespace {
@@ -14,7 +14,7 @@ constexpr std::uint32_t kDoNotCare = 0x80000000U;  // some masters and EDS files
 
 Sync::Sync(ObjectDictionary& dictionary, Outbox& outbox, const Time& now) : outbox_(outbox) {
   cob_id_ = dictionary.object<std::uint32_t>(canopen::object::kSyncCobId);
-  cob_id_.on_write([this, &now](std::uint32_t value) -> Verdict {
+  cob_id_.on_write([this, &now](std::uint32_t value) -> Refusal {
     const std::uint32_t id = value & kCobIdMask;
     if ((value & ~(kDoNotCare | kProduce | kCobIdMask)) != 0 || restricted_identifier(id))
       return SdoAbort::kValue;
@@ -25,14 +25,14 @@ Sync::Sync(ObjectDictionary& dictionary, Outbox& outbox, const Time& now) : outb
     return std::nullopt;
   });
   period_ = dictionary.object<std::uint32_t>(0x1006);
-  period_.on_write([this, &now](std::uint32_t value) -> Verdict {
+  period_.on_write([this, &now](std::uint32_t value) -> Refusal {
     if (value != 0 && value < kShortestPeriodUs) return SdoAbort::kTooLow;
     schedule(now, cob_id_.get(), value);
     return std::nullopt;
   });
   window_ = dictionary.object<std::uint32_t>(0x1007);
   overflow_ = dictionary.object<std::uint8_t>(0x1019);
-  overflow_.on_write([this](std::uint8_t value) -> Verdict {
+  overflow_.on_write([this](std::uint8_t value) -> Refusal {
     if (period_.get() != 0) return SdoAbort::kDeviceState;
     if (value == 1 || value > 240) return SdoAbort::kValue;
     counter_ = 0;

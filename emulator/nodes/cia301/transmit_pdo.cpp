@@ -35,7 +35,7 @@ void TransmitPdo::restart(Time now) noexcept {
 can::Frame TransmitPdo::sample() const noexcept {
   can::Frame frame;
   frame.id = record_.identifier();
-  for (const PdoRecord::MappedObject& object : record_.objects()) {
+  for (const PdoRecord::MappedEntry& object : record_.objects()) {
     std::memcpy(frame.data.data() + frame.length, &object.entry->raw, object.bytes);
     frame.length = static_cast<std::uint8_t>(frame.length + object.bytes);
   }

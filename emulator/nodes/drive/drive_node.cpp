@@ -1,10 +1,13 @@
 #include "emulator/nodes/drive/drive_node.h"
 
+#include <algorithm>
+#include <array>
 #include <cmath>
 #include <stdexcept>
 
-#include "emulator/nodes/drive/drive_faults.h"
+#include "emulator/nodes/cia301/object_table.h"
 #include "emulator/nodes/drive/drive_table.h"
+#include "emulator/nodes/drive/operating_mode.h"
 
 namespace walkman::nodes {
 
@@ -12,6 +15,23 @@ using cia402::Mode;
 using cia402::State;
 
 namespace {
+
+/// Codes of 603Fh and EMCY that the drive's control finds itself; those of its measurements are in
+/// `Supervision`, those of its communication in `CanopenSlave`.
+namespace drive_fault {
+
+constexpr std::uint16_t kBlocked = 0x7121;
+constexpr std::uint16_t kCommunication = 0x8100;
+constexpr std::uint16_t kHeartbeatLost = 0x8130;
+constexpr std::uint16_t kRpdoTimeout = 0x8250;
+constexpr std::uint16_t kFollowingError = 0x8611;
+constexpr std::uint16_t kPositionLimit = 0x8612;
+
+/// Those that are over once the torque is off.
+constexpr std::array<std::uint16_t, 4> kOverWithoutTorque{kBlocked, kCommunication, kFollowingError,
+                                                          kPositionLimit};
+
+}  // namespace drive_fault
 
 // A motor slower than this is taken to stand still when its motion is handed over, rad/s.
 constexpr double kStandstill = 0.02;
@@ -50,7 +70,7 @@ DriveNode::DriveNode(const DriveParameters& parameters)
 void DriveNode::connect_hooks() {
   objects_.on_setting([this] { settings_stale_ = true; });
   objects_.on_measurement_read([this] { publish(); });
-  objects_.controlword.on_write([this](std::uint16_t word) -> Verdict {
+  objects_.controlword.on_write([this](std::uint16_t word) -> Refusal {
     take_controlword(word);
     return std::nullopt;
   });
@@ -59,7 +79,7 @@ void DriveNode::connect_hooks() {
 
 void DriveNode::forward_targets() {
   const auto forward = [this](Object<std::int32_t>& object, TargetObject target) {
-    object.on_write([this, target](std::int32_t value) -> Verdict {
+    object.on_write([this, target](std::int32_t value) -> Refusal {
       take_target(target, value);
       return std::nullopt;
     });
@@ -78,7 +98,7 @@ void DriveNode::refresh_settings() noexcept {
   supervision_.settings_changed();
 }
 
-Verdict DriveNode::take_mode(std::int8_t value) noexcept {
+Refusal DriveNode::take_mode(std::int8_t value) noexcept {
   const auto wanted = static_cast<Mode>(value);
   if (wanted == Mode::kNone) return std::nullopt;  // no change
   if (modes_.find(wanted) == nullptr) return SdoAbort::kValue;
@@ -258,6 +278,230 @@ void DriveNode::on_reset() noexcept {
   unpowered_step();
   unpublished_ = true;
   update_statusword();
+}
+
+using cia402::State;
+
+namespace {
+
+// Objects are published at least this often for event-driven PDOs; SDO and SYNC ask for the newest
+// themselves.
+constexpr double kPublishPeriod = 1e-3 - 1e-9;  // s
+
+// Fault 8612h: torque modes do not stop at the position limits by themselves.
+constexpr double kRangeMargin = 0.02;  // rad
+// Fault 7121h: the torque limit in a velocity mode without any motion.
+constexpr double kBlockedTime = 1.0;  // s
+
+bool finite(double value) noexcept { return std::abs(value) <= 1e9; }
+
+}  // namespace
+
+double DriveNode::control(const ServoFeedback& feedback, double dt) noexcept {
+  power_.ready();
+  refresh_settings();
+  const bool needs_supply = power_.powered() || power_.state() == State::kSwitchedOn;
+  supervision_.step(feedback, settings_, needs_supply, dt);
+  take_feedback(feedback);
+  if (supervision_.causes() != 0) report_causes();
+  torque_ = power_.powered() ? powered_step(dt) : unpowered_step();
+  unpublished_ = true;
+  publish_clock_ += dt;
+  if (publish_clock_ >= kPublishPeriod) {
+    publish_clock_ = 0;
+    publish();
+  } else if (!ever_published_) {
+    publish();
+  }
+  update_statusword();
+  return torque_;
+}
+
+void DriveNode::take_feedback(const ServoFeedback& feedback) noexcept {
+  if ((supervision_.causes() & Supervision::kEncoders) == 0) {
+    feedback_ = feedback;
+    return;
+  }
+  const ServoFeedback last = feedback_;
+  feedback_ = feedback;
+  // Loops and values on the wire keep the last reading that was one.
+  if (!finite(feedback.motor_position)) feedback_.motor_position = last.motor_position;
+  if (!finite(feedback.motor_velocity)) feedback_.motor_velocity = 0;
+  if (!finite(feedback.link_position)) feedback_.link_position = last.link_position;
+  if (!finite(feedback.link_velocity)) feedback_.link_velocity = 0;
+  if (!finite(feedback.spring_torque)) feedback_.spring_torque = last.spring_torque;
+}
+
+void DriveNode::report_causes() noexcept {
+  for (const Supervision::Cause& cause : Supervision::kCauses) {
+    if ((supervision_.causes() & cause.bit) != 0)
+      trip(cause.code, cause.register_bits, !cause.uncontrollable);
+  }
+}
+
+double DriveNode::unpowered_step() noexcept {
+  const bool of_link = mode_ == &modes_.impedance;
+  demand_ = {of_link ? Demand::Loop::kImpedance : Demand::Loop::kPosition,
+             of_link ? feedback_.link_position : feedback_.motor_position, 0, 0};
+  torque_limited_ = speed_limited_ = following_error_ = false;
+  following_error_for_ = blocked_for_ = 0;
+  return 0;
+}
+
+double DriveNode::powered_step(double dt) noexcept {
+  const bool driving = mode_drives();
+  if (driving) {
+    demand_ = mode_->step(dt);
+  } else {
+    if (power_.state() == State::kOperationEnabled) mode_->halted(dt);
+    demand_ = stop_.step(feedback_, dt);
+  }
+  const State before = power_.state();
+  if (before == State::kOperationEnabled) {
+    watch_motion(dt);
+  } else {
+    following_error_ = false;
+    following_error_for_ = blocked_for_ = 0;
+  }
+  if (power_.state() != before) {
+    if (!power_.powered()) return unpowered_step();
+    demand_ = stop_.demand();
+  }
+  const double torque = limited(law(dt));
+  if (power_.stopping() && stop_.at_rest()) stop_ended();
+  return power_.powered() ? torque : unpowered_step();
+}
+
+double DriveNode::law(double dt) noexcept {
+  speed_limited_ = false;
+  switch (demand_.loop) {
+    case Demand::Loop::kPosition:
+      return law_.position(demand_.position, demand_.velocity, feedback_, dt) + demand_.torque;
+    case Demand::Loop::kVelocity:
+      return law_.velocity(demand_.velocity, feedback_, dt) + demand_.torque;
+    case Demand::Loop::kTorque:
+      return speed_limited(law_.torque(demand_.torque, feedback_, dt));
+    case Demand::Loop::kImpedance:
+      return law_.impedance(demand_.position, settings_.stiffness, settings_.damping, demand_.torque,
+                            feedback_, dt);
+  }
+  return 0;
+}
+
+double DriveNode::speed_limited(double torque) noexcept {
+  const double inside = std::clamp(torque, law_.torque_at(-settings_.max_velocity, feedback_),
+                                   law_.torque_at(settings_.max_velocity, feedback_));
+  speed_limited_ = inside != torque;
+  return inside;
+}
+
+double DriveNode::limited(double torque) noexcept {
+  const bool whole = !mode_drives() && stop_.whole_torque();
+  const double limit = whole ? settings_.peak_torque : settings_.torque_limit;
+  torque_limited_ = !(std::abs(torque) <= limit);
+  if (std::isnan(torque)) return 0;
+  const double inside = std::clamp(torque, -limit, limit);
+  law_.limited(torque_limited_, inside);
+  return inside;
+}
+
+void DriveNode::watch_motion(double dt) noexcept {
+  watch_following_error(dt);
+  if (demand_.loop == Demand::Loop::kTorque) {
+    const double beyond = out_of_range(motion_);
+    if (std::abs(beyond) > kRangeMargin && beyond * demand_.torque > 0) {
+      trip(drive_fault::kPositionLimit, error_register::kProfile);
+    }
+  }
+  const bool blocked = demand_.loop == Demand::Loop::kVelocity && torque_limited_ && mode_drives() &&
+                       std::abs(feedback_.motor_velocity) <= settings_.velocity_threshold;
+  blocked_for_ = blocked ? blocked_for_ + dt : 0;
+  if (blocked_for_ > kBlockedTime) trip(drive_fault::kBlocked, error_register::kProfile);
+}
+
+void DriveNode::watch_following_error(double dt) noexcept {
+  const bool watched = mode_->follows_position() && demand_.loop == Demand::Loop::kPosition;
+  const double error = demand_.position - feedback_.motor_position;
+  following_error_ = watched && std::abs(error) > settings_.following_window;
+  following_error_for_ = following_error_ ? following_error_for_ + dt : 0;
+  if (following_error_for_ > settings_.following_time) {
+    trip(drive_fault::kFollowingError, error_register::kProfile);
+  }
+}
+
+using cia402::State;
+
+void DriveNode::publish() noexcept {
+  if (!unpublished_) return;
+  unpublished_ = false;
+  ever_published_ = true;
+  publish_motion();
+  publish_measurements();
+}
+
+void DriveNode::publish_motion() noexcept {
+  const double motor = feedback_.motor_position - motion_.zero;
+  const double link = feedback_.link_position - motion_.zero;
+  const bool of_link = demand_.loop == Demand::Loop::kImpedance;
+  const bool of_position = of_link || demand_.loop == Demand::Loop::kPosition;
+  const double demand = of_position ? demand_.position : feedback_.motor_position;
+  const double followed = of_link ? feedback_.link_position : feedback_.motor_position;
+  objects_.position_demand.set(to_wire<std::int32_t>(demand - motion_.zero, kMicro));
+  objects_.position_actual.set(to_wire<std::int32_t>(motor, kMicro));
+  objects_.position_increments.set(to_wire<std::int32_t>(motor, parameters_.motor_encoder_step));
+  objects_.link_position.set(to_wire<std::int32_t>(link, kMicro));
+  objects_.following_error.set(to_wire<std::int32_t>(demand - followed, kMicro));
+  objects_.deflection.set(to_wire<std::int32_t>(motor - link, kMicro));
+  objects_.velocity_demand.set(to_wire<std::int32_t>(demand_.velocity, kMicro));
+  objects_.velocity_actual.set(to_wire<std::int32_t>(feedback_.motor_velocity, kMicro));
+  objects_.link_velocity.set(to_wire<std::int32_t>(feedback_.link_velocity, kMicro));
+}
+
+void DriveNode::publish_measurements() noexcept {
+  const double rated = parameters_.rated_torque;
+  const bool of_torque = power_.powered() && demand_.loop == Demand::Loop::kTorque;
+  const double limit = settings_.torque_limit;
+  const double demand = of_torque ? std::clamp(demand_.torque, -limit, limit) : torque_;
+  objects_.torque_demand.set(to_wire<std::int16_t>(demand / rated, kMilli));
+  objects_.torque_actual.set(to_wire<std::int16_t>(feedback_.spring_torque / rated, kMilli));
+  objects_.spring_torque.set(to_wire<std::int32_t>(feedback_.spring_torque, kMilli));
+  // Without a current sensor: torque over the torque constant, which is rated torque over rated current.
+  const bool measured = !std::isnan(feedback_.motor_current);
+  const double current = measured ? feedback_.motor_current / parameters_.rated_current : torque_ / rated;
+  objects_.current_actual.set(to_wire<std::int16_t>(current, kMilli));
+  objects_.motor_temperature.set(to_wire<std::int16_t>(feedback_.motor_temperature_c, kDeci));
+  objects_.board_temperature.set(to_wire<std::int16_t>(feedback_.board_temperature_c, kDeci));
+  objects_.temperature_compact.set(to_wire<std::int8_t>(feedback_.motor_temperature_c, 1.0));
+  objects_.supply_voltage.set(to_wire<std::uint32_t>(feedback_.supply_voltage, kMilli));
+  objects_.digital_inputs.set(feedback_.digital_inputs);
+}
+
+std::uint16_t DriveNode::mode_bits() const noexcept {
+  const State state = power_.state();
+  if (state == State::kQuickStopActive) return stop_.at_rest() ? status_bit::kTargetReached : 0;
+  if (state != State::kOperationEnabled || power_.leaving()) return 0;
+  if (!halted()) return mode_->status();
+  return static_cast<std::uint16_t>(mode_->halted_status() |
+                                    (stop_.at_rest() ? status_bit::kTargetReached : 0));
+}
+
+void DriveNode::update_statusword() noexcept {
+  std::uint16_t word = status_bits(power_.state()) | mode_bits();
+  if (supervision_.warning()) word |= status_bit::kWarning;
+  if (!supervision_.supplied()) word &= static_cast<std::uint16_t>(~status_bit::kVoltage);
+  const bool target_limited = mode_drives() && mode_->limited();
+  if (power_.powered() && (torque_limited_ || speed_limited_ || target_limited)) {
+    word |= status_bit::kInternalLimit;
+  }
+  if (following_error_) word |= status_bit::kMode13;
+  if (word == objects_.statusword.get()) return;
+  objects_.statusword.set(word);
+  announce(objects_.statusword.entry());
+}
+
+void DriveNode::announce(const Entry& entry) noexcept {
+  publish();
+  signal_change(entry);
 }
 
 }  // namespace walkman::nodes

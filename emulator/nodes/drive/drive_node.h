@@ -6,12 +6,12 @@
 #include "emulator/nodes/cia301/canopen_slave.h"
 #include "emulator/nodes/drive/drive_objects.h"
 #include "emulator/nodes/drive/drive_parameters.h"
-#include "emulator/nodes/drive/modes/mode_set.h"
+#include "emulator/nodes/drive/mode_set.h"
 #include "emulator/nodes/drive/power_state.h"
 #include "emulator/nodes/drive/servo_law.h"
 #include "emulator/nodes/drive/servo_settings.h"
 #include "emulator/nodes/drive/stop.h"
-#include "emulator/nodes/cia301/supervision.h"
+#include "emulator/nodes/drive/supervision.h"
 
 namespace walkman::nodes {
 
@@ -59,7 +59,7 @@ class DriveNode : public CanopenSlave {
   void connect_hooks();
   void forward_targets();
   void take_controlword(std::uint16_t word) noexcept;
-  [[nodiscard]] Verdict take_mode(std::int8_t value) noexcept;
+  [[nodiscard]] Refusal take_mode(std::int8_t value) noexcept;
   [[nodiscard]] bool settle_mode() noexcept;
   void take_target(TargetObject object, std::int32_t value) noexcept;
   void take_feedback(const ServoFeedback& feedback) noexcept;

@@ -5,8 +5,8 @@
 #include <numbers>
 
 #include "drivers/canopen/objects.h"
-#include "emulator/nodes/drive/drive_table.h"
 #include "emulator/nodes/cia301/object_table.h"
+#include "emulator/nodes/drive/drive_table.h"
 
 namespace walkman::nodes {
 
@@ -43,9 +43,9 @@ DriveObjects::DriveObjects(ObjectDictionary& dictionary, const DriveParameters& 
 
 void DriveObjects::on_setting(const std::function<void()>& hook) {
   for (Entry* entry : settings_) {
-    entry->write_hook = [check = std::move(entry->write_hook), hook](std::uint32_t raw) -> Verdict {
+    entry->write_hook = [check = std::move(entry->write_hook), hook](std::uint32_t raw) -> Refusal {
       if (check) {
-        if (const Verdict refused = check(raw)) return refused;
+        if (const Refusal refused = check(raw)) return refused;
       }
       hook();
       return std::nullopt;
@@ -55,7 +55,7 @@ void DriveObjects::on_setting(const std::function<void()>& hook) {
 
 void DriveObjects::on_measurement_read(const std::function<void()>& hook) {
   for (Entry* entry : measurements_) {
-    entry->read_hook = [hook]() -> Verdict {
+    entry->read_hook = [hook]() -> Refusal {
       hook();
       return std::nullopt;
     };
@@ -76,7 +76,8 @@ void DriveObjects::bind_manufacturer_objects(const DriveParameters& p) {
   temperature_trip = setting<std::int16_t>(object::kTemperature, 4);
   temperature_compact = measurement<std::int8_t>(object::kTemperatureCompact, 1);
   lowest_supply = setting<std::uint32_t>(0x2032, 1).factory(to_wire<std::uint32_t>(p.lowest_supply, kMilli));
-  highest_supply = setting<std::uint32_t>(0x2032, 2).factory(to_wire<std::uint32_t>(p.highest_supply, kMilli));
+  highest_supply =
+      setting<std::uint32_t>(0x2032, 2).factory(to_wire<std::uint32_t>(p.highest_supply, kMilli));
   cycle_counter = dictionary_.object<std::uint16_t>(object::kCycleCounter, 1);
 }
 
@@ -92,19 +93,19 @@ void DriveObjects::bind_impedance(const DriveParameters& p) {
   damping_actual = dictionary_.object<std::uint32_t>(object::kImpedance, 4).factory(damp);
   stiffness_pdo = setting<std::uint16_t>(0x2011, 1).factory(to_wire<std::uint16_t>(default_stiffness, 0.1));
   damping_pdo = setting<std::uint16_t>(0x2011, 2).factory(to_wire<std::uint16_t>(default_damping, 0.01));
-  stiffness.on_write([this](std::uint32_t value) -> Verdict {
+  stiffness.on_write([this](std::uint32_t value) -> Refusal {
     stiffness_actual.set(value);
     return std::nullopt;
   });
-  damping.on_write([this](std::uint32_t value) -> Verdict {
+  damping.on_write([this](std::uint32_t value) -> Refusal {
     damping_actual.set(value);
     return std::nullopt;
   });
-  stiffness_pdo.on_write([this](std::uint16_t value) -> Verdict {
+  stiffness_pdo.on_write([this](std::uint16_t value) -> Refusal {
     stiffness_actual.set(std::uint32_t{value} * 100);
     return std::nullopt;
   });
-  damping_pdo.on_write([this](std::uint16_t value) -> Verdict {
+  damping_pdo.on_write([this](std::uint16_t value) -> Refusal {
     damping_actual.set(std::uint32_t{value} * 10);
     return std::nullopt;
   });
@@ -167,16 +168,16 @@ void DriveObjects::bind_position_objects(const DriveParameters& p) {
   homing_method = dictionary_.object<std::int8_t>(0x6098);
   lower_limit = dictionary_.object<std::int32_t>(0x607D, 1).factory(to_wire<std::int32_t>(p.lower, kMicro));
   upper_limit = dictionary_.object<std::int32_t>(0x607D, 2).factory(to_wire<std::int32_t>(p.upper, kMicro));
-  lower_limit.on_write([this](std::int32_t value) -> Verdict {
+  lower_limit.on_write([this](std::int32_t value) -> Refusal {
     if (value > upper_limit.get()) return SdoAbort::kMaxBelowMin;
     return std::nullopt;
   });
-  upper_limit.on_write([this](std::int32_t value) -> Verdict {
+  upper_limit.on_write([this](std::int32_t value) -> Refusal {
     if (value < lower_limit.get()) return SdoAbort::kMaxBelowMin;
     return std::nullopt;
   });
-  dictionary_.object<std::uint32_t>(0x608F, 1)
-      .factory(to_wire<std::uint32_t>(2 * std::numbers::pi, p.motor_encoder_step));
+  dictionary_.object<std::uint32_t>(0x608F, 1).factory(
+      to_wire<std::uint32_t>(2 * std::numbers::pi, p.motor_encoder_step));
 }
 
 void DriveObjects::bind_profile_objects(const DriveParameters& p) {
@@ -215,7 +216,8 @@ void DriveObjects::bind_torque_objects(const DriveParameters& p) {
   max_current = setting<std::uint16_t>(0x6073).factory(peak);
   torque_demand = measurement<std::int16_t>(0x6074);
   dictionary_.object<std::uint32_t>(0x6075).factory(to_wire<std::uint32_t>(p.rated_current, kMilli));
-  dictionary_.object<std::uint32_t>(object::kRatedTorque).factory(to_wire<std::uint32_t>(p.rated_torque, kMilli));
+  dictionary_.object<std::uint32_t>(object::kRatedTorque)
+      .factory(to_wire<std::uint32_t>(p.rated_torque, kMilli));
   torque_actual = measurement<std::int16_t>(object::kTorqueActual);
   current_actual = measurement<std::int16_t>(0x6078);
   torque_slope = setting<std::uint32_t>(0x6087);

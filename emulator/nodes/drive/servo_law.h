@@ -1,8 +1,27 @@
 #pragma once
 
-#include "emulator/nodes/drive/servo_feedback.h"
+#include <cmath>
+#include <cstdint>
+#include <limits>
+#include <numbers>
 
 namespace walkman::nodes {
+
+/// What a drive's sensors say at one control step. Positions and velocities in rad and rad/s on the joint
+/// side of the gearbox, as its encoders resolve them.
+struct ServoFeedback {
+  double motor_position = 0;
+  double motor_velocity = 0;
+  double link_position = 0;
+  double link_velocity = 0;
+  double spring_torque = 0;  ///< of the series spring on the link, N m
+  double motor_temperature_c = 25;
+  double board_temperature_c = 25;
+  double supply_voltage = 48;
+  /// Measured motor current, A; NaN where the drive has no current sensor of its own to tell.
+  double motor_current = std::numeric_limits<double>::quiet_NaN();
+  std::uint32_t digital_inputs = 0;  ///< as 60FDh: bit 0 negative limit switch, 1 positive, 2 home
+};
 
 /// Gains of one loop: proportional, integral, derivative.
 struct LoopGains {
@@ -95,6 +114,15 @@ inline double ServoLaw::torque(double wanted, const ServoFeedback& f, double dt)
 inline double ServoLaw::impedance(double demand, double stiffness, double damping, double offset,
                                   const ServoFeedback& f, double dt) noexcept {
   return torque(stiffness * (demand - f.link_position) - damping * f.link_velocity + offset, f, dt);
+}
+
+inline ServoGains ServoGains::factory(double inertia, double spring, double bandwidth_hz) noexcept {
+  const double w = 2 * std::numbers::pi * bandwidth_hz;
+  ServoGains gains;
+  gains.position = {inertia * w * w, 0, 2 * inertia * w};
+  gains.velocity = {2 * inertia * w, inertia * w * w, 0};
+  gains.torque = {0, 0, 1.4 * std::sqrt(inertia * spring)};
+  return gains;
 }
 
 }  // namespace walkman::nodes

@@ -2,8 +2,8 @@
 
 #include "emulator/nodes/drive/drive_objects.h"
 #include "emulator/nodes/drive/drive_parameters.h"
-#include "emulator/nodes/drive/modes/trapezoid.h"
 #include "emulator/nodes/drive/servo_law.h"
+#include "emulator/nodes/drive/trapezoid.h"
 
 namespace walkman::nodes {
 

@@ -1,7 +1,7 @@
 #pragma once
 
-#include "emulator/nodes/drive/modes/operating_mode.h"
-#include "emulator/nodes/drive/set_point.h"
+#include "emulator/nodes/drive/interpolator.h"
+#include "emulator/nodes/drive/operating_mode.h"
 
 namespace walkman::nodes {
 
@@ -32,7 +32,7 @@ class Stop {
 
  private:
   Method method_ = Method::kSlowDownRamp;
-  SetPoint ramp_;
+  Interpolator ramp_;
   Demand demand_;
   bool hard_ = false;  // slowing down without a ramp
 };

@@ -46,7 +46,8 @@ void AnalogueChannel::bind_measurement(ObjectDictionary& d, std::uint32_t sample
   d.object<std::uint32_t>(0x6114, channel_).factory(sample_period_us);
   process_value_ = d.object<float>(object::kProcessValueReal, channel_);
   d.object<std::uint32_t>(0x6131, channel_).factory(description_.unit_code);
-  if (description_.digits) d.object<std::uint8_t>(object::kDecimalDigits, channel_).factory(*description_.digits);
+  if (description_.digits)
+    d.object<std::uint8_t>(object::kDecimalDigits, channel_).factory(*description_.digits);
   d.object<float>(0x6148, channel_).factory(-range);
   d.object<float>(0x6149, channel_).factory(range);
   status_ = d.object<std::uint8_t>(object::kMeasuringStatus, channel_);
@@ -57,19 +58,19 @@ void AnalogueChannel::bind_measurement(ObjectDictionary& d, std::uint32_t sample
 void AnalogueChannel::bind_events(ObjectDictionary& d) {
   const auto range = static_cast<float>(description_.range);
   event_delta_ = d.object<float>(0x6133, channel_);
-  event_delta_.on_write([](float delta) -> Verdict {
+  event_delta_.on_write([](float delta) -> Refusal {
     if (!std::isfinite(delta) || delta < 0) return SdoAbort::kValue;
     return std::nullopt;
   });
   lower_limit_ = d.object<float>(0x6134, channel_).factory(-range);
-  lower_limit_.on_write([this](float limit) -> Verdict {
+  lower_limit_.on_write([this](float limit) -> Refusal {
     if (!std::isfinite(limit)) return SdoAbort::kValue;
-    return limit > upper_limit_.get() ? Verdict{SdoAbort::kMaxBelowMin} : std::nullopt;
+    return limit > upper_limit_.get() ? Refusal{SdoAbort::kMaxBelowMin} : std::nullopt;
   });
   upper_limit_ = d.object<float>(0x6135, channel_).factory(range);
-  upper_limit_.on_write([this](float limit) -> Verdict {
+  upper_limit_.on_write([this](float limit) -> Refusal {
     if (!std::isfinite(limit)) return SdoAbort::kValue;
-    return limit < lower_limit_.get() ? Verdict{SdoAbort::kMaxBelowMin} : std::nullopt;
+    return limit < lower_limit_.get() ? Refusal{SdoAbort::kMaxBelowMin} : std::nullopt;
   });
 }
 
@@ -85,7 +86,7 @@ void AnalogueChannel::bind_adjustment(ObjectDictionary& d) {
   filter_constant_ = d.object<std::uint16_t>(0x61A1, channel_);
 
   const auto adjusts = [this](Object<float>& parameter) {
-    parameter.on_write([this, &parameter](float value) -> Verdict {
+    parameter.on_write([this, &parameter](float value) -> Refusal {
       const bool usable = std::isfinite(value) && (&parameter != &factor_ || value != 0);
       if (!usable) return SdoAbort::kValue;
       parameter.set(value);
@@ -100,7 +101,7 @@ void AnalogueChannel::bind_adjustment(ObjectDictionary& d) {
   auto command = [this, &d](std::uint16_t index, std::uint32_t signature, Object<float>& parameter,
                             float sign) {
     d.object<std::uint32_t>(index, channel_)
-        .on_write([this, signature, &parameter, sign](std::uint32_t value) -> Verdict {
+        .on_write([this, signature, &parameter, sign](std::uint32_t value) -> Refusal {
           if (value != signature) return SdoAbort::kValue;
           parameter.set(parameter.get() + sign * process_value_.get());
           publish();

@@ -4,8 +4,8 @@
 #include <gtest/gtest.h>
 
 #include "emulator/logs/candump_log.h"
+#include "emulator/nodes/drive/drive_parameters.h"
 #include "emulator/nodes/measuring/force_torque_node.h"
-#include "emulator/nodes/drive/hand_node.h"
 #include "tests/unit/nodes/allocation_count.h"
 #include "tests/unit/nodes/conversation.h"
 #include "tests/unit/nodes/test_drive.h"

@@ -4,7 +4,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "emulator/nodes/drive/hand_node.h"
+#include "emulator/nodes/drive/drive_parameters.h"
 #include "tests/unit/nodes/joint_rig.h"
 
 namespace walkman::nodes {

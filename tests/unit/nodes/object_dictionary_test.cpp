@@ -58,7 +58,7 @@ TEST(ObjectDictionary, HooksMayRefuse) {
   ObjectDictionary d;
   d.add(variable(0x2000, read_write<std::uint8_t>("Value", 1)));
   auto value = d.object<std::uint8_t>(0x2000);
-  value.on_write([](std::uint8_t v) -> Verdict {
+  value.on_write([](std::uint8_t v) -> Refusal {
     if (v == 3) return SdoAbort::kValue;
     return std::nullopt;
   });

@@ -1,11 +1,11 @@
-#include "emulator/nodes/drive/modes/trapezoid.h"
+#include "emulator/nodes/drive/trapezoid.h"
 
 #include <cmath>
 #include <random>
 
 #include <gtest/gtest.h>
 
-#include "emulator/nodes/drive/modes/profile_velocity.h"
+#include "emulator/nodes/drive/profile_modes.h"
 
 namespace walkman::nodes {
 namespace {

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "emulator/nodes/drive/modes/operating_mode.h"
+#include "emulator/nodes/drive/operating_mode.h"
 
 namespace walkman::nodes {
 

@@ -21,16 +21,30 @@ inline constexpr std::uint8_t kProfile = 0x20;
 inline constexpr std::uint8_t kManufacturer = 0x80;
 }  // namespace error_register
 
+/// EMCY codes of the communication layer (CiA 301, table 26).
+namespace communication_error {
+
+inline constexpr std::uint16_t kOverrun = 0x8110;       ///< objects lost: the transmit queue was full
+inline constexpr std::uint16_t kErrorPassive = 0x8120;  ///< the CAN controller is error-passive
+inline constexpr std::uint16_t kMasterLost = 0x8130;    ///< heartbeat or life guarding
+inline constexpr std::uint16_t kBusOffOver = 0x8140;    ///< recovered from bus-off
+inline constexpr std::uint16_t kPdoTooShort = 0x8210;   ///< RPDO not processed due to its length
+inline constexpr std::uint16_t kPdoTooLong = 0x8220;    ///< RPDO longer than mapped
+inline constexpr std::uint16_t kSyncLength = 0x8240;    ///< unexpected SYNC data length
+inline constexpr std::uint16_t kRpdoTimeout = 0x8250;   ///< RPDO deadline
+
+}  // namespace communication_error
+
 /// Emergency producer (CiA 301, 7.2.7): present errors, error register 1001h, history 1003h, EMCY object with
 /// its COB-ID 1014h and inhibit time 1015h. An error is reported once when it appears; one message 0000h when
 /// the last has gone.
-class Emergency {
+class EmergencyProducer {
  public:
   static constexpr std::size_t kHistory = 8;
 
-  Emergency(ObjectDictionary& dictionary, Outbox& outbox);
-  Emergency(const Emergency&) = delete;
-  Emergency& operator=(const Emergency&) = delete;
+  EmergencyProducer(ObjectDictionary& dictionary, Outbox& outbox);
+  EmergencyProducer(const EmergencyProducer&) = delete;
+  EmergencyProducer& operator=(const EmergencyProducer&) = delete;
 
   /// Does nothing when `code` is present already. `detail` goes into the manufacturer's five bytes, its first
   /// two into the history.

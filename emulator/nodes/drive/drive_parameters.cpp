@@ -1,4 +1,4 @@
-#include "emulator/nodes/drive/hand_node.h"
+#include "emulator/nodes/drive/drive_parameters.h"
 
 #include <limits>
 

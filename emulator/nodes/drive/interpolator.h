@@ -8,7 +8,7 @@ namespace walkman::nodes {
 
 /// Position demand of a drive between set-points: a straight line to each new target over the interpolation
 /// period, then it holds; or a ramp to standstill. Never faster than the velocity limit. Units rad, rad/s, s.
-class SetPoint {
+class Interpolator {
  public:
   void set_max_velocity(double value) noexcept { max_velocity_ = value; }
   /// Stand still at `position`.
@@ -40,7 +40,7 @@ class SetPoint {
   bool limited_ = false;
 };
 
-inline void SetPoint::step(double dt) noexcept {
+inline void Interpolator::step(double dt) noexcept {
   if (deceleration_ > 0) {
     const double change = std::min(std::abs(velocity_), deceleration_ * dt);
     const double next = velocity_ - std::copysign(change, velocity_);
@@ -55,6 +55,24 @@ inline void SetPoint::step(double dt) noexcept {
   limited_ = velocity_ != wanted;
   position_ += velocity_ * dt;
   remaining_ -= dt;
+}
+
+inline void Interpolator::hold(double position) noexcept {
+  position_ = target_ = position;
+  velocity_ = remaining_ = deceleration_ = 0;
+  limited_ = false;
+}
+
+inline void Interpolator::move_to(double position, double period) noexcept {
+  target_ = position;
+  remaining_ = period;
+  deceleration_ = 0;
+}
+
+inline void Interpolator::brake(double position, double velocity, double deceleration) noexcept {
+  hold(position);
+  velocity_ = std::clamp(velocity, -max_velocity_, max_velocity_);
+  deceleration_ = deceleration;
 }
 
 }  // namespace walkman::nodes

@@ -1,10 +1,10 @@
-#include "emulator/nodes/drive/modes/position_range.h"
+#include "emulator/nodes/drive/operating_mode.h"
 
 #include <algorithm>
 #include <cmath>
 
-#include "emulator/nodes/drive/servo_settings.h"
 #include "emulator/nodes/cia301/object_table.h"
+#include "emulator/nodes/drive/servo_settings.h"
 
 namespace walkman::nodes {
 

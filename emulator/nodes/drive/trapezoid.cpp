@@ -1,4 +1,4 @@
-#include "emulator/nodes/drive/modes/trapezoid.h"
+#include "emulator/nodes/drive/trapezoid.h"
 
 #include <algorithm>
 #include <cmath>

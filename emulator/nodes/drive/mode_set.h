@@ -1,15 +1,9 @@
 #pragma once
 
 #include "drivers/cia402/words.h"
-#include "emulator/nodes/drive/modes/cyclic_position.h"
-#include "emulator/nodes/drive/modes/cyclic_torque.h"
-#include "emulator/nodes/drive/modes/cyclic_velocity.h"
-#include "emulator/nodes/drive/modes/homing.h"
-#include "emulator/nodes/drive/modes/impedance.h"
-#include "emulator/nodes/drive/modes/interpolated_position.h"
-#include "emulator/nodes/drive/modes/profile_position.h"
-#include "emulator/nodes/drive/modes/profile_torque.h"
-#include "emulator/nodes/drive/modes/profile_velocity.h"
+#include "emulator/nodes/drive/cyclic_modes.h"
+#include "emulator/nodes/drive/homing.h"
+#include "emulator/nodes/drive/profile_modes.h"
 
 namespace walkman::nodes {
 

@@ -1,18 +1,18 @@
-#include "emulator/nodes/cia301/emergency.h"
+#include "emulator/nodes/cia301/emergency_producer.h"
 
 #include <algorithm>
 
 #include "drivers/canopen/cob_id.h"
 #include "drivers/canopen/little_endian.h"
 #include "drivers/canopen/objects.h"
-#include "emulator/nodes/cia301/cob_id_rules.h"
+#include "emulator/nodes/cia301/communication_table.h"
 
 namespace walkman::nodes {
 
-Emergency::Emergency(ObjectDictionary& dictionary, Outbox& outbox) : outbox_(outbox) {
+EmergencyProducer::EmergencyProducer(ObjectDictionary& dictionary, Outbox& outbox) : outbox_(outbox) {
   error_register_ = dictionary.object<std::uint8_t>(canopen::object::kErrorRegister);
   history_count_ = dictionary.object<std::uint8_t>(canopen::object::kErrorField);
-  history_count_.on_write([this](std::uint8_t value) -> Verdict {
+  history_count_.on_write([this](std::uint8_t value) -> Refusal {
     if (value != 0) return SdoAbort::kValue;
     for (auto& entry : history_) entry.set(0);
     return std::nullopt;
@@ -20,22 +20,22 @@ Emergency::Emergency(ObjectDictionary& dictionary, Outbox& outbox) : outbox_(out
   for (std::size_t i = 0; i < kHistory; ++i) {
     const auto sub = static_cast<std::uint8_t>(i + 1);
     history_[i] = dictionary.object<std::uint32_t>(canopen::object::kErrorField, sub);
-    history_[i].on_read([this, sub]() -> Verdict {
+    history_[i].on_read([this, sub]() -> Refusal {
       if (sub > history_count_.get()) return SdoAbort::kNoData;
       return std::nullopt;
     });
   }
   cob_id_ = dictionary.object<std::uint32_t>(0x1014);
-  cob_id_.on_write([this](std::uint32_t value) -> Verdict {
-    if (const Verdict refused = check_cob_id(value, cob_id_.get(), kCobIdInvalid)) return refused;
+  cob_id_.on_write([this](std::uint32_t value) -> Refusal {
+    if (const Refusal refused = check_cob_id(value, cob_id_.get(), kCobIdInvalid)) return refused;
     if ((value & kCobIdInvalid) != 0) waiting_count_ = 0;
     return std::nullopt;
   });
   inhibit_ = dictionary.object<std::uint16_t>(0x1015);
 }
 
-void Emergency::raise(std::uint16_t code, std::uint8_t register_bits, std::span<const std::uint8_t> detail,
-                      Time now) noexcept {
+void EmergencyProducer::raise(std::uint16_t code, std::uint8_t register_bits,
+                              std::span<const std::uint8_t> detail, Time now) noexcept {
   if (active(code) || present_count_ == present_.size()) return;
   present_[present_count_++] = {code, static_cast<std::uint8_t>(register_bits | error_register::kGeneric)};
   update_register();
@@ -46,7 +46,7 @@ void Emergency::raise(std::uint16_t code, std::uint8_t register_bits, std::span<
   send(code, detail, now);
 }
 
-void Emergency::clear(std::uint16_t code, Time now) noexcept {
+void EmergencyProducer::clear(std::uint16_t code, Time now) noexcept {
   const auto end = present_.begin() + present_count_;
   const auto it = std::find_if(present_.begin(), end, [&](const Present& p) { return p.code == code; });
   if (it == end) return;
@@ -57,22 +57,22 @@ void Emergency::clear(std::uint16_t code, Time now) noexcept {
   if (present_count_ == 0) send(0, {}, now);
 }
 
-bool Emergency::active(std::uint16_t code) const noexcept {
+bool EmergencyProducer::active(std::uint16_t code) const noexcept {
   const auto end = present_.begin() + present_count_;
   return std::any_of(present_.begin(), end, [&](const Present& p) { return p.code == code; });
 }
 
-void Emergency::enable(bool enabled) noexcept {
+void EmergencyProducer::enable(bool enabled) noexcept {
   enabled_ = enabled;
   if (!enabled) waiting_count_ = 0;
 }
 
-void Emergency::reset() noexcept {
+void EmergencyProducer::reset() noexcept {
   present_count_ = outlasting_ = 0;
   forget_reports();
 }
 
-void Emergency::reset_communication() noexcept {
+void EmergencyProducer::reset_communication() noexcept {
   const auto end = present_.begin() + present_count_;
   const auto kept = std::remove_if(
       present_.begin(), end, [](const Present& p) { return (p.bits & error_register::kCommunication) != 0; });
@@ -80,7 +80,7 @@ void Emergency::reset_communication() noexcept {
   forget_reports();
 }
 
-void Emergency::announce(Time now) noexcept {
+void EmergencyProducer::announce(Time now) noexcept {
   for (std::size_t i = 0; i < outlasting_; ++i) {
     add_to_history(present_[i].code);
     send(present_[i].code, {}, now);
@@ -88,7 +88,7 @@ void Emergency::announce(Time now) noexcept {
   outlasting_ = 0;
 }
 
-void Emergency::forget_reports() noexcept {
+void EmergencyProducer::forget_reports() noexcept {
   waiting_count_ = 0;
   allowed_from_ = Time{};
   history_count_.set(0);
@@ -96,7 +96,7 @@ void Emergency::forget_reports() noexcept {
   update_register();
 }
 
-void Emergency::advance(Time now) noexcept {
+void EmergencyProducer::advance(Time now) noexcept {
   while (waiting_count_ > 0 && allowed_from_ <= now) {
     can::Frame frame;
     frame.id = cob_id_.get() & kCobIdMask;
@@ -109,21 +109,23 @@ void Emergency::advance(Time now) noexcept {
   }
 }
 
-Time Emergency::next_event() const noexcept { return waiting_count_ > 0 ? allowed_from_ : Time::max(); }
+Time EmergencyProducer::next_event() const noexcept {
+  return waiting_count_ > 0 ? allowed_from_ : Time::max();
+}
 
-void Emergency::add_to_history(std::uint32_t value) noexcept {
+void EmergencyProducer::add_to_history(std::uint32_t value) noexcept {
   for (std::size_t i = kHistory - 1; i > 0; --i) history_[i].set(history_[i - 1].get());
   history_[0].set(value);
   history_count_.set(static_cast<std::uint8_t>(std::min<std::size_t>(history_count_.get() + 1U, kHistory)));
 }
 
-void Emergency::update_register() noexcept {
+void EmergencyProducer::update_register() noexcept {
   std::uint8_t bits = 0;
   for (std::size_t i = 0; i < present_count_; ++i) bits |= present_[i].bits;
   error_register_.set(bits);
 }
 
-void Emergency::send(std::uint16_t code, std::span<const std::uint8_t> detail, Time now) noexcept {
+void EmergencyProducer::send(std::uint16_t code, std::span<const std::uint8_t> detail, Time now) noexcept {
   if (!enabled_ || (cob_id_.get() & kCobIdInvalid) != 0 || waiting_count_ == waiting_.size()) return;
   Payload& payload = waiting_[waiting_count_++];
   payload.fill(0);

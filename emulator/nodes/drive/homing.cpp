@@ -1,9 +1,9 @@
-#include "emulator/nodes/drive/modes/homing.h"
+#include "emulator/nodes/drive/homing.h"
 
 #include <cmath>
 
-#include "emulator/nodes/drive/servo_settings.h"
 #include "emulator/nodes/cia301/object_table.h"
+#include "emulator/nodes/drive/servo_settings.h"
 
 namespace walkman::nodes {
 namespace {

@@ -1,9 +1,9 @@
-#include "emulator/nodes/cia301/supervision.h"
+#include "emulator/nodes/drive/supervision.h"
 
 #include <algorithm>
 #include <cmath>
 
-#include "emulator/nodes/cia301/emergency.h"
+#include "emulator/nodes/cia301/emergency_producer.h"
 
 namespace walkman::nodes {
 namespace {

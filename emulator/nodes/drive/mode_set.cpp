@@ -1,4 +1,4 @@
-#include "emulator/nodes/drive/modes/mode_set.h"
+#include "emulator/nodes/drive/mode_set.h"
 
 namespace walkman::nodes {
 

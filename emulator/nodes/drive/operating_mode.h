@@ -1,10 +1,27 @@
 #pragma once
 
+#include <cmath>
 #include <cstdint>
 
-#include "emulator/nodes/drive/servo_feedback.h"
+#include "emulator/nodes/drive/servo_law.h"
 
 namespace walkman::nodes {
+
+/// Tells that a value has stayed within a window for a time: 6067h/6068h, 606Dh/606Eh, 606Fh/6070h.
+class Window {
+ public:
+  void restart() noexcept { inside_for_ = 0, reached_ = false; }
+  void step(double deviation, double window, double time, double dt) noexcept {
+    if (!(std::abs(deviation) <= window)) return restart();
+    inside_for_ += dt;
+    reached_ = reached_ || inside_for_ >= time;
+  }
+  [[nodiscard]] bool reached() const noexcept { return reached_; }
+
+ private:
+  double inside_for_ = 0;
+  bool reached_ = false;
+};
 
 struct DriveObjects;
 struct ServoSettings;
@@ -81,5 +98,22 @@ class OperatingMode {
  protected:
   MotionContext& context_;
 };
+
+/// A position target within 607Dh.
+struct RangedTarget {
+  double position = 0;  ///< rad, motor encoder's coordinates
+  std::int32_t wire = 0;
+  bool limited = false;
+};
+
+/// `target` in urad as on the wire.
+[[nodiscard]] RangedTarget within_range(const MotionContext& context, std::int64_t target) noexcept;
+
+/// A velocity demand from which the motor still stops before a limit 607Dh with the deceleration 6085h,
+/// rad/s.
+[[nodiscard]] double stopping_in_range(const MotionContext& context, double velocity) noexcept;
+
+/// How far the motor is beyond its range, rad: positive above, negative below, 0 inside.
+[[nodiscard]] double out_of_range(const MotionContext& context) noexcept;
 
 }  // namespace walkman::nodes
