@@ -93,7 +93,6 @@ class CanopenSlave : public bus::Participant {
   [[nodiscard]] ObjectDictionary& objects() noexcept { return dictionary_; }
 
  private:
-  // canopen_slave.cpp: objects, and who gets a frame
   void add_communication_objects();
   /// What is not LSS; false for a frame that is not for this node.
   [[nodiscard]] bool handle_booted(const can::Frame& frame) noexcept;
@@ -104,7 +103,7 @@ class CanopenSlave : public bus::Participant {
   [[nodiscard]] bool handle_rpdo(const can::Frame& frame) noexcept;
   void schedule() noexcept;
 
-  // canopen_slave_nmt.cpp: NMT states, error control, fault confinement
+  // NMT states, error control, fault confinement
   void handle_nmt(const can::Frame& frame) noexcept;
   void handle_heartbeat(const can::Frame& frame) noexcept;
   void handle_lss(const can::Frame& frame) noexcept;

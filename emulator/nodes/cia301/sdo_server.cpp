@@ -26,6 +26,17 @@ ObjectAddress address_of(std::span<const std::uint8_t, 8> request) noexcept {
   return {canopen::get<std::uint16_t>(request.data() + 1), request[3]};
 }
 
+// Block transfer: the abort command, the CRC flag, and client sub-commands, bits 0-1.
+constexpr unsigned kAbortCommand = 0x80;
+constexpr std::uint8_t kWithCrc = 0x04;
+
+constexpr unsigned kInitiate = 0;
+constexpr unsigned kEnd = 1;
+constexpr unsigned kAcknowledge = 2;
+constexpr unsigned kStart = 3;
+
+bool block_size_allowed(std::uint8_t size) noexcept { return size >= 1 && size <= 127; }
+
 }  // namespace
 
 SdoServer::SdoServer(ObjectDictionary& dictionary, Outbox& outbox, const std::uint8_t& node_id)
@@ -220,14 +231,6 @@ void SdoServer::upload_segment(Request request, Time now) noexcept {
   respond(command, segment);
 }
 
-namespace {
-
-constexpr std::size_t kSegmentBytes = 7;
-constexpr unsigned kAbortCommand = 0x80;
-constexpr std::uint8_t kWithCrc = 0x04;
-
-}  // namespace
-
 void SdoServer::block_download(Request request, Time now) noexcept {
   const bool end = (request[0] & 0x01U) != 0;
   if (!end) return start_block_download(request, now);
@@ -283,20 +286,6 @@ void SdoServer::end_block_download(Request request) noexcept {
   reset();
   respond(0xA1, {});
 }
-
-namespace {
-
-constexpr std::size_t kSegmentBytes = 7;
-
-// Client sub-commands, bits 0-1.
-constexpr unsigned kInitiate = 0;
-constexpr unsigned kEnd = 1;
-constexpr unsigned kAcknowledge = 2;
-constexpr unsigned kStart = 3;
-
-bool block_size_allowed(std::uint8_t size) noexcept { return size >= 1 && size <= 127; }
-
-}  // namespace
 
 std::size_t SdoServer::segment_count() const noexcept {
   return std::max<std::size_t>(1, (value_.size() + kSegmentBytes - 1) / kSegmentBytes);

@@ -50,6 +50,17 @@ const DriveParameters& checked(const DriveParameters& p) {
   return p;
 }
 
+// Objects are published at least this often for event-driven PDOs; SDO and SYNC ask for the newest
+// themselves.
+constexpr double kPublishPeriod = 1e-3 - 1e-9;  // s
+
+// Fault 8612h: torque modes do not stop at the position limits by themselves.
+constexpr double kRangeMargin = 0.02;  // rad
+// Fault 7121h: the torque limit in a velocity mode without any motion.
+constexpr double kBlockedTime = 1.0;  // s
+
+bool finite(double value) noexcept { return std::abs(value) <= 1e9; }
+
 }  // namespace
 
 DriveNode::DriveNode(const DriveParameters& parameters)
@@ -281,21 +292,6 @@ void DriveNode::on_reset() noexcept {
 }
 
 using cia402::State;
-
-namespace {
-
-// Objects are published at least this often for event-driven PDOs; SDO and SYNC ask for the newest
-// themselves.
-constexpr double kPublishPeriod = 1e-3 - 1e-9;  // s
-
-// Fault 8612h: torque modes do not stop at the position limits by themselves.
-constexpr double kRangeMargin = 0.02;  // rad
-// Fault 7121h: the torque limit in a velocity mode without any motion.
-constexpr double kBlockedTime = 1.0;  // s
-
-bool finite(double value) noexcept { return std::abs(value) <= 1e9; }
-
-}  // namespace
 
 double DriveNode::control(const ServoFeedback& feedback, double dt) noexcept {
   power_.ready();

@@ -15,6 +15,10 @@ constexpr std::uint16_t kNewSetPoint = 1U << 4U;
 constexpr std::uint16_t kAtOnce = 1U << 5U;
 constexpr std::uint16_t kRelative = 1U << 6U;
 
+// Target reached: the spring's torque within this many per mille of the target. The profile has no object
+// for it.
+constexpr double kTorqueWindow = 30;
+
 }  // namespace
 
 void ProfilePosition::enter(const Motion& from) noexcept {
@@ -133,14 +137,6 @@ std::uint16_t ProfileVelocity::status() const noexcept {
   return static_cast<std::uint16_t>(halted_status() |
                                     (at_target_.reached() ? status_bit::kTargetReached : 0));
 }
-
-namespace {
-
-// Target reached: the spring's torque within this many per mille of the target. The profile has no object
-// for it.
-constexpr double kTorqueWindow = 30;
-
-}  // namespace
 
 void ProfileTorque::enter(const Motion& /*from*/) noexcept {
   torque_ = context_.feedback.spring_torque;
