@@ -108,8 +108,8 @@ std::string factory_text(std::uint16_t index, const EntryRow& row) {
   if (row.own) return "of the device";
   if (row.with_node_id) return fmt::format("{:X}h + id", row.factory);
   if (row.type == DataType::kReal32) return fmt::format("{:g}", nodes::from_raw<float>(row.factory));
-  return is_hexadecimal(index, row.type) && row.factory > 9 ? fmt::format("{:X}h", row.factory)
-                                                            : number_text(index, row.type, row.factory);
+  if (!is_hexadecimal(index, row.type)) return number_text(index, row.type, row.factory);
+  return row.factory > 9 ? fmt::format("{:X}h", row.factory) : fmt::format("{}", row.factory);
 }
 
 std::string joined(std::initializer_list<std::string_view> parts) {
