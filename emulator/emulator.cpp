@@ -94,7 +94,7 @@ Time Emulator::now() const { return impl_->now; }
 
 std::vector<can::Interface*> Emulator::interfaces() {
   std::vector<can::Interface*> ends;
-  for (const auto& bus : impl_->buses) ends.push_back(&bus->computer_end());
+  for (const auto& bus : impl_->buses) ends.push_back(&bus->computer_port());
   return ends;
 }
 

@@ -80,7 +80,7 @@ void Emulation::Impl::open_ports() {
     bus::ControllerOptions controller;
     controller.reports = bus::ErrorReports::kStates;
     controller.restart_after = kRestartAfter;
-    buses[assignment.bus]->computer_end().configure(controller);
+    buses[assignment.bus]->computer_port().configure(controller);
     watch(*ports.back());
   }
 }

@@ -8,9 +8,9 @@
 #include "apps/shared/can_map.h"
 #include "apps/shared/emulated_world.h"
 #include "emulator/bus/bridge.h"
+#include "emulator/camera/cloud_server.h"
 #include "emulator/pacing/event_loop.h"
 #include "emulator/pacing/real_time_schedule.h"
-#include "emulator/camera/cloud_server.h"
 
 namespace walkman::apps {
 
@@ -64,7 +64,7 @@ class Emulation {
 
   /// One more door to the buses: `on_readable` is called when `descriptor` is, `on_moved` each time the buses
   /// have come to a later instant, to hand out what they carried. Frames enter through an end of its own
-  /// (`CanBus::add_end`).
+  /// (`CanBus::add_port`).
   void attach(int descriptor, std::function<void()> on_readable, std::function<void()> on_moved);
 
   /// Runs until a signal comes or the duration is over. `progress` about five times a second.

@@ -10,9 +10,9 @@
 #include <fmt/ranges.h>
 
 #include "apps/replay/master_frames.h"
+#include "emulator/bus/frame_length.h"
 #include "emulator/logs/candump_log.h"
 #include "emulator/logs/candump_reader.h"
-#include "emulator/bus/frame_length.h"
 #include "urdf/reader/nearest_name.h"
 
 namespace walkman::apps {
@@ -156,7 +156,7 @@ ReplayResult replay_into_emulator(const ReplayOptions& options) {
     world.emulator.carry(until);
     can::StampedFrame unread;
     for (bus::CanBus* bus : buses) {
-      while (bus->computer_end().receive(unread)) {
+      while (bus->computer_port().receive(unread)) {
       }
     }
   };
@@ -167,7 +167,7 @@ ReplayResult replay_into_emulator(const ReplayOptions& options) {
       waiting.pop();
       // A nanosecond before it began: it then takes part in that arbitration.
       go_to(next.begins - Time(1));
-      if (buses[next.bus]->computer_end().send(next.frame) == can::SendResult::kQueued) ++result.given;
+      if (buses[next.bus]->computer_port().send(next.frame) == can::SendResult::kQueued) ++result.given;
     }
   };
 

@@ -1,12 +1,46 @@
 #pragma once
 
-#include "emulator/bus/error_report.h"
+#include <cstddef>
+#include <vector>
+
+#include "emulator/bus/controller.h"
+#include "emulator/bus/error_message.h"
 #include "emulator/bus/frame_length.h"
 #include "emulator/bus/participant.h"
+#include "emulator/bus/wire_bits.h"
 
 namespace walkman::bus {
 
-/// One attempt to send a frame, planned when it starts.
+/// What becomes of one frame on the wire: deterministic fault injection.
+struct FrameFate {
+  enum class Kind {
+    kDeliver,
+    kLose,           ///< nobody receives it and nobody notices; it takes its time
+    kCorrupt,        ///< a bit is turned over and the frame ends in an error frame
+    kNoAcknowledge,  ///< the ACK slot stays recessive
+  };
+
+  Kind kind = Kind::kDeliver;
+  /// kCorrupt: number of the bit on the wire, stuff bits counted, SOF = 0; beyond the end of frame means its
+  /// last bit.
+  int bit = 0;
+  /// kCorrupt: the receiver that alone sees the turned bit; null when the sender does, and so all.
+  const Participant* seen_by = nullptr;
+
+  static constexpr FrameFate deliver() noexcept { return {}; }
+  static constexpr FrameFate lose() noexcept { return {Kind::kLose}; }
+  static constexpr FrameFate corrupt(int bit, const Participant* seen_by = nullptr) noexcept {
+    return {Kind::kCorrupt, bit, seen_by};
+  }
+  static constexpr FrameFate no_acknowledge() noexcept { return {Kind::kNoAcknowledge}; }
+};
+
+inline constexpr int kErrorFlagBits = 6;
+inline constexpr int kErrorDelimiterBits = 8;
+
+/// One attempt to send a frame, planned when it starts: how long it takes, and what goes wrong in the middle
+/// of it (ISO 11898-1, error frame). The plans give controllers their roles; what they make of it at the end
+/// of the attempt is the bus's business.
 struct Attempt {
   WireLength frame;                            ///< until receivers have it, or until the error flag
   WireLength interframe;                       ///< from there until the next arbitration
@@ -14,10 +48,33 @@ struct Attempt {
   bool failed = false;                         ///< ends in an error frame
   bool destroyed = false;                      ///< and the receivers do not have it
   bool mixed = false;                          ///< has several senders, or a receiver that misses it
-  bool lost = false;                           ///< nobody receives it, by a verdict
+  bool lost = false;                           ///< nobody receives it, by a fault
   bool timeless = false;                       ///< takes no time
   const Participant* first_to_flag = nullptr;  ///< the receiver that saw the error before all others
   BusError error;                              ///< as the sender sees it
+
+  /// All controllers that offer `key` at `now` send together: equal frames merge, of different ones the first
+  /// bit that differs is a bit error. The number of the sender that stands for the attempt.
+  [[nodiscard]] std::size_t contend(std::vector<Controller>& controllers, std::uint64_t key,
+                                    Time now) noexcept;
+
+  /// The frame of controller number `sender` as if nothing goes wrong.
+  void plan_success(const Controller& sender) noexcept;
+  /// The sender reads back another level than it sent at bit number `bit` (of the ACK slot: sees no
+  /// acknowledgement).
+  void plan_bit_error(const std::vector<Controller>& controllers, std::size_t sender, int bit) noexcept;
+  /// One receiver alone sees bit number `bit` turned.
+  void plan_receive_error(std::vector<Controller>& controllers, std::size_t sender, int bit,
+                          const Participant& seen_by) noexcept;
+  void plan_no_acknowledge(const std::vector<Controller>& controllers, std::size_t sender) noexcept;
+
+ private:
+  void plan_error_frame(const WireBits& wire, int bit, unsigned level, unsigned first_flag,
+                        bool answered) noexcept;
 };
+
+/// Whether any controller has the role, and is error-active if asked for.
+[[nodiscard]] bool any_with(const std::vector<Controller>& controllers, Role role,
+                            bool error_active = false) noexcept;
 
 }  // namespace walkman::bus

@@ -13,7 +13,7 @@ bool Bridge::receive(can::Frame& out) noexcept {
 }
 
 void Bridge::enter(const can::Frame& frame) noexcept {
-  if (bus_->computer_end().send(frame) == can::SendResult::kQueued) {
+  if (bus_->computer_port().send(frame) == can::SendResult::kQueued) {
     ++counters_.entered;
   } else {
     ++counters_.refused;
@@ -21,7 +21,7 @@ void Bridge::enter(const can::Frame& frame) noexcept {
 }
 
 bool Bridge::hand_out() noexcept {
-  while (holding_ || bus_->computer_end().receive(held_)) {
+  while (holding_ || bus_->computer_port().receive(held_)) {
     const can::SendResult result = outside_->send(held_.frame);
     holding_ = result == can::SendResult::kQueueFull;
     if (holding_) break;

@@ -10,6 +10,11 @@ namespace {
 
 constexpr std::size_t kNobody = ~std::size_t{0};
 constexpr int kTimelessFrames = 8192;
+/// Extra wait of an error-passive node after a frame of its own, before it sends again.
+constexpr int kSuspendBits = 8;
+/// Recessive bits that end a bus-off: so many runs of so many bits.
+constexpr int kRecoveryRuns = 128;
+constexpr int kRecoveryRunBits = 11;
 
 [[noreturn]] void refuse(const std::string& bus, const char* what, std::uint32_t rate, const char* expected) {
   throw std::runtime_error("bus " + bus + ": " + what + " " + std::to_string(rate) + " bit/s, expected " +
@@ -37,8 +42,8 @@ std::vector<Participant*> CanBus::participants() const {
   return all;
 }
 
-ComputerEnd& CanBus::add_end() {
-  tools_.push_back(std::make_unique<ComputerEnd>(std::string(computer_.name()), options_.fd));
+ComputerPort& CanBus::add_port() {
+  tools_.push_back(std::make_unique<ComputerPort>(std::string(computer_.name()), options_.fd));
   controllers_.emplace_back(*tools_.back(), tools_.back().get());
   return *tools_.back();
 }
@@ -95,27 +100,26 @@ bool CanBus::start_frame() noexcept {
   attempt_ = {};
   sender_ = winner;
   if (several) {
-    sender_ = contend(controllers_[winner].key);
+    sender_ = attempt_.contend(controllers_, controllers_[winner].key, now_);
   } else {
     controllers_[winner].hold();
     controllers_[winner].role = Role::kSending;
   }
   const Controller& sender = controllers_[sender_];
   if (!attempt_.failed) {
-    const WireLength length = wire_length(sender.held, sender.faults.passive());
-    attempt_.frame = {length.nominal - kIntermissionBits, length.data};
-    attempt_.interframe = {kIntermissionBits, 0};
-    const Verdict verdict = fault_port_ ? fault_port_(sender.held, now_) : Verdict::deliver();
-    attempt_.lost = verdict.kind == Verdict::Kind::kLose;
-    if (verdict.kind == Verdict::Kind::kCorrupt) {
-      if (verdict.seen_by == nullptr) {
-        plan_bit_error(verdict.bit);
+    attempt_.plan_success(sender);
+    const FrameFate fate = fault_port_ ? fault_port_(sender.held, now_) : FrameFate::deliver();
+    attempt_.lost = fate.kind == FrameFate::Kind::kLose;
+    if (fate.kind == FrameFate::Kind::kCorrupt) {
+      if (fate.seen_by == nullptr) {
+        attempt_.plan_bit_error(controllers_, sender_, fate.bit);
       } else {
-        plan_receive_error(verdict.bit, *verdict.seen_by);
+        attempt_.plan_receive_error(controllers_, sender_, fate.bit, *fate.seen_by);
       }
     }
-    if (!attempt_.failed && (verdict.kind == Verdict::Kind::kNoAcknowledge || !acknowledged())) {
-      plan_no_acknowledge();
+    const bool acknowledged = any_with(controllers_, Role::kReceiving);
+    if (!attempt_.failed && (fate.kind == FrameFate::Kind::kNoAcknowledge || !acknowledged)) {
+      attempt_.plan_no_acknowledge(controllers_, sender_);
     }
   }
   if (!attempt_.failed) {
@@ -125,11 +129,6 @@ bool CanBus::start_frame() noexcept {
   phase_ = Phase::kFrame;
   phase_ends_ = now_ + (attempt_.timeless ? Time{} : time_of(attempt_.frame));
   return true;
-}
-
-bool CanBus::acknowledged() const noexcept {
-  return std::any_of(controllers_.begin(), controllers_.end(),
-                     [](const Controller& controller) { return controller.role == Role::kReceiving; });
 }
 
 void CanBus::end_frame() noexcept {
@@ -180,6 +179,195 @@ void CanBus::deliver() noexcept {
     controller.participant->receive(frame, now_);
     refresh(controller);
   }
+}
+
+// What controllers make of an attempt that failed (ISO 11898-1, fault confinement).
+
+void CanBus::fail() noexcept {
+  ++counters_.error_frames;
+  for (Controller& controller : controllers_) {
+    if (controller.role == Role::kSending || controller.role == Role::kDroppedOut) {
+      settle_failed_sender(controller);
+    } else if (controller.role == Role::kMissing ||
+               (controller.role == Role::kReceiving && attempt_.destroyed)) {
+      settle_failed_receiver(controller);
+    }
+  }
+  if (!attempt_.destroyed) deliver();
+}
+
+void CanBus::settle_failed_sender(Controller& controller) noexcept {
+  BusError error = attempt_.error;
+  // An error-passive node that misses the acknowledgement may be alone: no harm to be blamed for.
+  const bool spared = error.kind == BusError::Kind::kNoAcknowledge && controller.faults.passive();
+  const bool changed = !spared && controller.faults.send_failed();
+  report_bus_error(controller, error);
+  if (controller.participant->one_shot() && controller.holding) {
+    controller.holding = false;
+    ++counters_.given_up;
+  }
+  if (changed) state_changed(controller);
+  suspend_if_passive(controller);
+  refresh(controller);
+}
+
+void CanBus::settle_failed_receiver(Controller& controller) noexcept {
+  // What a receiver sees is the violation that the flag makes: of stuffing, or of a field's fixed form.
+  BusError error;
+  error.kind = attempt_.error.field == FrameField::kAckSlot ||
+                       attempt_.error.field == FrameField::kAckDelimiter ||
+                       attempt_.error.field == FrameField::kEndOfFrame ||
+                       attempt_.error.field == FrameField::kCrcDelimiter
+                   ? BusError::Kind::kForm
+                   : BusError::Kind::kStuff;
+  error.field = attempt_.error.field;
+  const bool changed = controller.faults.receive_failed(controller.participant == attempt_.first_to_flag);
+  report_bus_error(controller, error);
+  if (changed) state_changed(controller);
+}
+
+void CanBus::suspend_if_passive(Controller& controller) noexcept {
+  if (!controller.faults.passive()) return;
+  controller.suspended_until = phase_ends_ + bit_time(kSuspendBits);
+  exceptions_ = true;
+}
+
+void CanBus::state_changed(Controller& controller) noexcept {
+  if (controller.faults.bus_off()) {
+    exceptions_ = true;
+    controller.recovering = false;
+    if (controller.holding) {
+      controller.holding = false;
+      ++counters_.given_up;
+    }
+  }
+  controller.participant->on_link_state(controller.faults.state(), now_);
+  if (controller.computer != nullptr && controller.computer->options().reports != ErrorReports::kNone) {
+    report(controller, state_message(controller.faults));
+  }
+  refresh(controller);
+}
+
+void CanBus::report_bus_error(Controller& controller, const BusError& error) noexcept {
+  if (controller.computer == nullptr || controller.computer->options().reports != ErrorReports::kAll) return;
+  report(controller, bus_error_message(error, controller.faults));
+}
+
+void CanBus::report(Controller& controller, const can::Frame& frame) noexcept {
+  controller.computer->receive(frame, now_);
+  if (controller.computer == &computer_ && observer_) observer_({now_, frame});
+}
+
+// Controllers that cannot simply send and receive: suspended senders, bus-off and the way back, cables that
+// are off.
+
+Time CanBus::next_exception() const noexcept {
+  Time next = Time::max();
+  const auto consider = [&](Time time) {
+    if (time > now_) next = std::min(next, time);
+  };
+  for (const Controller& controller : controllers_) {
+    consider(controller.suspended_until);
+    if (controller.sending_alone) consider(controller.alone_until);
+    if (controller.recovering) consider(recovered_at(controller));
+  }
+  return next;
+}
+
+void CanBus::run_exceptions() noexcept {
+  exceptions_ = false;
+  for (Controller& controller : controllers_) {
+    if (controller.faults.bus_off()) {
+      run_bus_off(controller);
+    } else if (controller.cut) {
+      run_alone(controller);
+    }
+    if (!controller.online() || controller.suspended_until > now_) exceptions_ = true;
+  }
+}
+
+Time CanBus::recovered_at(const Controller& controller) const noexcept {
+  if (controller.recessive_since == Time::max()) return Time::max();
+  return controller.recessive_since + bit_time(controller.recovery_runs * kRecoveryRunBits);
+}
+
+void CanBus::run_bus_off(Controller& controller) noexcept {
+  if (!controller.recovering) {
+    if (!controller.participant->restarts()) return;
+    controller.recovering = true;
+    controller.recovery_runs = kRecoveryRuns;
+    if (controller.cut) {
+      controller.recessive_since = now_;
+    } else {
+      controller.recessive_since = phase_ == Phase::kFrame ? Time::max() : std::max(now_, recessive_since_);
+    }
+  }
+  if (recovered_at(controller) > now_) return;
+  controller.recovering = false;
+  controller.suspended_until = Time{};
+  controller.faults.restart();
+  controller.participant->on_link_state(controller.faults.state(), now_);
+  if (controller.computer != nullptr && controller.computer->options().reports != ErrorReports::kNone) {
+    report(controller, restart_message());
+  }
+  refresh(controller);
+}
+
+void CanBus::dominant_again() noexcept {
+  for (Controller& controller : controllers_) {
+    if (!controller.recovering || controller.cut) continue;
+    const Time recessive = std::max(now_ - controller.recessive_since, Time{});
+    const auto runs = recessive / bit_time(kRecoveryRunBits);
+    controller.recovery_runs -= static_cast<int>(runs);
+    controller.recessive_since = Time::max();
+  }
+}
+
+void CanBus::recessive_again() noexcept {
+  // The error delimiter, or the ACK delimiter and the end of frame.
+  recessive_since_ =
+      attempt_.flag.bits() > 0 ? now_ + time_of(attempt_.flag) : now_ - bit_time(kAckAndEndBits - 1);
+  for (Controller& controller : controllers_) {
+    if (controller.recovering && !controller.cut) controller.recessive_since = recessive_since_;
+  }
+}
+
+void CanBus::set_cut(const Participant& participant, bool cut) noexcept {
+  for (Controller& controller : controllers_) {
+    if (controller.participant != &participant || controller.cut == cut) continue;
+    controller.cut = cut;
+    controller.sending_alone = false;
+    // A recovery under way sees another bus, on which the runs so far count.
+    if (controller.recovering) controller.recessive_since = now_;
+    refresh(controller);
+    exceptions_ = true;
+  }
+}
+
+void CanBus::run_alone(Controller& controller) noexcept {
+  const bool one_shot = controller.participant->one_shot();
+  if (controller.sending_alone) {
+    if (controller.alone_until > now_) return;
+    controller.sending_alone = false;
+    const bool changed = !controller.faults.passive() && controller.faults.send_failed();
+    report_bus_error(controller, {BusError::Kind::kNoAcknowledge, true, 1, FrameField::kAckSlot});
+    if (one_shot) {
+      controller.holding = false;
+      ++counters_.given_up;
+    }
+    if (changed) state_changed(controller);
+  }
+  if (!controller.holding && controller.participant->pending() == nullptr) return;
+  // Error-passive without an acknowledgement it repeats itself and its counters stay: nothing to compute.
+  if (controller.faults.passive() && !one_shot) return;
+  controller.hold();
+  const bool passive = controller.faults.passive();
+  WireLength length = wire_length(controller.held, passive);
+  // To the end of the ACK slot, then the error frame.
+  length.nominal +=
+      kErrorFlagBits + kErrorDelimiterBits - (kAckAndEndBits - 1) + (passive ? kSuspendBits : 0);
+  controller.alone_until = now_ + time_of(length);
+  controller.sending_alone = true;
 }
 
 void CanBus::advance(Time until) noexcept {

@@ -8,12 +8,11 @@
 
 #include "drivers/can/interface.h"
 #include "emulator/bus/attempt.h"
-#include "emulator/bus/computer_end.h"
+#include "emulator/bus/computer_port.h"
 #include "emulator/bus/controller.h"
 #include "emulator/bus/load_meter.h"
 #include "emulator/bus/participant.h"
 #include "emulator/bus/sync_watch.h"
-#include "emulator/bus/verdict.h"
 
 namespace walkman::bus {
 
@@ -29,7 +28,7 @@ struct BusOptions {
 
 struct BusCounters {
   std::uint64_t frames = 0;              ///< through, lost ones included
-  std::uint64_t lost = 0;                ///< of these, taken off the wire by the filter or a verdict
+  std::uint64_t lost = 0;                ///< of these, taken off the wire by the filter or a fault
   std::uint64_t busy_bits = 0;           ///< bit times used: frames, stuff bits, error frames, intermission
   Time busy{};                           ///< the same as time; with timing off, what they would have taken
   std::uint64_t error_frames = 0;        ///< attempts that ended in an error frame
@@ -63,7 +62,7 @@ class CanBus {
  public:
   using Observer = std::function<void(const can::StampedFrame&)>;
   using Filter = std::function<bool(const can::Frame&, Time)>;
-  using FaultPort = std::function<Verdict(const can::Frame&, Time)>;
+  using FaultPort = std::function<FrameFate(const can::Frame&, Time)>;
 
   /// `name` is the limb's ("rarm"), `interface_name` that of the network interface it stands for
   /// ("can_rarm"). Throws std::runtime_error for a bit rate outside 10 kbit/s .. 1 Mbit/s, or a data bit rate
@@ -74,11 +73,11 @@ class CanBus {
   /// allocates.
   void attach(Participant& participant);
 
-  /// The computer's end. What is sent here takes part in arbitration from `now` on.
-  [[nodiscard]] ComputerEnd& computer_end() noexcept { return computer_; }
+  /// The computer's port. What is sent here takes part in arbitration from `now` on.
+  [[nodiscard]] ComputerPort& computer_port() noexcept { return computer_; }
 
   /// One more computer on the bus, for a tool; lives as long as the bus. Allocates.
-  [[nodiscard]] ComputerEnd& add_end();
+  [[nodiscard]] ComputerPort& add_port();
 
   /// Takes an attached participant's cable off, or plugs it in again; from the next frame on. A participant
   /// without a bus sends to nobody and hears nothing.
@@ -101,7 +100,7 @@ class CanBus {
   /// When something happens next of itself: a frame ends, a participant's timer runs. Time::max() if never.
   [[nodiscard]] Time next_event() const noexcept;
 
-  /// Called with every frame that is complete and not lost, and with the error reports of the computer's end
+  /// Called with every frame that is complete and not lost, and with the error reports of the computer's port
   /// if it makes any. Must not throw.
   void set_observer(Observer observer) { observer_ = std::move(observer); }
 
@@ -138,18 +137,11 @@ class CanBus {
   // One frame: arbitration and plan, its end.
   [[nodiscard]] bool start_frame() noexcept;
   [[nodiscard]] std::size_t arbitrate(bool& several) noexcept;
-  [[nodiscard]] bool acknowledged() const noexcept;
   void end_frame() noexcept;
   void succeed() noexcept;
   void deliver() noexcept;
 
-  // What happens in the middle of a frame (can_bus_errors.cpp).
-  [[nodiscard]] std::size_t contend(std::uint64_t key) noexcept;
-  [[nodiscard]] bool any(Role role, bool error_active) const noexcept;
-  void plan_bit_error(int bit) noexcept;
-  void plan_receive_error(int bit, const Participant& seen_by) noexcept;
-  void plan_no_acknowledge() noexcept;
-  void plan_error_frame(const WireBits& wire, int bit, unsigned level, unsigned flag, bool answered) noexcept;
+  // What controllers make of an attempt that failed.
   void fail() noexcept;
   void settle_failed_sender(Controller& controller) noexcept;
   void settle_failed_receiver(Controller& controller) noexcept;
@@ -158,20 +150,20 @@ class CanBus {
   void report(Controller& controller, const can::Frame& frame) noexcept;
   void suspend_if_passive(Controller& controller) noexcept;
 
-  // Controllers that are not simply there: suspended, in bus-off, cut off (can_bus_exceptions.cpp).
+  // Controllers that are not simply there: suspended, in bus-off, cut off.
   void set_cut(const Participant& participant, bool cut) noexcept;
   [[nodiscard]] Time next_exception() const noexcept;
   void run_exceptions() noexcept;
   void run_bus_off(Controller& controller) noexcept;
-  void run_stub(Controller& controller) noexcept;
+  void run_alone(Controller& controller) noexcept;
   [[nodiscard]] Time recovered_at(const Controller& controller) const noexcept;
   void dominant_again() noexcept;
   void recessive_again() noexcept;
 
   std::string name_;
   BusOptions options_;
-  ComputerEnd computer_;
-  std::vector<std::unique_ptr<ComputerEnd>> tools_;
+  ComputerPort computer_;
+  std::vector<std::unique_ptr<ComputerPort>> tools_;
   std::vector<Controller> controllers_;
   Observer observer_;
   Filter filter_;

@@ -2,8 +2,7 @@
 
 #include <cstdint>
 
-#include "emulator/bus/computer_end.h"
-#include "emulator/bus/error_flag.h"
+#include "emulator/bus/computer_port.h"
 #include "emulator/bus/fault_confinement.h"
 #include "emulator/bus/frame_length.h"
 #include "emulator/bus/participant.h"
@@ -22,22 +21,22 @@ enum class Role : std::uint8_t {
 /// A participant's CAN controller, as the bus keeps it: one transmit buffer, which holds a frame from its
 /// first attempt until it is through, and fault confinement.
 struct Controller {
-  explicit Controller(Participant& owner, ComputerEnd* end) : participant(&owner), computer(end) {}
+  explicit Controller(Participant& owner, ComputerPort* port) : participant(&owner), computer(port) {}
 
   static constexpr std::uint64_t kNothing = ~std::uint64_t{0};
 
   Participant* participant;
-  ComputerEnd* computer;         ///< of a computer, else null
+  ComputerPort* computer;        ///< of a computer, else null
   Time due{};                    ///< the participant's next event
   std::uint64_t key = kNothing;  ///< arbitration key of the frame it would send
   FaultConfinement faults;
   Role role = Role::kNone;
-  bool holding = false;    ///< `held` waits for another attempt, or is under way
-  bool cut = false;        ///< its cable is off
-  bool stub_busy = false;  ///< while cut: it is sending to nobody
+  bool holding = false;        ///< `held` waits for another attempt, or is under way
+  bool cut = false;            ///< its cable is off
+  bool sending_alone = false;  ///< while cut: it is sending to nobody
   bool recovering = false;
   Time suspended_until{};  ///< suspend transmission of an error-passive sender
-  Time stub_ends{};
+  Time alone_until{};
   int recovery_runs = 0;   ///< of 11 recessive bits, still to be seen
   Time recessive_since{};  ///< in recovery: start of the present run of recessive bits
   can::Frame held;

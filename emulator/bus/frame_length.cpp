@@ -2,8 +2,8 @@
 
 #include <cassert>
 
-#include "emulator/bus/bit_stuffing.h"
-#include "emulator/bus/crc.h"
+#include "drivers/can/fd_length.h"
+#include "emulator/bus/wire_coding.h"
 
 namespace walkman::bus {
 namespace {
@@ -44,6 +44,12 @@ class StuffedRegion {
 // CRC and its delimiter.
 constexpr int kCrcBits = 15 + 1;
 
+// The same of FD frames.
+constexpr unsigned kLongestShort = 16;       // bytes that CRC-17 guards
+constexpr int kShortCheck = 4 + 17 + 6 + 1;  // stuff count, CRC, fixed stuff bits, delimiter
+constexpr int kLongCheck = 4 + 21 + 7 + 1;
+constexpr int kStatusAndLength = 1 + 4;  // ESI, DLC
+
 }  // namespace
 
 int frame_bits(const can::Frame& frame) noexcept {
@@ -69,11 +75,44 @@ int frame_bits(const can::Frame& frame) noexcept {
   return header + data + kCrcBits + region.close() + kAckAndEndBits + kIntermissionBits;
 }
 
+unsigned fd_length_code(unsigned length) noexcept {
+  if (length <= 8) return length;
+  if (length <= 24) return 9 + (length - 9) / 4;
+  return length <= 32 ? 13 : length <= 48 ? 14 : 15;
+}
+
+// The check of FD frames has its stuff bits at fixed places, so that its value does not matter for their
+// length.
+WireLength wire_length(const can::Frame& frame, bool error_passive) noexcept {
+  if (!frame.fd) return {frame_bits(frame), 0};
+  const unsigned code = fd_length_code(frame.length);
+  const unsigned length = can::fd_length(frame.length);
+
+  // Up to BRS, at the nominal rate: SOF, identifier, RRS 0, IDE 0, FDF 1, res 0, BRS 1, or with a long
+  // identifier SOF, base identifier, SRR 1, IDE 1, extension, RRS 0, FDF 1, res 0, BRS 1.
+  const int width = frame.extended ? 1 + 11 + 2 + 18 + 4 : 1 + 11 + 5;
+  const std::uint64_t base = (frame.id >> 18U) << 2U | 0b11U;
+  const std::uint64_t header = frame.extended ? (base << 18U | (frame.id & 0x3FFFFU)) << 4U | 0b0101U
+                                              : static_cast<std::uint64_t>(frame.id) << 5U | 0b00101U;
+  StuffCounter stuffing;
+  for (int i = width - 1; i >= 0; --i) stuffing.append_bit(static_cast<unsigned>(header >> i) & 1U);
+  const int nominal_stuff = stuffing.inserted();
+
+  stuffing.append_bit(error_passive ? 1 : 0);
+  for (int i = 3; i >= 0; --i) stuffing.append_bit((code >> i) & 1U);
+  for (unsigned i = 0; i < length; ++i) stuffing.append_byte(frame.data[i]);
+  // Five equal bits at the end need no stuff bit: the first fixed one follows.
+  const int data_stuff = stuffing.inserted() - nominal_stuff;
+
+  return {width + nominal_stuff + kAckAndEndBits + kIntermissionBits,
+          kStatusAndLength + 8 * static_cast<int>(length) + data_stuff +
+              (length <= kLongestShort ? kShortCheck : kLongCheck)};
+}
+
 bool is_sendable(const can::Frame& frame) noexcept {
   if (frame.error || frame.id > (frame.extended ? 0x1FFFFFFFU : 0x7FFU)) return false;
   if (!frame.fd) return frame.length <= 8;
-  return !frame.remote && frame.length <= can::kMaxPayload &&
-         fd_payload_length(fd_length_code(frame.length)) == frame.length;
+  return !frame.remote && frame.length <= can::kMaxPayload && can::fd_length(frame.length) == frame.length;
 }
 
 }  // namespace walkman::bus

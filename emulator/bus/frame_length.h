@@ -44,9 +44,8 @@ struct WireLength {
 /// format has a code for (FD: 0..8, 12, 16, 20, 24, 32, 48, 64; classical: 0..8). FD has no remote frames.
 [[nodiscard]] bool is_sendable(const can::Frame& frame) noexcept;
 
-/// The data length code of a payload length of an FD frame, rounded up, and the length a code stands for.
+/// The data length code of a payload length of an FD frame, rounded up (ISO 11898-1, DLC).
 [[nodiscard]] unsigned fd_length_code(unsigned length) noexcept;
-[[nodiscard]] unsigned fd_payload_length(unsigned code) noexcept;
 
 /// The arbitration field as a number: of two pending frames the one with the smaller key wins the bus. Orders
 /// a base data frame before the remote frame of the same identifier, and both before an extended frame that

@@ -1,6 +1,7 @@
 #include "emulator/bus/wire_bits.h"
 
-#include "emulator/bus/crc.h"
+#include "drivers/can/fd_length.h"
+#include "emulator/bus/wire_coding.h"
 
 namespace walkman::bus {
 
@@ -72,7 +73,7 @@ class WireBits::Writer {
 
 WireBits::WireBits(const can::Frame& frame, bool error_passive) noexcept {
   const unsigned code = frame.fd ? fd_length_code(frame.length) : frame.length;
-  const unsigned length = frame.remote ? 0 : frame.fd ? fd_payload_length(code) : frame.length;
+  const unsigned length = frame.remote ? 0 : frame.fd ? can::fd_length(frame.length) : frame.length;
   Writer writer(*this, !frame.fd ? kCrc15 : length <= 16 ? kCrc17 : kCrc21, frame.fd);
   const unsigned rtr = frame.remote ? 1 : 0;
 

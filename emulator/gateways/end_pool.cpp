@@ -4,7 +4,7 @@
 
 namespace walkman::gateways {
 
-bus::ComputerEnd* EndPool::take(std::string_view name) {
+bus::ComputerPort* EndPool::take(std::string_view name) {
   const auto bus = std::find_if(buses_.begin(), buses_.end(), [&](const bus::CanBus* b) {
     return name == b->interface_name() || name == b->name();
   });
@@ -17,13 +17,13 @@ bus::ComputerEnd* EndPool::take(std::string_view name) {
     }
     return entry.end;
   }
-  bus::ComputerEnd& end = (*bus)->add_end();
+  bus::ComputerPort& end = (*bus)->add_port();
   end.configure({.reports = bus::ErrorReports::kStates, .restart_after = std::chrono::milliseconds(100)});
   ends_.push_back({*bus, &end, true});
   return &end;
 }
 
-void EndPool::give_back(const bus::ComputerEnd* end) noexcept {
+void EndPool::give_back(const bus::ComputerPort* end) noexcept {
   for (Entry& entry : ends_) {
     if (entry.end == end) entry.taken = false;
   }

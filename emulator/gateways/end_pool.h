@@ -18,10 +18,10 @@ class EndPool {
   /// An end of the bus with this interface name ("can_rarm") or limb name ("rarm"), with nothing in its
   /// receive queue; null when there is no such bus. It reports changes of its controller's state and comes
   /// back 100 ms after bus-off, as nobody could restart it. Allocates when none is free.
-  [[nodiscard]] bus::ComputerEnd* take(std::string_view name);
+  [[nodiscard]] bus::ComputerPort* take(std::string_view name);
 
   /// Frames that still wait for transmission will be sent.
-  void give_back(const bus::ComputerEnd* end) noexcept;
+  void give_back(const bus::ComputerPort* end) noexcept;
 
   /// Ends created so far, in use or not.
   [[nodiscard]] std::size_t size() const noexcept { return ends_.size(); }
@@ -29,7 +29,7 @@ class EndPool {
  private:
   struct Entry {
     bus::CanBus* bus;
-    bus::ComputerEnd* end;
+    bus::ComputerPort* end;
     bool taken;
   };
 

@@ -103,7 +103,7 @@ bool SlcanAdapter::set_up(std::string_view command) noexcept {
 bool SlcanAdapter::open(Channel channel) noexcept {
   if (channel_ != Channel::kClosed) return false;
   if (end_ == nullptr) {
-    end_ = &bus_.add_end();
+    end_ = &bus_.add_port();
     end_->configure({.reports = bus::ErrorReports::kStates});
   }
   end_->restart();

@@ -65,7 +65,7 @@ class SlcanAdapter {
   void answer(std::string_view text) noexcept { static_cast<void>(outgoing_.push(text)); }
 
   bus::CanBus& bus_;
-  bus::ComputerEnd* end_ = nullptr;
+  bus::ComputerPort* end_ = nullptr;
   TextQueue outgoing_{kQueueLength};
   SlcanCounters counters_;
   std::array<char, kLongestCommand> command_;

@@ -74,7 +74,7 @@ class SocketcandSession {
 
   EndPool& pool_;
   SocketcandCounters& counters_;
-  bus::ComputerEnd* end_ = nullptr;
+  bus::ComputerPort* end_ = nullptr;
   SocketcandReader reader_;
   TextQueue outgoing_{kQueueLength};
   std::optional<can::Frame> waiting_;  // for room in the bus's transmit queue

@@ -8,7 +8,7 @@
 
 #include <Eigen/Geometry>
 
-#include "emulator/plant/probes/inertial_motion.h"
+#include "emulator/plant/probes/inertial_probe.h"
 #include "emulator/plant/actuators/series_elastic_actuator.h"
 #include "emulator/plant/hands/slip_meter.h"
 #include "urdf/reader/device_table.h"

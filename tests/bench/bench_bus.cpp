@@ -64,12 +64,12 @@ void BM_BusCycle(benchmark::State& state) {
   const auto all = frames(8, false);
   can::StampedFrame received;
   for (auto _ : state) {
-    for (std::size_t i = 0; i < 19; ++i) benchmark::DoNotOptimize(arm.computer_end().send(all[64 + i]));
+    for (std::size_t i = 0; i < 19; ++i) benchmark::DoNotOptimize(arm.computer_port().send(all[64 + i]));
     for (const std::size_t round : {0U, 32U}) {
       for (std::size_t i = 0; i < devices.size(); ++i) devices[i]->offer(all[round + i]);
       for (int step = 0; step < 5; ++step) arm.advance(arm.now() + std::chrono::milliseconds(1));
     }
-    while (arm.computer_end().receive(received)) benchmark::DoNotOptimize(received);
+    while (arm.computer_port().receive(received)) benchmark::DoNotOptimize(received);
   }
   state.counters["frames_a_cycle"] =
       static_cast<double>(arm.counters().frames) / static_cast<double>(state.iterations());

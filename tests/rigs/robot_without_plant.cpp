@@ -72,7 +72,7 @@ void RobotWithoutPlant::advance(Time until) {
 
 std::vector<can::Interface*> RobotWithoutPlant::interfaces() {
   std::vector<can::Interface*> ends;
-  for (const auto& bus : buses_) ends.push_back(&bus->computer_end());
+  for (const auto& bus : buses_) ends.push_back(&bus->computer_port());
   return ends;
 }
 

@@ -3,7 +3,7 @@
 #include <vector>
 
 #include "emulator/plant/dynamics/group_motion.h"
-#include "emulator/plant/probes/inertial_motion.h"
+#include "emulator/plant/probes/inertial_probe.h"
 
 namespace walkman::plant {
 

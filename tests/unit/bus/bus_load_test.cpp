@@ -76,7 +76,7 @@ TEST(BusLoad, ErrorFramesCount) {
   bus.attach(a);
   int attempt = 0;
   bus.set_fault_port(
-      [&](const can::Frame&, Time) { return attempt++ == 0 ? Verdict::corrupt(2) : Verdict::deliver(); });
+      [&](const can::Frame&, Time) { return attempt++ == 0 ? FrameFate::corrupt(2) : FrameFate::deliver(); });
   a.say({0x555, {}});
   bus.advance(milliseconds(1));
   EXPECT_EQ(bus.counters().busy_bits, 3 + 12 + 8 + 3 + reference_bits({0x555, {}}).bits.size());
@@ -107,9 +107,9 @@ BusCounters sync_cycles(Time period, int commands, int answers, int cycles, bool
   bus.attach(device);
   bus.attach(server);
   for (int n = 0; n < cycles; ++n) {
-    EXPECT_EQ(bus.computer_end().send({0x080, {}}), can::SendResult::kQueued);
+    EXPECT_EQ(bus.computer_port().send({0x080, {}}), can::SendResult::kQueued);
     for (int i = 0; i < commands; ++i) {
-      EXPECT_EQ(bus.computer_end().send({0x201U + static_cast<std::uint32_t>(i), {1, 2, 3, 4, 5, 6, 7, 8}}),
+      EXPECT_EQ(bus.computer_port().send({0x201U + static_cast<std::uint32_t>(i), {1, 2, 3, 4, 5, 6, 7, 8}}),
                 can::SendResult::kQueued);
     }
     if (sdo_flood) {
@@ -156,19 +156,19 @@ TEST(CanBusMemory, NothingIsAllocatedOnTheWayOfAFrame) {
   Mute a, b;
   bus.attach(a);
   bus.attach(b);
-  ComputerEnd& tool = bus.add_end();
+  ComputerPort& tool = bus.add_port();
   tool.configure({ErrorReports::kAll, milliseconds(1), false});
   int attempt = 0;
   bus.set_fault_port([&](const can::Frame&, Time) {
     ++attempt;
-    if (attempt % 5 == 0) return Verdict::corrupt(attempt % 100);
-    return attempt % 7 == 0 ? Verdict::no_acknowledge() : Verdict::deliver();
+    if (attempt % 5 == 0) return FrameFate::corrupt(attempt % 100);
+    return attempt % 7 == 0 ? FrameFate::no_acknowledge() : FrameFate::deliver();
   });
   std::mt19937 random(1);
   const auto some = [&](int count) {
     for (int i = 0; i < count; ++i) {
       const std::uint32_t id = 0x181U + static_cast<std::uint32_t>(i % 4);
-      static_cast<void>(bus.computer_end().send(pdo(id, 8, random)));
+      static_cast<void>(bus.computer_port().send(pdo(id, 8, random)));
       static_cast<void>(tool.send(pdo(id, 24, random, true)));
       bus.advance(bus.now() + microseconds(300));
     }

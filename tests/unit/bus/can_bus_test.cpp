@@ -21,7 +21,7 @@ struct CanBusTest : testing::Test {
   std::vector<std::uint32_t> received_ids() {
     std::vector<std::uint32_t> ids;
     can::StampedFrame frame;
-    while (bus.computer_end().receive(frame)) ids.push_back(frame.frame.id);
+    while (bus.computer_port().receive(frame)) ids.push_back(frame.frame.id);
     return ids;
   }
   CanBus bus{"rarm", "can_rarm"};
@@ -58,7 +58,7 @@ TEST_F(CanBusTest, BitRateScalesTime) {
 TEST_F(CanBusTest, LowestIdentifierWinsAmongAllPending) {
   b.say({0x28B, {1}});
   a.say({0x192, {1}});
-  ASSERT_EQ(bus.computer_end().send({0x20B, {1}}), can::SendResult::kQueued);
+  ASSERT_EQ(bus.computer_port().send({0x20B, {1}}), can::SendResult::kQueued);
   a.say({0x181, {1}});  // waits behind 192h: this talker's queue is first-in first-out
   bus.advance(milliseconds(2));
   EXPECT_EQ(received_ids(), (std::vector<std::uint32_t>{0x192, 0x181, 0x28B}));
@@ -119,25 +119,25 @@ TEST_F(CanBusTest, FilterLosesFramesOnTheWireButTheyTakeTheirTime) {
   EXPECT_EQ(seen, 1);
 }
 
-TEST_F(CanBusTest, ComputerEndIsBoundedBothWays) {
-  auto& end = bus.computer_end();
+TEST_F(CanBusTest, ComputerPortIsBoundedBothWays) {
+  auto& end = bus.computer_port();
   EXPECT_EQ(end.name(), "can_rarm");
-  for (std::size_t i = 0; i < ComputerEnd::kQueueLength; ++i) {
+  for (std::size_t i = 0; i < ComputerPort::kQueueLength; ++i) {
     ASSERT_EQ(end.send({0x300, {}}), can::SendResult::kQueued);
   }
   EXPECT_EQ(end.send({0x300, {}}), can::SendResult::kQueueFull);
   EXPECT_EQ(bus.counters().transmit_overflows, 1U);
   bus.advance(std::chrono::seconds(1));
-  EXPECT_EQ(a.heard.size(), ComputerEnd::kQueueLength);
+  EXPECT_EQ(a.heard.size(), ComputerPort::kQueueLength);
 
-  for (std::size_t i = 0; i < ComputerEnd::kQueueLength + 3; ++i)
+  for (std::size_t i = 0; i < ComputerPort::kQueueLength + 3; ++i)
     a.say({static_cast<std::uint32_t>(0x100 + i % 256), {}});
   bus.advance(std::chrono::seconds(2));
   EXPECT_EQ(end.receive_overflows(), 3U);
   can::StampedFrame frame;
   std::size_t n = 0;
   while (end.receive(frame)) EXPECT_EQ(frame.frame.id, 0x100 + n++ % 256);
-  EXPECT_EQ(n, ComputerEnd::kQueueLength);
+  EXPECT_EQ(n, ComputerPort::kQueueLength);
 
   can::Frame fd(0x100, {1});
   fd.fd = true;

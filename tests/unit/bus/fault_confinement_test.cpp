@@ -23,10 +23,10 @@ struct FaultTest : testing::Test {
     bus.attach(b);
   }
   /// The first `n` attempts get `verdict`.
-  void first(int n, Verdict verdict) {
+  void first(int n, FrameFate verdict) {
     left = n;
     bus.set_fault_port(
-        [this, verdict](const can::Frame&, Time) { return left-- > 0 ? verdict : Verdict::deliver(); });
+        [this, verdict](const can::Frame&, Time) { return left-- > 0 ? verdict : FrameFate::deliver(); });
   }
   ErrorCounters of(const Participant& participant) { return bus.error_counters(participant); }
 
@@ -42,7 +42,7 @@ constexpr int kLoneAttempt = 40 + 6 + 8 + 3;
 
 TEST(LoneNode, ClimbsToErrorPassiveAndStaysThere) {
   CanBus bus("x", "can_x");
-  ComputerEnd& end = bus.computer_end();
+  ComputerPort& end = bus.computer_port();
   end.configure({ErrorReports::kStates, {}, false});
   ASSERT_EQ(end.send({0x080, {}}), can::SendResult::kQueued);
   bus.advance(milliseconds(1));
@@ -80,14 +80,14 @@ TEST(LoneNode, ClimbsToErrorPassiveAndStaysThere) {
 
 TEST(LoneNode, TimeGoesOnWithTimingOff) {
   CanBus bus("x", "can_x", {.timing = false});
-  ASSERT_EQ(bus.computer_end().send({0x080, {}}), can::SendResult::kQueued);
+  ASSERT_EQ(bus.computer_port().send({0x080, {}}), can::SendResult::kQueued);
   bus.advance(milliseconds(1));
   EXPECT_EQ(bus.counters().error_frames, 17U);
   Talker other;
   bus.attach(other);
   bus.advance(milliseconds(2));
   ASSERT_EQ(other.heard.size(), 1U);
-  ASSERT_EQ(bus.computer_end().send({0x081, {}}), can::SendResult::kQueued);
+  ASSERT_EQ(bus.computer_port().send({0x081, {}}), can::SendResult::kQueued);
   bus.advance(milliseconds(2) + microseconds(8));
   ASSERT_EQ(other.heard.size(), 2U);
 }
@@ -125,7 +125,7 @@ TEST_F(FaultTest, ABitErrorEndsTheFrameInAnErrorFrameAndItIsSentAgain) {
   const int length = frame_bits(frame) - kIntermissionBits;
   Time expected{};
   for (const auto& [bit, flags] : {std::pair(1, 10), std::pair(2, 12), std::pair(3, 10)}) {
-    first(1, Verdict::corrupt(bit));
+    first(1, FrameFate::corrupt(bit));
     expected = bus.now() + microseconds(bit + 1 + flags + 8 + 3 + length);
     a.say(frame);
     bus.advance(bus.now() + milliseconds(1));
@@ -147,7 +147,7 @@ TEST_F(FaultTest, AnErrorFrameHas17To23Bits) {
     wire.attach(sender);
     int attempts = 0;
     wire.set_fault_port([&](const can::Frame&, Time) {
-      return attempts++ == 0 ? Verdict::corrupt(bit) : Verdict::deliver();
+      return attempts++ == 0 ? FrameFate::corrupt(bit) : FrameFate::deliver();
     });
     sender.say(frame);
     wire.advance(milliseconds(1));
@@ -156,13 +156,13 @@ TEST_F(FaultTest, AnErrorFrameHas17To23Bits) {
     EXPECT_GE(extra, 17) << bit;
     EXPECT_LE(extra, 23) << bit;
     EXPECT_EQ(wire.error_counters(sender).transmit, 7);
-    EXPECT_EQ(wire.error_counters(wire.computer_end()).receive, 0);
+    EXPECT_EQ(wire.error_counters(wire.computer_port()).receive, 0);
   }
 }
 
 TEST_F(FaultTest, CountersFollowTheStandard) {
   a.say({0x123, {1}});
-  first(1, Verdict::corrupt(15));
+  first(1, FrameFate::corrupt(15));
   bus.advance(microseconds(50));  // the error is over, the repetition not
   EXPECT_EQ(of(a).transmit, 8);
   EXPECT_EQ(of(b).receive, 1);
@@ -172,28 +172,28 @@ TEST_F(FaultTest, CountersFollowTheStandard) {
 
   // An error that one receiver alone sees: its flag comes first, a dominant bit follows it.
   a.say({0x123, {1}});
-  first(1, Verdict::corrupt(15, &b));
+  first(1, FrameFate::corrupt(15, &b));
   bus.advance(bus.now() + microseconds(50));
   EXPECT_EQ(of(a).transmit, 15);
   EXPECT_EQ(of(b).receive, 9);
-  EXPECT_EQ(of(bus.computer_end()).receive, 1);
+  EXPECT_EQ(of(bus.computer_port()).receive, 1);
   bus.advance(bus.now() + milliseconds(1));
   EXPECT_EQ(of(a).transmit, 14);
   EXPECT_EQ(of(b).receive, 8);
-  EXPECT_EQ(of(bus.computer_end()).receive, 0);
+  EXPECT_EQ(of(bus.computer_port()).receive, 0);
   EXPECT_THAT(b.heard_ids(), ElementsAre(0x123, 0x123));
 }
 
 TEST_F(FaultTest, AnErrorPassiveReceiverMissesAFrameAndDoesNotDestroyIt) {
   a.say({0x123, {1}});
   a.say({0x124, {1}});
-  first(16, Verdict::corrupt(15, &b));
+  first(16, FrameFate::corrupt(15, &b));
   bus.advance(milliseconds(2));
   // After 15 errors b has REC 135. It cannot stop the sixteenth attempt, which is through without it.
   EXPECT_EQ(bus.counters().error_frames, 15U);
   EXPECT_THAT(b.heard_ids(), ElementsAre(0x124));
   can::StampedFrame frame;
-  ASSERT_TRUE(bus.computer_end().receive(frame));
+  ASSERT_TRUE(bus.computer_port().receive(frame));
   EXPECT_EQ(frame.frame.id, 0x123U);
   // Its REC was above 127 and is set back to there.
   EXPECT_EQ(of(b).receive, 127);
@@ -203,7 +203,7 @@ TEST_F(FaultTest, AnErrorPassiveReceiverMissesAFrameAndDoesNotDestroyIt) {
 
 TEST_F(FaultTest, BusOffAt256AndBackAfter1408Bits) {
   bus.set_fault_port([](const can::Frame& frame, Time) {
-    return frame.id == 0x555 ? Verdict::corrupt(1) : Verdict::deliver();
+    return frame.id == 0x555 ? FrameFate::corrupt(1) : FrameFate::deliver();
   });
   a.say({0x555, {}});
   bus.advance(milliseconds(10));
@@ -228,7 +228,7 @@ TEST_F(FaultTest, BusOffAt256AndBackAfter1408Bits) {
 
 TEST_F(FaultTest, OnABusyBusEveryFrameIsOneOfThe128) {
   bus.set_fault_port([](const can::Frame& frame, Time) {
-    return frame.id == 0x555 ? Verdict::corrupt(1) : Verdict::deliver();
+    return frame.id == 0x555 ? FrameFate::corrupt(1) : FrameFate::deliver();
   });
   a.say({0x555, {}});
   bus.advance(microseconds(885));  // bus-off at 873, error delimiter from 885 on
@@ -243,7 +243,7 @@ TEST_F(FaultTest, OnABusyBusEveryFrameIsOneOfThe128) {
 
 TEST_F(FaultTest, OneThatDoesNotRestartStaysOff) {
   a.comes_back = false;
-  first(32, Verdict::corrupt(1));
+  first(32, FrameFate::corrupt(1));
   a.say({0x555, {}});
   a.say({0x556, {}});
   bus.advance(milliseconds(100));
@@ -269,8 +269,9 @@ TEST_F(FaultTest, AnErrorPassiveSenderLetsOthersGoFirst) {
     wire.attach(q);
     wire.attach(listener);
     int count = 0;
-    wire.set_fault_port(
-        [&](const can::Frame&, Time) { return count++ < errors ? Verdict::corrupt(1) : Verdict::deliver(); });
+    wire.set_fault_port([&](const can::Frame&, Time) {
+      return count++ < errors ? FrameFate::corrupt(1) : FrameFate::deliver();
+    });
     p.say({0x555, {}});
     wire.advance(milliseconds(1));
     listener.heard.clear();
@@ -287,7 +288,7 @@ TEST_F(FaultTest, AnErrorPassiveSenderLetsOthersGoFirst) {
 
 TEST_F(FaultTest, AMissingAcknowledgementIsAnError) {
   a.say({0x080, {}});
-  first(1, Verdict::no_acknowledge());
+  first(1, FrameFate::no_acknowledge());
   bus.advance(milliseconds(1));
   // The receivers see a form error in the ACK delimiter: their flags come one bit later.
   ASSERT_EQ(b.heard.size(), 1U);
@@ -296,7 +297,7 @@ TEST_F(FaultTest, AMissingAcknowledgementIsAnError) {
 }
 
 TEST_F(FaultTest, AnErrorPassiveSenderWithoutAcknowledgementRepeatsWhatWasReceived) {
-  first(17, Verdict::no_acknowledge());
+  first(17, FrameFate::no_acknowledge());
   a.say({0x080, {}});
   bus.advance(milliseconds(5));
   // Sixteen attempts are destroyed; the next one's recessive flag nobody sees, and TEC does not rise.
@@ -307,7 +308,7 @@ TEST_F(FaultTest, AnErrorPassiveSenderWithoutAcknowledgementRepeatsWhatWasReceiv
 }
 
 TEST_F(FaultTest, AnErrorInTheLastBitOfAFrameDoublesIt) {
-  first(1, Verdict::corrupt(1000));
+  first(1, FrameFate::corrupt(1000));
   a.say({0x080, {}});
   bus.advance(milliseconds(1));
   EXPECT_THAT(b.heard_ids(), ElementsAre(0x080, 0x080));
@@ -317,7 +318,7 @@ TEST_F(FaultTest, AnErrorInTheLastBitOfAFrameDoublesIt) {
 
 TEST_F(FaultTest, OneShotIsNotSentAgain) {
   a.sends_once = true;
-  first(1, Verdict::corrupt(20));
+  first(1, FrameFate::corrupt(20));
   a.say({0x100, {}});
   a.say({0x101, {}});
   bus.advance(milliseconds(1));
@@ -326,7 +327,7 @@ TEST_F(FaultTest, OneShotIsNotSentAgain) {
 }
 
 TEST_F(FaultTest, ALostFrameDisturbsNobody) {
-  first(1, Verdict::lose());
+  first(1, FrameFate::lose());
   a.say({0x080, {}});
   a.say({0x081, {}});
   bus.advance(milliseconds(1));
@@ -423,9 +424,9 @@ TEST_F(FaultTest, CuttingTheOnlyOtherLeavesALoneNode) {
   Talker p;
   pair.attach(p);
   pair.cut(p);
-  ASSERT_EQ(pair.computer_end().send({0x080, {}}), can::SendResult::kQueued);
+  ASSERT_EQ(pair.computer_port().send({0x080, {}}), can::SendResult::kQueued);
   pair.advance(milliseconds(10));
-  EXPECT_EQ(pair.computer_end().link(), LinkState::kPassive);
+  EXPECT_EQ(pair.computer_port().link(), LinkState::kPassive);
   EXPECT_FALSE(pair.quiet());
   pair.reconnect(p);
   pair.advance(milliseconds(11));
@@ -443,10 +444,10 @@ TEST_F(FaultTest, StepsDoNotChangeWhatHappensUnderFaults) {
     int attempt = 0;
     wire.set_fault_port([&](const can::Frame&, Time) {
       ++attempt;
-      if (attempt % 3 == 1) return Verdict::corrupt(attempt % 60);
-      if (attempt % 7 == 2) return Verdict::corrupt(attempt % 50, &q);
-      if (attempt % 11 == 3) return Verdict::no_acknowledge();
-      return Verdict::deliver();
+      if (attempt % 3 == 1) return FrameFate::corrupt(attempt % 60);
+      if (attempt % 7 == 2) return FrameFate::corrupt(attempt % 50, &q);
+      if (attempt % 11 == 3) return FrameFate::no_acknowledge();
+      return FrameFate::deliver();
     });
     for (std::uint8_t i = 0; i < 40; ++i) {
       p.say({0x200U + i, {1, 2}});

@@ -5,7 +5,7 @@
 
 #include <gtest/gtest.h>
 
-#include "emulator/bus/crc.h"
+#include "emulator/bus/wire_coding.h"
 #include "tests/unit/bus/reference_bits.h"
 
 namespace walkman::bus {

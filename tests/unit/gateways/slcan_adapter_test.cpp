@@ -32,12 +32,12 @@ class SlcanAdapterTest : public testing::Test {
     return drained();
   }
   void peer_sends(const can::Frame& frame) {
-    ASSERT_EQ(bus_.computer_end().send(frame), can::SendResult::kQueued);
+    ASSERT_EQ(bus_.computer_port().send(frame), can::SendResult::kQueued);
   }
   can::Frame peer_receives() {
     bus_.advance(bus_.now() + milliseconds(1));
     can::StampedFrame frame;
-    EXPECT_TRUE(bus_.computer_end().receive(frame));
+    EXPECT_TRUE(bus_.computer_port().receive(frame));
     return frame.frame;
   }
 
@@ -204,7 +204,7 @@ TEST_F(SlcanAdapterTest, BusOffEndsWhenItIsOpenedAgain) {
   say("O\r");
   peer_sends({0x701, {5}});
   EXPECT_EQ(forwarded(), "t701105\r");
-  bus_.set_fault_port([](const can::Frame&, Time) { return bus::Verdict::corrupt(1); });
+  bus_.set_fault_port([](const can::Frame&, Time) { return bus::FrameFate::corrupt(1); });
   EXPECT_EQ(say("t5550\r"), "z\r");
   EXPECT_EQ(forwarded(), "");
   bus_.set_fault_port(nullptr);

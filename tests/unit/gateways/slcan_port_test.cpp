@@ -64,9 +64,9 @@ TEST_F(SlcanPortTest, ASessionThroughTheLink) {
     EXPECT_EQ(say(port, terminal, "t0800\r"), "z\r");
     turn(port, 0);
     can::StampedFrame frame;
-    ASSERT_TRUE(bus_.computer_end().receive(frame));
+    ASSERT_TRUE(bus_.computer_port().receive(frame));
     EXPECT_EQ(frame.frame.id, 0x80U);
-    static_cast<void>(bus_.computer_end().send({0x701, {5}}));
+    static_cast<void>(bus_.computer_port().send({0x701, {5}}));
     turn(port, 0);
     turn(port, 0);
     EXPECT_EQ(read(terminal), "t701105\r");
@@ -81,12 +81,12 @@ TEST_F(SlcanPortTest, ClosedAndOpenedAgain) {
     EXPECT_EQ(say(port, terminal, "Z1\rS8\rO\r"), "\r\r\r") << i;
     // Dies with a command half written and frames unread.
     EXPECT_EQ(::write(terminal.get(), "t08", 3), 3);
-    static_cast<void>(bus_.computer_end().send({0x701, {5}}));
+    static_cast<void>(bus_.computer_port().send({0x701, {5}}));
     turn(port, 0);
     turn(port, 0);
     terminal = Descriptor();
     for (int n = 0; n < 5; ++n) turn(port, 1);
-    static_cast<void>(bus_.computer_end().send({0x702, {5}}));
+    static_cast<void>(bus_.computer_port().send({0x702, {5}}));
     turn(port, 0);
   }
   const Descriptor terminal = open(port.terminal());
@@ -118,7 +118,7 @@ TEST_F(SlcanPortTest, APeerThatReadsNothingLosesWholeFrames) {
   EXPECT_EQ(say(port, terminal, "O\r"), "\r");
   int sent = 0;
   while (port.counters().dropped == 0 && sent < 100'000) {
-    static_cast<void>(bus_.computer_end().send({0x181, {1, 2, 3, 4, 5, 6, 7, 8}}));
+    static_cast<void>(bus_.computer_port().send({0x181, {1, 2, 3, 4, 5, 6, 7, 8}}));
     ++sent;
     if (sent % 8 == 0) turn(port, 0);
   }

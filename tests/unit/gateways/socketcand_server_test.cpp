@@ -99,7 +99,7 @@ TEST_F(SocketcandServerTest, ABusyBusDoesNotDisturbTheHandshake) {
   std::uint8_t n = 0;
   const auto busy_answer = [&](const TestClient& client) {
     for (int i = 0; i < 1'000; ++i) {
-      static_cast<void>(bus_.computer_end().send({0x181, {n++}}));
+      static_cast<void>(bus_.computer_port().send({0x181, {n++}}));
       turn(0);
       if (std::string text = client.read(); !text.empty()) return text;
     }
@@ -113,7 +113,7 @@ TEST_F(SocketcandServerTest, ABusyBusDoesNotDisturbTheHandshake) {
   EXPECT_EQ(busy_answer(client), "< ok >");
   // The pause after the handshake is ended by the server's own timer, though no cycle calls it.
   pollfd wait{.fd = server_.descriptor(), .events = POLLIN, .revents = 0};
-  static_cast<void>(bus_.computer_end().send({0x182, {}}));
+  static_cast<void>(bus_.computer_port().send({0x182, {}}));
   bus_.advance(bus_.now() + milliseconds(1));
   std::string text;
   for (int i = 0; i < 20 && text.empty(); ++i) {
@@ -173,7 +173,7 @@ TEST_F(SocketcandServerTest, ASlowClientLosesFramesAndNobodyElseDoes) {
   constexpr int kFrames = 200'000;
   int n = 0;
   for (; n < kFrames && server_.counters().dropped == 0; ++n) {
-    ASSERT_EQ(bus_.computer_end().send({0x181, {1, 2, 3, 4, 5, 6, 7, 8}}), can::SendResult::kQueued);
+    ASSERT_EQ(bus_.computer_port().send({0x181, {1, 2, 3, 4, 5, 6, 7, 8}}), can::SendResult::kQueued);
     if (n % 6 != 5) continue;
     turn(0);
     text += fast.read();

@@ -42,7 +42,7 @@ class SocketcandSessionTest : public testing::Test {
     session.forward(wall_);
   }
   void peer_sends(const can::Frame& frame) {
-    ASSERT_EQ(rarm_.computer_end().send(frame), can::SendResult::kQueued);
+    ASSERT_EQ(rarm_.computer_port().send(frame), can::SendResult::kQueued);
   }
 
   bus::CanBus rarm_{"rarm", "can_rarm"};
@@ -77,7 +77,7 @@ TEST_F(SocketcandSessionTest, FramesGoBothWaysAndAreNotEchoed) {
   EXPECT_EQ(say(session, "< send 60B 8 40 0 10 0 0 0 0 0 >"), "");
   EXPECT_EQ(forwarded(session), "");
   can::StampedFrame received;
-  ASSERT_TRUE(rarm_.computer_end().receive(received));
+  ASSERT_TRUE(rarm_.computer_port().receive(received));
   EXPECT_EQ(received.frame, can::Frame(0x60B, {0x40, 0, 0x10, 0, 0, 0, 0, 0}));
 
   peer_sends({0x58B, {0x43, 0, 0x10, 0, 0x92, 1, 2, 0}});
@@ -223,7 +223,7 @@ TEST_F(SocketcandSessionTest, AFloodWaitsForTheBusAndLosesNothing) {
     if (step == Step::kBlocked) ++blocked;
     rarm_.advance(rarm_.now() + milliseconds(1));
     can::StampedFrame frame;
-    while (rarm_.computer_end().receive(frame)) {
+    while (rarm_.computer_port().receive(frame)) {
       ASSERT_EQ(frame.frame.data[0], received % 10);
       ++received;
     }
@@ -246,7 +246,7 @@ TEST_F(SocketcandSessionTest, FramesWithoutAMessageAreCounted) {
 TEST_F(SocketcandSessionTest, BusOffIsToldAndOver) {
   SocketcandSession session(pool_, counters_);
   enter_rawmode(session);
-  rarm_.set_fault_port([](const can::Frame&, Time) { return bus::Verdict::corrupt(1); });
+  rarm_.set_fault_port([](const can::Frame&, Time) { return bus::FrameFate::corrupt(1); });
   say(session, "< send 555 0 >");
   const std::string reports = forwarded(session);
   rarm_.set_fault_port(nullptr);
@@ -260,7 +260,7 @@ TEST_F(SocketcandSessionTest, BusOffIsToldAndOver) {
   say(session, "< send 123 0 >");
   rarm_.advance(rarm_.now() + milliseconds(1));
   can::StampedFrame frame;
-  ASSERT_TRUE(rarm_.computer_end().receive(frame));
+  ASSERT_TRUE(rarm_.computer_port().receive(frame));
   EXPECT_EQ(frame.frame.id, 0x123U);
 }
 
@@ -272,8 +272,8 @@ TEST_F(SocketcandSessionTest, FdFramesAreCountedOnly) {
   EXPECT_EQ(say(session, "< open fast >< rawmode >< echo >"), "< hi >< ok >< ok >< echo >");
   can::Frame frame(0x181, std::vector<std::uint8_t>(48));
   frame.fd = true;
-  ASSERT_EQ(fast.computer_end().send(frame), can::SendResult::kQueued);
-  ASSERT_EQ(fast.computer_end().send({0x182, {1}}), can::SendResult::kQueued);
+  ASSERT_EQ(fast.computer_port().send(frame), can::SendResult::kQueued);
+  ASSERT_EQ(fast.computer_port().send({0x182, {1}}), can::SendResult::kQueued);
   fast.advance(milliseconds(1));
   session.forward(wall_);
   EXPECT_THAT(drained(session), StartsWith("< frame 182 "));

@@ -43,10 +43,10 @@ struct ArmBus {
     }
     drain();
   }
-  void command(const can::Frame& frame) { static_cast<void>(bus.computer_end().send(frame)); }
+  void command(const can::Frame& frame) { static_cast<void>(bus.computer_port().send(frame)); }
   void drain() {
     can::StampedFrame frame;
-    while (bus.computer_end().receive(frame)) received.push_back(frame);
+    while (bus.computer_port().receive(frame)) received.push_back(frame);
   }
   /// One 5 ms cycle: SYNC, RPDOs, 20 control steps.
   void cycle(int n) {

@@ -46,14 +46,14 @@ class Conversation {
  public:
   explicit Conversation(bus::Participant& node) { bus.attach(node); }
 
-  void send(const std::string& text) { static_cast<void>(bus.computer_end().send(frame_of(text))); }
+  void send(const std::string& text) { static_cast<void>(bus.computer_port().send(frame_of(text))); }
 
   /// Everything heard in `duration` from now.
   std::vector<can::StampedFrame> listen_stamped(Time duration) {
     bus.advance(bus.now() + duration);
     std::vector<can::StampedFrame> heard;
     can::StampedFrame frame;
-    while (bus.computer_end().receive(frame)) heard.push_back(frame);
+    while (bus.computer_port().receive(frame)) heard.push_back(frame);
     return heard;
   }
   Frames listen(Time duration) {

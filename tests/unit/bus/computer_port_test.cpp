@@ -1,4 +1,4 @@
-#include "emulator/bus/computer_end.h"
+#include "emulator/bus/computer_port.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -21,8 +21,8 @@ can::Frame error_frame(std::uint32_t classes, std::initializer_list<std::uint8_t
   return frame;
 }
 
-struct ComputerEndTest : testing::Test {
-  ComputerEndTest() { bus.attach(node); }
+struct ComputerPortTest : testing::Test {
+  ComputerPortTest() { bus.attach(node); }
   std::vector<can::StampedFrame> received(can::Interface& from) {
     std::vector<can::StampedFrame> frames;
     can::StampedFrame frame;
@@ -30,7 +30,7 @@ struct ComputerEndTest : testing::Test {
     return frames;
   }
   void go_bus_off() {
-    bus.set_fault_port([](const can::Frame&, Time) { return Verdict::corrupt(1); });
+    bus.set_fault_port([](const can::Frame&, Time) { return FrameFate::corrupt(1); });
     ASSERT_EQ(end.send({0x555, {}}), SendResult::kQueued);
     ASSERT_EQ(end.send({0x556, {}}), SendResult::kQueued);
     bus.advance(bus.now() + milliseconds(1));
@@ -39,10 +39,10 @@ struct ComputerEndTest : testing::Test {
 
   CanBus bus{"rarm", "can_rarm"};
   Talker node;
-  ComputerEnd& end = bus.computer_end();
+  ComputerPort& end = bus.computer_port();
 };
 
-TEST_F(ComputerEndTest, BusOffRefusesFramesUntilARestart) {
+TEST_F(ComputerPortTest, BusOffRefusesFramesUntilARestart) {
   go_bus_off();
   EXPECT_EQ(end.link(), LinkState::kBusOff);
   EXPECT_EQ(end.send({0x100, {}}), SendResult::kInterfaceDown);
@@ -61,16 +61,16 @@ TEST_F(ComputerEndTest, BusOffRefusesFramesUntilARestart) {
   EXPECT_THAT(node.heard_ids(), ElementsAre(0x101));
 }
 
-TEST_F(ComputerEndTest, HearsNothingInBusOff) {
+TEST_F(ComputerPortTest, HearsNothingInBusOff) {
   go_bus_off();
-  ComputerEnd& other = bus.add_end();
+  ComputerPort& other = bus.add_port();
   node.say({0x700, {}});
   bus.advance(bus.now() + milliseconds(1));
   EXPECT_EQ(received(other).size(), 1U);
   EXPECT_TRUE(received(end).empty());
 }
 
-TEST_F(ComputerEndTest, ANodeAloneRepeatsItsFrameUntilTheComputerIsBack) {
+TEST_F(ComputerPortTest, ANodeAloneRepeatsItsFrameUntilTheComputerIsBack) {
   go_bus_off();
   node.say({0x700, {}});
   bus.advance(bus.now() + std::chrono::seconds(1));
@@ -83,7 +83,7 @@ TEST_F(ComputerEndTest, ANodeAloneRepeatsItsFrameUntilTheComputerIsBack) {
   EXPECT_EQ(frames[0].frame.id, 0x700U);
 }
 
-TEST_F(ComputerEndTest, RestartAfterATimeAsLinuxDoes) {
+TEST_F(ComputerPortTest, RestartAfterATimeAsLinuxDoes) {
   end.configure({ErrorReports::kStates, milliseconds(100), false});
   go_bus_off();
   // Bus-off at 873 us, as counted in the fault confinement tests.
@@ -102,9 +102,9 @@ TEST_F(ComputerEndTest, RestartAfterATimeAsLinuxDoes) {
   EXPECT_EQ(reports[3].time, back);
 }
 
-TEST_F(ComputerEndTest, ReportsEveryErrorOnRequest) {
+TEST_F(ComputerPortTest, ReportsEveryErrorOnRequest) {
   end.configure({ErrorReports::kAll, {}, false});
-  ComputerEnd& other = bus.add_end();
+  ComputerPort& other = bus.add_port();
   other.configure({ErrorReports::kAll, {}, false});
   std::vector<can::StampedFrame> seen;
   bus.set_observer([&](const can::StampedFrame& frame) { seen.push_back(frame); });
@@ -112,13 +112,13 @@ TEST_F(ComputerEndTest, ReportsEveryErrorOnRequest) {
   bus.set_fault_port([&](const can::Frame&, Time) {
     switch (attempt++) {
       case 0:
-        return Verdict::corrupt(1);  // identifier, recessive bit turned dominant
+        return FrameFate::corrupt(1);  // identifier, recessive bit turned dominant
       case 1:
-        return Verdict::corrupt(2);  // dominant bit turned recessive
+        return FrameFate::corrupt(2);  // dominant bit turned recessive
       case 2:
-        return Verdict::no_acknowledge();
+        return FrameFate::no_acknowledge();
       default:
-        return Verdict::deliver();
+        return FrameFate::deliver();
     }
   });
   ASSERT_EQ(end.send({0x555, {}}), SendResult::kQueued);
@@ -139,7 +139,7 @@ TEST_F(ComputerEndTest, ReportsEveryErrorOnRequest) {
   EXPECT_EQ(seen[3].frame.id, 0x555U);
 }
 
-TEST_F(ComputerEndTest, SaysNothingOfErrorsUnlessAsked) {
+TEST_F(ComputerPortTest, SaysNothingOfErrorsUnlessAsked) {
   go_bus_off();
   end.restart();
   bus.advance(bus.now() + milliseconds(2));
@@ -147,11 +147,11 @@ TEST_F(ComputerEndTest, SaysNothingOfErrorsUnlessAsked) {
   EXPECT_TRUE(received(end).empty());
 }
 
-TEST_F(ComputerEndTest, BackFromPassiveIsReported) {
+TEST_F(ComputerPortTest, BackFromPassiveIsReported) {
   end.configure({ErrorReports::kStates, {}, false});
   int attempt = 0;
   bus.set_fault_port(
-      [&](const can::Frame&, Time) { return attempt++ < 16 ? Verdict::corrupt(1) : Verdict::deliver(); });
+      [&](const can::Frame&, Time) { return attempt++ < 16 ? FrameFate::corrupt(1) : FrameFate::deliver(); });
   for (std::uint32_t i = 0; i < 40; ++i) ASSERT_EQ(end.send({0x100 + i, {}}), SendResult::kQueued);
   bus.advance(milliseconds(5));
   const auto reports = received(end);
@@ -160,7 +160,7 @@ TEST_F(ComputerEndTest, BackFromPassiveIsReported) {
   EXPECT_EQ(reports[3].frame, error_frame(0x004, {0, 0x40, 0, 0, 0, 0, 95, 0}));
 }
 
-TEST_F(ComputerEndTest, RefusesWhatItsBusCannotCarry) {
+TEST_F(ComputerPortTest, RefusesWhatItsBusCannotCarry) {
   const can::Frame sixteen(0x181, std::vector<std::uint8_t>(16, 1));
   can::Frame fd = sixteen;
   fd.fd = true;
@@ -171,25 +171,25 @@ TEST_F(ComputerEndTest, RefusesWhatItsBusCannotCarry) {
   CanBus fast("x", "can_x", {.fd = true});
   Talker listener;
   fast.attach(listener);
-  EXPECT_EQ(fast.computer_end().send(sixteen), SendResult::kInvalid);
-  EXPECT_EQ(fast.computer_end().send(fd), SendResult::kQueued);
+  EXPECT_EQ(fast.computer_port().send(sixteen), SendResult::kInvalid);
+  EXPECT_EQ(fast.computer_port().send(fd), SendResult::kQueued);
   can::Frame odd(0x181, std::vector<std::uint8_t>(9, 1));
   odd.fd = true;
-  EXPECT_EQ(fast.computer_end().send(odd), SendResult::kInvalid);
+  EXPECT_EQ(fast.computer_port().send(odd), SendResult::kInvalid);
   can::Frame remote(0x181, {});
   remote.fd = remote.remote = true;
-  EXPECT_EQ(fast.computer_end().send(remote), SendResult::kInvalid);
-  EXPECT_EQ(fast.computer_end().send({0x080, {}}), SendResult::kQueued);
+  EXPECT_EQ(fast.computer_port().send(remote), SendResult::kInvalid);
+  EXPECT_EQ(fast.computer_port().send({0x080, {}}), SendResult::kQueued);
   fast.advance(milliseconds(1));
   ASSERT_EQ(listener.heard.size(), 2U);
   EXPECT_EQ(listener.heard[0].frame, fd);
 }
 
-TEST_F(ComputerEndTest, OneShot) {
+TEST_F(ComputerPortTest, OneShot) {
   end.configure({ErrorReports::kNone, {}, true});
   int attempt = 0;
   bus.set_fault_port(
-      [&](const can::Frame&, Time) { return attempt++ == 0 ? Verdict::corrupt(9) : Verdict::deliver(); });
+      [&](const can::Frame&, Time) { return attempt++ == 0 ? FrameFate::corrupt(9) : FrameFate::deliver(); });
   ASSERT_EQ(end.send({0x100, {}}), SendResult::kQueued);
   ASSERT_EQ(end.send({0x101, {}}), SendResult::kQueued);
   bus.advance(milliseconds(1));

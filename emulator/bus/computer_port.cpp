@@ -1,10 +1,10 @@
-#include "emulator/bus/computer_end.h"
+#include "emulator/bus/computer_port.h"
 
 #include "emulator/bus/frame_length.h"
 
 namespace walkman::bus {
 
-can::SendResult ComputerEnd::send(const can::Frame& frame) noexcept {
+can::SendResult ComputerPort::send(const can::Frame& frame) noexcept {
   if ((frame.fd && !fd_) || !is_sendable(frame)) return can::SendResult::kInvalid;
   if (state_ == can::LinkState::kBusOff) return can::SendResult::kInterfaceDown;
   if (transmit_.push(frame)) return can::SendResult::kQueued;
@@ -12,24 +12,24 @@ can::SendResult ComputerEnd::send(const can::Frame& frame) noexcept {
   return can::SendResult::kQueueFull;
 }
 
-bool ComputerEnd::receive(can::StampedFrame& out) noexcept {
+bool ComputerPort::receive(can::StampedFrame& out) noexcept {
   if (receive_.empty()) return false;
   out = receive_.front();
   receive_.pop();
   return true;
 }
 
-void ComputerEnd::receive(const can::Frame& frame, Time now) noexcept {
+void ComputerPort::receive(const can::Frame& frame, Time now) noexcept {
   if (!receive_.push({now, frame})) ++receive_overflows_;
 }
 
-void ComputerEnd::advance(Time now) noexcept {
+void ComputerPort::advance(Time now) noexcept {
   if (restart_at_ > now) return;
   restart_at_ = Time::max();
   restart();
 }
 
-void ComputerEnd::on_link_state(can::LinkState state, Time now) noexcept {
+void ComputerPort::on_link_state(can::LinkState state, Time now) noexcept {
   state_ = state;
   restart_ = false;
   restart_at_ = Time::max();

@@ -19,13 +19,14 @@ struct BusError {
 /// and 7 (receive).
 
 /// Class "protocol violation, bus error", or without an acknowledgement that class as well.
-[[nodiscard]] can::Frame bus_error_report(const BusError& error, const FaultConfinement& controller) noexcept;
+[[nodiscard]] can::Frame bus_error_message(const BusError& error,
+                                           const FaultConfinement& controller) noexcept;
 
 /// The state that has just been entered: class "controller" with warning, passive or active again of the
 /// counter that is higher; class "bus-off".
-[[nodiscard]] can::Frame state_report(const FaultConfinement& controller) noexcept;
+[[nodiscard]] can::Frame state_message(const FaultConfinement& controller) noexcept;
 
 /// Class "restarted": bus-off is over.
-[[nodiscard]] can::Frame restart_report() noexcept;
+[[nodiscard]] can::Frame restart_message() noexcept;
 
 }  // namespace walkman::bus

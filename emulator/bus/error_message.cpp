@@ -1,4 +1,4 @@
-#include "emulator/bus/error_report.h"
+#include "emulator/bus/error_message.h"
 
 namespace walkman::bus {
 namespace {
@@ -26,7 +26,7 @@ constexpr std::uint8_t kNotDominant = 0x08;
 constexpr std::uint8_t kNotRecessive = 0x10;
 constexpr std::uint8_t kSending = 0x80;
 
-can::Frame report(std::uint32_t classes) noexcept {
+can::Frame message(std::uint32_t classes) noexcept {
   can::Frame frame;
   frame.error = true;
   frame.id = classes;
@@ -56,8 +56,8 @@ std::uint8_t violation(const BusError& error) noexcept {
 
 }  // namespace
 
-can::Frame bus_error_report(const BusError& error, const FaultConfinement& controller) noexcept {
-  can::Frame frame = report(kProtocol | kBusError);
+can::Frame bus_error_message(const BusError& error, const FaultConfinement& controller) noexcept {
+  can::Frame frame = message(kProtocol | kBusError);
   if (error.kind == BusError::Kind::kNoAcknowledge) frame.id |= kNoAcknowledge;
   frame.data[2] = static_cast<std::uint8_t>(violation(error) | (error.sending ? kSending : 0U));
   frame.data[3] = static_cast<std::uint8_t>(error.field);
@@ -65,9 +65,9 @@ can::Frame bus_error_report(const BusError& error, const FaultConfinement& contr
   return frame;
 }
 
-can::Frame state_report(const FaultConfinement& controller) noexcept {
-  if (controller.bus_off()) return report(kBusOff);
-  can::Frame frame = report(kController);
+can::Frame state_message(const FaultConfinement& controller) noexcept {
+  if (controller.bus_off()) return message(kBusOff);
+  can::Frame frame = message(kController);
   const int send = controller.transmit_errors();
   const int receive = controller.receive_errors();
   std::uint8_t state = 0;
@@ -88,6 +88,6 @@ can::Frame state_report(const FaultConfinement& controller) noexcept {
   return frame;
 }
 
-can::Frame restart_report() noexcept { return report(kRestarted); }
+can::Frame restart_message() noexcept { return message(kRestarted); }
 
 }  // namespace walkman::bus

@@ -1,12 +1,45 @@
 #pragma once
 
+#include <cstddef>
 #include <string>
+#include <utility>
+#include <vector>
 
 #include "drivers/can/interface.h"
 #include "emulator/bus/participant.h"
-#include "emulator/bus/ring.h"
 
 namespace walkman::bus {
+
+/// First-in first-out queue of fixed capacity; all memory is taken at construction.
+template <typename T>
+class Ring {
+ public:
+  explicit Ring(std::size_t capacity) : slots_(capacity) {}
+
+  [[nodiscard]] bool empty() const noexcept { return size_ == 0; }
+  [[nodiscard]] std::size_t size() const noexcept { return size_; }
+  [[nodiscard]] const T& front() const noexcept { return slots_[head_]; }
+
+  /// False when full; the value is then not taken.
+  [[nodiscard]] bool push(const T& value) noexcept {
+    if (size_ == slots_.size()) return false;
+    std::size_t tail = head_ + size_;
+    if (tail >= slots_.size()) tail -= slots_.size();
+    slots_[tail] = value;
+    ++size_;
+    return true;
+  }
+
+  void pop() noexcept {
+    head_ = head_ + 1 == slots_.size() ? 0 : head_ + 1;
+    --size_;
+  }
+
+ private:
+  std::vector<T> slots_;
+  std::size_t head_ = 0;
+  std::size_t size_ = 0;
+};
 
 /// Which error frames a computer's controller puts into its receive queue.
 enum class ErrorReports {
@@ -25,12 +58,12 @@ struct ControllerOptions {
 /// A computer's CAN controller on an emulated bus: a participant on the wire's side, a `can::Interface` on
 /// the computer's. As with SocketCAN, its transmit queue is first-in first-out: only the oldest frame takes
 /// part in arbitration. Its link is error-active when a computer powers on, and follows its error counters.
-class ComputerEnd final : public Participant, public can::Interface {
+class ComputerPort final : public Participant, public can::Interface {
  public:
   static constexpr std::size_t kQueueLength = 4096;
 
   /// `fd`: the controller sends CAN FD frames too.
-  explicit ComputerEnd(std::string name, bool fd = false)
+  explicit ComputerPort(std::string name, bool fd = false)
       : name_(std::move(name)), fd_(fd), transmit_(kQueueLength), receive_(kQueueLength) {}
 
   void configure(const ControllerOptions& options) noexcept { options_ = options; }
