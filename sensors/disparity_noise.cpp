@@ -49,12 +49,12 @@ DisparityNoise::DisparityNoise(const StereoOptions& options, int workers)
   }
 }
 
-void DisparityNoise::begin(std::uint64_t seed, std::uint64_t frame, WorkerPool& pool) {
+void DisparityNoise::begin(std::uint64_t seed, std::uint64_t frame, tbb::task_arena& arena) {
   seed_ = seed;
   frame_ = frame;
   const auto prepare = [&](CorrelatedField& field, Term term) {
     constexpr int kRows = 16;
-    pool.run((field.prepared_rows() + kRows - 1) / kRows, [&](int job, int worker) {
+    run_jobs(arena, (field.prepared_rows() + kRows - 1) / kRows, [&](int job, int worker) {
       const int last = std::min((job + 1) * kRows, field.prepared_rows());
       for (int v = job * kRows; v < last; ++v) {
         field.prepare_row(seed, frame, term, v, scratch_[static_cast<std::size_t>(worker)].a);

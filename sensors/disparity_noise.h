@@ -5,8 +5,8 @@
 #include <vector>
 
 #include "sensors/correlated_field.h"
+#include "sensors/parallel_jobs.h"
 #include "sensors/stereo_camera.h"
-#include "sensors/worker_pool.h"
 
 namespace walkman::sensors {
 
@@ -19,7 +19,7 @@ class DisparityNoise {
   DisparityNoise(const StereoOptions& options, int workers);
 
   /// Draws a frame.
-  void begin(std::uint64_t seed, std::uint64_t frame, WorkerPool& pool);
+  void begin(std::uint64_t seed, std::uint64_t frame, tbb::task_arena& arena);
 
   /// Distorts row `v` of `width` matched disparities (px, 0 = no match) in place. Afterwards a match has
   /// 0 < d < max_disparity and u − d >= 0. Rows are independent.

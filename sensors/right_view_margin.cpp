@@ -125,14 +125,15 @@ void RightViewMargin::collect(const TriangleView& view, const Camera& camera, in
   }
 }
 
-void RightViewMargin::find(const RayScene& scene, const Eigen::Isometry3d& X_WC, WorkerPool& pool) {
+void RightViewMargin::find(const RayScene& scene, const Eigen::Isometry3d& X_WC, tbb::task_arena& arena) {
   const Camera camera(options_, X_WC);
   const auto rows = static_cast<std::size_t>(options_.height);
   for (std::vector<float>& columns : worker_columns_) columns.assign(rows, kInfinity);
   for (const TriangleView& view : RaySceneAccess::triangles(scene)) {
     outside_.resize(view.vertices.size() / 3);
-    pool.run(job_count(outside_.size(), kVerticesPerJob), [&](int job, int) { classify(view, camera, job); });
-    pool.run(job_count(view.triangles.size(), kTrianglesPerJob), [&](int job, int worker) {
+    run_jobs(arena, job_count(outside_.size(), kVerticesPerJob),
+             [&](int job, int) { classify(view, camera, job); });
+    run_jobs(arena, job_count(view.triangles.size(), kTrianglesPerJob), [&](int job, int worker) {
       collect(view, camera, job, worker_columns_[static_cast<std::size_t>(worker)]);
     });
   }

@@ -4,9 +4,9 @@
 
 #include <Eigen/Geometry>
 
+#include "sensors/parallel_jobs.h"
 #include "sensors/ray_scene_access.h"
 #include "sensors/stereo_camera.h"
-#include "sensors/worker_pool.h"
 
 namespace walkman::sensors {
 
@@ -17,7 +17,7 @@ class RightViewMargin {
  public:
   RightViewMargin(const StereoOptions& options, int workers);
 
-  void find(const RayScene& scene, const Eigen::Isometry3d& X_WC, WorkerPool& pool);
+  void find(const RayScene& scene, const Eigen::Isometry3d& X_WC, tbb::task_arena& arena);
 
   [[nodiscard]] float first_column(int row) const { return columns_[static_cast<std::size_t>(row)]; }
 

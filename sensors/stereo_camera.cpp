@@ -8,8 +8,8 @@
 
 #include "sensors/disparity_noise.h"
 #include "sensors/foreground_fattening.h"
+#include "sensors/parallel_jobs.h"
 #include "sensors/stereo_rays.h"
-#include "sensors/worker_pool.h"
 
 namespace walkman::sensors {
 namespace {
@@ -67,7 +67,7 @@ StereoOptions StereoOptions::noise_free() const {
 }
 
 struct StereoCamera::Impl {
-  WorkerPool pool;
+  tbb::task_arena arena;
   StereoRays rays;
   ForegroundFattening fattening;
   DisparityNoise noise;
@@ -75,11 +75,11 @@ struct StereoCamera::Impl {
   std::vector<std::vector<float>> scratch;  // per worker
 
   explicit Impl(const StereoOptions& o)
-      : pool(o.threads),
-        rays(o, pool.threads()),
+      : arena(o.threads),
+        rays(o, o.threads),
         fattening(o.width, o.height, rays.stride(), o.fattening_px),
-        noise(o, pool.threads()),
-        scratch(static_cast<std::size_t>(pool.threads())) {
+        noise(o, o.threads),
+        scratch(static_cast<std::size_t>(o.threads)) {
     const auto pixels = static_cast<std::size_t>(rays.stride()) *
                         static_cast<std::size_t>(rays.bands() * StereoRays::kBandRows);
     disparity.resize(pixels);
@@ -101,20 +101,20 @@ void StereoCamera::capture(const RayScene& scene, const Eigen::Isometry3d& X_WC,
     const int last = std::min((band + 1) * StereoRays::kBandRows, options_.height);
     for (int v = band * StereoRays::kBandRows; v < last; ++v) each(v);
   };
-  impl.rays.begin(scene, X_WC, impl.pool);
-  impl.pool.run(impl.rays.bands(), [&](int band, int worker) {
+  impl.rays.begin(scene, X_WC, impl.arena);
+  run_jobs(impl.arena, impl.rays.bands(), [&](int band, int worker) {
     impl.rays.cast_band(band, worker, impl.disparity, impl.matched);
     for_rows(band, [&](int v) {
       impl.fattening.widen_row(v, impl.matched, impl.scratch[static_cast<std::size_t>(worker)]);
     });
   });
 
-  impl.noise.begin(seed, frame, impl.pool);
+  impl.noise.begin(seed, frame, impl.arena);
   const auto focal_baseline = static_cast<float>(options_.focal_px * options_.baseline);
   const auto baseline = static_cast<float>(options_.baseline);
   const auto cx = static_cast<float>(options_.cx);
   const auto cy = static_cast<float>(options_.cy);
-  impl.pool.run(impl.rays.bands(), [&](int band, int worker) {
+  run_jobs(impl.arena, impl.rays.bands(), [&](int band, int worker) {
     std::vector<float>& row = impl.scratch[static_cast<std::size_t>(worker)];
     row.resize(static_cast<std::size_t>(options_.width));
     for_rows(band, [&](int v) {

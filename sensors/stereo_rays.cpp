@@ -88,11 +88,11 @@ StereoRays::StereoRays(const StereoOptions& options, int workers)
 
 StereoRays::~StereoRays() = default;
 
-void StereoRays::begin(const RayScene& scene, const Eigen::Isometry3d& X_WC, WorkerPool& pool,
+void StereoRays::begin(const RayScene& scene, const Eigen::Isometry3d& X_WC, tbb::task_arena& arena,
                        HiddenTest test) {
   scene_ = RaySceneAccess::embree_scene(scene);
   test_ = test;
-  if (test == HiddenTest::kWhereNeeded) margin_.find(scene, X_WC, pool);
+  if (test == HiddenTest::kWhereNeeded) margin_.find(scene, X_WC, arena);
   const Eigen::Matrix3d R = X_WC.linear();
   p_WLo_ = X_WC.translation().cast<float>();
   p_LR_W_ = (R.col(0) * options_.baseline).cast<float>();

@@ -5,9 +5,9 @@
 
 #include <Eigen/Geometry>
 
+#include "sensors/parallel_jobs.h"
 #include "sensors/right_view_margin.h"
 #include "sensors/stereo_camera.h"
-#include "sensors/worker_pool.h"
 
 namespace walkman::sensors {
 
@@ -35,7 +35,7 @@ class StereoRays {
   [[nodiscard]] int bands() const { return bands_; }
 
   /// Prepares a frame. `scene` is to stay unchanged until its last band is cast.
-  void begin(const RayScene& scene, const Eigen::Isometry3d& X_WC, WorkerPool& pool,
+  void begin(const RayScene& scene, const Eigen::Isometry3d& X_WC, tbb::task_arena& arena,
              HiddenTest test = HiddenTest::kWhereNeeded);
 
   /// Casts rows kBandRows*band and following; bands may be cast at the same time by different workers.

@@ -6,9 +6,11 @@
 #include <optional>
 
 #include <Eigen/Geometry>
+#include <oneapi/tbb/blocked_range.h>
+#include <oneapi/tbb/parallel_for.h>
+#include <oneapi/tbb/task_arena.h>
 
 #include "adaptation/perception/cylinder_fit.h"
-#include "adaptation/perception/parallel.h"
 #include "adaptation/perception/point_grid.h"
 #include "adaptation/perception/quadric.h"
 #include "adaptation/perception/random_source.h"
@@ -144,9 +146,12 @@ std::vector<Shell> find_shells(std::span<const Eigen::Vector3f> object,
   const auto samples =
       draw(object.size(), static_cast<std::size_t>(parameters.handle_samples), parameters.seed);
   std::vector<std::optional<Shell>> found(samples.size());
-  parallel_ranges(samples.size(), parameters.threads, [&](std::size_t begin, std::size_t end) {
-    ShellFinder finder(grid, parameters);
-    for (std::size_t i = begin; i < end; ++i) found[i] = finder.at(object[samples[i]]);
+  tbb::task_arena arena(std::max(1, parameters.threads));
+  arena.execute([&] {
+    tbb::parallel_for(tbb::blocked_range<std::size_t>(0, samples.size()), [&](const auto& range) {
+      ShellFinder finder(grid, parameters);
+      for (std::size_t i = range.begin(); i < range.end(); ++i) found[i] = finder.at(object[samples[i]]);
+    });
   });
   std::vector<Shell> shells;
   for (const auto& shell : found)

@@ -10,7 +10,7 @@
 #include <embree3/rtcore.h>
 
 #include "sensors/ray_scene_access.h"
-#include "sensors/worker_pool.h"
+#include "sensors/parallel_jobs.h"
 
 namespace walkman::sensors {
 namespace {
@@ -206,8 +206,8 @@ Picture render(const PaintedScene& scene, const PictureCamera& camera, const Lig
   picture.width = camera.width;
   picture.height = camera.height;
   picture.pixels.resize(static_cast<std::size_t>(camera.width) * static_cast<std::size_t>(camera.height));
-  WorkerPool pool(threads);
-  pool.run(camera.height, [&](int row, int /*worker*/) {
+  tbb::task_arena arena(threads);
+  run_jobs(arena, camera.height, [&](int row, int /*worker*/) {
     auto pixel = picture.pixels.begin() + static_cast<std::ptrdiff_t>(row) * camera.width;
     for (int column = 0; column < camera.width; ++column, ++pixel) {
       const Colour colour = renderer.pixel(column, row);

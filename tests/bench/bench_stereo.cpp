@@ -15,12 +15,12 @@
 #include <btBulletCollisionCommon.h>
 #include <time.h>
 
+#include "emulator/scene/scene.h"
 #include "sensors/ray_scene.h"
 #include "sensors/stereo_camera.h"
 #include "sensors/stereo_rays.h"
 #include "urdf/reader/kinematics.h"
 #include "urdf/reader/robot_model.h"
-#include "emulator/scene/scene.h"
 
 namespace {
 
@@ -29,7 +29,6 @@ using walkman::sensors::RayScene;
 using walkman::sensors::StereoCamera;
 using walkman::sensors::StereoOptions;
 using walkman::sensors::StereoRays;
-using walkman::sensors::WorkerPool;
 
 struct Body {
   std::vector<LinkGeometry> geometry;
@@ -193,7 +192,7 @@ double cast_primary(const World& world, const StereoOptions& options, int repeti
                     std::vector<float>& depth) {
   RayScene scene;
   world.fill(scene);
-  WorkerPool pool(1);
+  tbb::task_arena arena(1);
   StereoRays rays(options, 1);
   const auto pixels = static_cast<std::size_t>(rays.stride() * rays.bands() * StereoRays::kBandRows);
   std::vector<float> disparity(pixels);
@@ -201,8 +200,9 @@ double cast_primary(const World& world, const StereoOptions& options, int repeti
   double best = std::numeric_limits<double>::infinity();
   for (int i = 0; i < repetitions; ++i) {
     const double start = process_seconds();
-    rays.begin(scene, world.X_WC, pool, StereoRays::HiddenTest::kNone);
-    pool.run(rays.bands(), [&](int band, int worker) { rays.cast_band(band, worker, disparity, matched); });
+    rays.begin(scene, world.X_WC, arena, StereoRays::HiddenTest::kNone);
+    walkman::sensors::run_jobs(
+        arena, rays.bands(), [&](int band, int worker) { rays.cast_band(band, worker, disparity, matched); });
     best = std::min(best, process_seconds() - start);
   }
   depth = disparity;

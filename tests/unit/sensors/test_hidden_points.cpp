@@ -7,10 +7,10 @@
 
 #include <gtest/gtest.h>
 
+#include "emulator/scene/scene.h"
 #include "sensors/stereo_rays.h"
 #include "tests/unit/sensors/analytic_shapes.h"
 #include "urdf/reader/kinematics.h"
-#include "emulator/scene/scene.h"
 
 namespace walkman::sensors {
 namespace {
@@ -22,13 +22,13 @@ struct Cast {
 
 Cast cast(const RayScene& scene, const Eigen::Isometry3d& X_WC, const StereoOptions& options,
           StereoRays::HiddenTest test) {
-  WorkerPool pool(2);
-  StereoRays rays(options, pool.threads());
+  tbb::task_arena arena(2);
+  StereoRays rays(options, arena.max_concurrency());
   Cast result;
   result.disparity.resize(static_cast<std::size_t>(rays.stride() * rays.bands() * StereoRays::kBandRows));
   result.matched.resize(result.disparity.size());
-  rays.begin(scene, X_WC, pool, test);
-  pool.run(rays.bands(),
+  rays.begin(scene, X_WC, arena, test);
+  run_jobs(arena, rays.bands(),
            [&](int band, int worker) { rays.cast_band(band, worker, result.disparity, result.matched); });
   result.tests = rays.hidden_tests();
   return result;
