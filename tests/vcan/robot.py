@@ -23,17 +23,24 @@ FILTERS = ((0x080, 0x780), (0x180, 0x780), (0x700, 0x780), (0x580, 0x780))
 class Robot:
     """`walkman-hil emulate` with all buses and `walkman-hil grasp`, in lock-step."""
 
+    PACING = "--lockstep"
+
     def __init__(self, under_test, *options):
         program, scene = under_test
         self.program, self.scene = program, scene
+        self.options = options
         self.arm = Bus("vcan1", filters=FILTERS)
-        if os.path.exists(CAMERA):
-            os.unlink(CAMERA)
-        self.emulator = Process([program, "emulate", "--scene", scene, "--can", CAN, "--lockstep", "--camera-socket", CAMERA,
-                                 *options], "emulate")
         self.master = None
         self.words = {}  # node: newest statusword
         self.syncs_since_beat = 0  # of the master on the arm's bus
+        self.last_beat = None  # its time stamp
+        self.start_emulator()
+
+    def start_emulator(self):
+        if os.path.exists(CAMERA):
+            os.unlink(CAMERA)
+        self.emulator = Process([self.program, "emulate", "--scene", self.scene, "--can", CAN, self.PACING,
+                                 "--camera-socket", CAMERA, *self.options], "emulate")
         self.await_socket()
 
     def await_socket(self):
@@ -44,12 +51,13 @@ class Robot:
             time.sleep(0.05)
 
     def start_master(self):
-        self.master = Process([self.program, "grasp", "--scene", self.scene, "--can", CAN, "--lockstep", "--camera-socket", CAMERA,
+        self.master = Process([self.program, "grasp", "--scene", self.scene, "--can", CAN, self.PACING, "--camera-socket", CAMERA,
                                "--json"], "grasp")
 
     def note(self, frame):
         if frame.id == 0x700 + MASTER:
             self.syncs_since_beat = 0
+            self.last_beat = frame.time
         elif frame.id == 0x080:
             self.syncs_since_beat += 1
         if frame.id & 0x780 == 0x180 and len(frame.data) == 5:
