@@ -51,10 +51,15 @@ function(walkman_library name)
   target_compile_options(walkman_${name} PRIVATE -ffunction-sections)
 endfunction()
 
-# walkman_test(NAME SOURCES... LINK targets...): a GoogleTest program; each of its cases is one CTest test. Tests run in
-# the source tree and name files relative to it, so that their objects are the same in every clone.
+# walkman_test(NAME SOURCES... LINK targets... [THREADED]): a GoogleTest program; each of its cases is one CTest test. Tests
+# run in the source tree and name files relative to it, so that their objects are the same in every clone. What stands below
+# tests/unit has the label unit, or threaded if it is for the thread sanitizer too, and is built by the target of that name
+# (unit_tests builds both).
+add_custom_target(unit_tests)
+add_custom_target(threaded_tests)
+add_dependencies(unit_tests threaded_tests)
 function(walkman_test name)
-  cmake_parse_arguments(ARG "" "TIMEOUT" "SOURCES;LINK" ${ARGN})
+  cmake_parse_arguments(ARG "THREADED" "TIMEOUT" "SOURCES;LINK" ${ARGN})
   if(NOT ARG_TIMEOUT)
     set(ARG_TIMEOUT 120)
   endif()
@@ -62,5 +67,14 @@ function(walkman_test name)
   target_link_libraries(${name} PRIVATE ${ARG_LINK} GTest::gmock GTest::gtest_main)
   target_compile_definitions(${name} PRIVATE WALKMAN_TEST_DATA="tests/data" WALKMAN_URDF_DIR="urdf"
                                              WALKMAN_SOURCE_TREE=".")
-  gtest_discover_tests(${name} WORKING_DIRECTORY "${WALKMAN_ROOT}" PROPERTIES TIMEOUT ${ARG_TIMEOUT} DISCOVERY_TIMEOUT 60)
+  set(label integration)
+  if(ARG_THREADED)
+    set(label threaded)
+    add_dependencies(threaded_tests ${name})
+  elseif(CMAKE_CURRENT_SOURCE_DIR MATCHES "/tests/unit/")
+    set(label unit)
+    add_dependencies(unit_tests ${name})
+  endif()
+  gtest_discover_tests(${name} WORKING_DIRECTORY "${WALKMAN_ROOT}" PROPERTIES TIMEOUT ${ARG_TIMEOUT} LABELS ${label}
+                       DISCOVERY_TIMEOUT 60)
 endfunction()
