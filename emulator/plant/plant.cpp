@@ -6,6 +6,8 @@
 
 #include <btBulletDynamicsCommon.h>
 
+#include "emulator/plant/contact/self_collision.h"
+#include "emulator/plant/contact/self_collision_dispatcher.h"
 #include "emulator/plant/dynamics/bullet_types.h"
 #include "emulator/plant/dynamics/event_player.h"
 #include "emulator/plant/dynamics/hoist.h"
@@ -13,11 +15,10 @@
 #include "emulator/plant/dynamics/multibody.h"
 #include "emulator/plant/dynamics/plant_world.h"
 #include "emulator/plant/dynamics/row_space_solver.h"
-#include "emulator/plant/contact/self_collision.h"
-#include "emulator/plant/contact/self_collision_dispatcher.h"
-#include "emulator/plant/hands/soft_hand.h"
 #include "emulator/plant/dynamics/standing_load.h"
 #include "emulator/plant/dynamics/world_objects.h"
+#include "emulator/plant/hands/soft_hand.h"
+#include "emulator/plant/probes/wrench_probe.h"
 
 namespace walkman::plant {
 namespace {

@@ -8,11 +8,11 @@
 
 #include <Eigen/Geometry>
 
-#include "emulator/plant/probes/inertial_probe.h"
 #include "emulator/plant/actuators/series_elastic_actuator.h"
 #include "emulator/plant/hands/slip_meter.h"
-#include "urdf/reader/device_table.h"
+#include "emulator/plant/probes/inertial_probe.h"
 #include "emulator/scene/scene.h"
+#include "urdf/reader/device_table.h"
 #include "urdf/reader/wrench.h"
 
 namespace walkman::plant {

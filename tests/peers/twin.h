@@ -8,6 +8,7 @@
 #include <btBulletDynamicsCommon.h>
 
 #include "emulator/plant/dynamics/plant_world.h"
+#include "emulator/plant/probes/wrench_probe.h"
 #include "emulator/plant/dynamics/row_space_solver.h"
 #include "emulator/plant/dynamics/world_objects.h"
 #include "tests/peers/mujoco_model.h"

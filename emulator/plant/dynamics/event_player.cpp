@@ -7,7 +7,6 @@
 
 #include <fmt/format.h>
 
-#include "emulator/plant/dynamics/link_motion.h"
 #include "urdf/reader/nearest_name.h"
 
 namespace walkman::plant {
@@ -77,7 +76,7 @@ void EventPlayer::play(long step) {
     reweigh_(changes_[next_change_].object, changes_[next_change_].weights);
   for (const Push& push : pushes_) {
     if (step < push.first || step >= push.end) continue;
-    push_at(body_, body_.tree().group_of(push.link), push.force_W, body_.X_WL(push.link) * push.p_LP);
+    body_.push_at(body_.tree().group_of(push.link), push.force_W, body_.X_WL(push.link) * push.p_LP);
   }
 }
 

@@ -5,7 +5,6 @@
 
 #include <fmt/format.h>
 
-#include "emulator/plant/dynamics/link_motion.h"
 #include "urdf/reader/nearest_name.h"
 
 namespace walkman::plant {
@@ -45,9 +44,9 @@ void Hoist::apply() {
   tension_ = 0;
   if (distance <= length_) return;
   const Eigen::Vector3d up = to_anchor / distance;
-  const double speed = -up.dot(velocity_at(body_, group_, p_WE));
+  const double speed = -up.dot(body_.velocity_at(group_, p_WE));
   tension_ = std::max(0.0, kStiffness * (distance - length_) + kDamping * speed);
-  push_at(body_, group_, tension_ * up, p_WE);
+  body_.push_at(group_, tension_ * up, p_WE);
 }
 
 }  // namespace walkman::plant

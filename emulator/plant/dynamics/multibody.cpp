@@ -147,4 +147,34 @@ Eigen::Isometry3d Multibody::X_WL(int link) const { return X_WM(tree_.group_of(l
 
 int Multibody::bullet_link(int joint) const { return bullet_link_of_joint_[static_cast<std::size_t>(joint)]; }
 
+Eigen::Vector3d Multibody::velocity_at(int group, const Eigen::Vector3d& p_WP) const {
+  const btMultiBody& mb = *body_;
+  Eigen::Vector3d velocity = from_bullet(mb.getBaseVel());
+  velocity += from_bullet(mb.getBaseOmega()).cross(p_WP - X_WM(0).translation());
+  for (int g = group; g > 0; g = tree_.groups()[static_cast<std::size_t>(g)].parent) {
+    const btMultibodyLink& link = mb.getLink(g - 1);
+    if (link.m_dofCount == 0) continue;
+    const Eigen::Isometry3d X_WM = X_WM(g);
+    const double rate = mb.getJointVel(g - 1);
+    if (link.m_jointType == btMultibodyLink::ePrismatic) {
+      velocity += X_WM.linear() * from_bullet(link.m_axes[0].m_bottomVec) * rate;
+      continue;
+    }
+    const Eigen::Vector3d pivot = X_WM * Eigen::Vector3d(-from_bullet(link.m_dVector));
+    velocity += (X_WM.linear() * from_bullet(link.m_axes[0].m_topVec) * rate).cross(p_WP - pivot);
+  }
+  return velocity;
+}
+
+void Multibody::push_at(int group, const Eigen::Vector3d& force_W, const Eigen::Vector3d& p_WP) {
+  const Eigen::Vector3d moment = (p_WP - X_WM(group).translation()).cross(force_W);
+  if (group == 0) {
+    body_->addBaseForce(to_bullet(force_W));
+    body_->addBaseTorque(to_bullet(moment));
+    return;
+  }
+  body_->addLinkForce(group - 1, to_bullet(force_W));
+  body_->addLinkTorque(group - 1, to_bullet(moment));
+}
+
 }  // namespace walkman::plant

@@ -48,6 +48,11 @@ class Multibody {
   [[nodiscard]] Eigen::Isometry3d X_WM(int group) const;
   /// Bullet's link index of the group a moving URDF joint carries.
   [[nodiscard]] int bullet_link(int joint) const;
+  /// Velocity of a point fixed to a group, in W, m/s; `p_WP` is where it is now.
+  [[nodiscard]] Eigen::Vector3d velocity_at(int group, const Eigen::Vector3d& p_WP) const;
+
+  /// Adds a force (N) on a group for the coming step; it acts at `p_WP`.
+  void push_at(int group, const Eigen::Vector3d& force_W, const Eigen::Vector3d& p_WP);
 
   /// Brings link and collider poses in line with joint positions set from outside.
   void update_poses();

@@ -60,12 +60,7 @@ void PlantWorld::solveExternalForces(btContactSolverInfo& info) {
 }
 
 void PlantWorld::integrateTransforms(btScalar dt) {
-  for (WrenchProbe* probe : probes_) {
-    probe->measure(velocity_before_[&probe->body_->bullet()], dt, getGravity());
-  }
-  for (InertialProbe* probe : inertial_probes_) {
-    probe->measure(velocity_before_[&probe->body_->bullet()], dt, getGravity());
-  }
+  for (StepProbe* probe : probes_) probe->measure(velocity_before_[&probe->body()], dt, getGravity());
   btMultiBodyDynamicsWorld::integrateTransforms(dt);
 }
 

@@ -3,8 +3,8 @@
 #include <string>
 #include <vector>
 
-#include "emulator/plant/dynamics/multibody.h"
 #include "emulator/plant/actuators/series_elastic_actuator.h"
+#include "emulator/plant/dynamics/multibody.h"
 
 namespace walkman::plant {
 

@@ -2,23 +2,32 @@
 
 #include <vector>
 
+#include <Eigen/Geometry>
+
 #include "emulator/plant/dynamics/group_motion.h"
-#include "emulator/plant/probes/inertial_probe.h"
+#include "emulator/plant/dynamics/plant_world.h"
 
 namespace walkman::plant {
 
+/// What an inertial unit feels whose frame is S.
+struct InertialMotion {
+  Eigen::Vector3d specific_force_S = Eigen::Vector3d::Zero();    ///< of So: acceleration less gravity, m/s²
+  Eigen::Vector3d angular_velocity_S = Eigen::Vector3d::Zero();  ///< of S in the world, rad/s
+  Eigen::Quaterniond q_WS = Eigen::Quaterniond::Identity();      ///< S in the world
+};
+
 /// An inertial unit in the plant: the motion of a URDF link's frame over each step, at its start.
-class InertialProbe {
+class InertialProbe final : public StepProbe {
  public:
   /// S is the frame of the URDF link `sensor_link`.
   InertialProbe(const Multibody& body, int sensor_link);
 
   [[nodiscard]] const InertialMotion& motion() const { return motion_; }
 
- private:
-  friend class PlantWorld;
-  void measure(const std::vector<double>& before, double dt, const btVector3& gravity);
+  [[nodiscard]] const btMultiBody& body() const override { return body_->bullet(); }
+  void measure(const std::vector<double>& before, double dt, const btVector3& gravity) override;
 
+ private:
   const Multibody* body_;
   int sensor_link_;
   std::size_t group_;

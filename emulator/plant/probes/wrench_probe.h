@@ -6,6 +6,7 @@
 
 #include "emulator/plant/dynamics/group_motion.h"
 #include "emulator/plant/dynamics/multibody.h"
+#include "emulator/plant/dynamics/plant_world.h"
 #include "urdf/reader/wrench.h"
 
 namespace walkman::plant {
@@ -16,7 +17,7 @@ namespace walkman::plant {
 /// contact forces the solver applied), at the poses and velocities of the start of the step. Exact for a
 /// semi-implicit step, without lag; with mid-step velocities the velocity terms are half a step old. Bullet's
 /// own joint feedback is not used: in 3.24 it counts joint torques and Coriolis terms twice.
-class WrenchProbe {
+class WrenchProbe final : public StepProbe {
  public:
   /// The sensor's frame S is that of the URDF link `sensor_link`; the subtree starts at the group of
   /// `first_distal`.
@@ -25,11 +26,10 @@ class WrenchProbe {
   /// Load on the sensor, about So and expressed in S.
   [[nodiscard]] const Wrench& F_So_S() const { return F_So_S_; }
 
- private:
-  friend class PlantWorld;
-  /// `before`: generalised velocity at the start of the step; the body holds that of its end.
-  void measure(const std::vector<double>& before, double dt, const btVector3& gravity);
+  [[nodiscard]] const btMultiBody& body() const override { return body_->bullet(); }
+  void measure(const std::vector<double>& before, double dt, const btVector3& gravity) override;
 
+ private:
   const Multibody* body_;
   int sensor_link_;
   std::vector<int> subtree_;  // Bullet link indices
