@@ -39,7 +39,7 @@ int round_up(int value, int step) { return (value + step - 1) / step * step; }
 
 }  // namespace
 
-/// Ray buffers of one thread. What does not change from tile to tile is set once a frame.
+/// Ray buffers of one thread. What does not change from tile to tile is set once per frame.
 struct StereoRays::Worker {
   std::array<RTCRayHit8, kPackets> primary;
   std::array<RTCRay8, kPackets> shadow;

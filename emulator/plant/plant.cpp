@@ -91,7 +91,7 @@ struct Plant::Impl {
   std::vector<std::unique_ptr<WrenchProbe>> probes;
   std::vector<std::unique_ptr<InertialProbe>> inertial_probes;
   std::vector<int> feet;       // Bullet's links a floating robot starts out standing on
-  std::vector<int> sub_steps;  // taken since the last step, a drive
+  std::vector<int> sub_steps;  // taken since the last step, per drive
   double time = 0;
 
   void add_robot(const Scene& scene, const DeviceTable& devices,

@@ -30,9 +30,9 @@ struct AllowedOverlap {
   std::string reason;          ///< adjacent, compound joint, same hand, touch at zero or touch at start
 };
 
-/// The physical world: robot, objects and surroundings in Bullet, one step a millisecond.
+/// The physical world: robot, objects and surroundings in Bullet, one step per millisecond.
 ///
-/// A drive's electronics act on its actuator in `kSubSteps` control sub-steps a physics step; the multibody
+/// A drive's electronics act on its actuator in `kSubSteps` control sub-steps per physics step; the multibody
 /// moves once. Everything that reads a pose or a contact here is ground truth and stays on this side of the
 /// wire.
 class Plant {

@@ -40,7 +40,7 @@ struct ActuatorParameters {
   double link_encoder_step = 0;      ///< rad
 };
 
-/// Reads every actuator class of a folder: one YAML file a class, named after it. Throws std::runtime_error
+/// Reads every actuator class of a folder: one YAML file per class, named after it. Throws std::runtime_error
 /// with file, line and key.
 [[nodiscard]] std::map<std::string, ActuatorParameters> load_actuators(const std::filesystem::path& folder);
 

@@ -8,7 +8,7 @@
 namespace walkman::plant {
 
 /// A joint's two mechanical ends, as rows of the contact solver: where the next step would pass one, an
-/// impulse leaves just the speed that reaches it, and what is beyond comes back by Bullet's erp2 a step.
+/// impulse leaves just the speed that reaches it, and what is beyond comes back by Bullet's erp2 per step.
 class JointStop {
  public:
   /// Limits in rad or m.

@@ -18,7 +18,7 @@ namespace walkman::plant {
 /// scaled together). The sweeps start from no impulse: impulses kept from the step before would let friction
 /// hold what wedged itself in, far beyond what the normal forces of a grip explain.
 ///
-/// To be called once a step with all contacts (PlantWorld sees to it): every call has all the stops, and
+/// To be called once per step with all contacts (PlantWorld sees to it): every call has all the stops, and
 /// starts from the velocities before the solve. Bullet's own constraints and rigid bodies that move, which
 /// PlantWorld refuses, are not known here; restitution, rolling and spinning friction are passed over.
 class RowSpaceSolver : public btMultiBodyConstraintSolver {
