@@ -98,8 +98,8 @@ void Attempt::plan_bit_error(const std::vector<Controller>& controllers, std::si
   if (bit == wire.ack_slot()) return plan_no_acknowledge(controllers, sender);
   const unsigned level = wire.level(bit) ^ 1U;
   error = {BusError::Kind::kBit, true, level, wire.field(bit)};
-  const unsigned flag = any_with(controllers, Role::kSending, true) ? kDominant : kRecessive;
-  plan_error_frame(wire, bit, level, flag, any_with(controllers, Role::kReceiving, true));
+  const unsigned first_flag = any_with(controllers, Role::kSending, true) ? kDominant : kRecessive;
+  plan_error_frame(wire, bit, level, first_flag, any_with(controllers, Role::kReceiving, true));
 }
 
 void Attempt::plan_receive_error(std::vector<Controller>& controllers, std::size_t sender, int bit,

@@ -154,14 +154,14 @@ Eigen::Vector3d Multibody::velocity_at(int group, const Eigen::Vector3d& p_WP) c
   for (int g = group; g > 0; g = tree_.groups()[static_cast<std::size_t>(g)].parent) {
     const btMultibodyLink& link = mb.getLink(g - 1);
     if (link.m_dofCount == 0) continue;
-    const Eigen::Isometry3d X_WM = X_WM(g);
+    const Eigen::Isometry3d X_WG = X_WM(g);
     const double rate = mb.getJointVel(g - 1);
     if (link.m_jointType == btMultibodyLink::ePrismatic) {
-      velocity += X_WM.linear() * from_bullet(link.m_axes[0].m_bottomVec) * rate;
+      velocity += X_WG.linear() * from_bullet(link.m_axes[0].m_bottomVec) * rate;
       continue;
     }
-    const Eigen::Vector3d pivot = X_WM * Eigen::Vector3d(-from_bullet(link.m_dVector));
-    velocity += (X_WM.linear() * from_bullet(link.m_axes[0].m_topVec) * rate).cross(p_WP - pivot);
+    const Eigen::Vector3d pivot = X_WG * Eigen::Vector3d(-from_bullet(link.m_dVector));
+    velocity += (X_WG.linear() * from_bullet(link.m_axes[0].m_topVec) * rate).cross(p_WP - pivot);
   }
   return velocity;
 }
