@@ -31,6 +31,10 @@ Time KernelRealTimeCycle::next() {
   const timespec until{seconds.count(), (next - seconds).count()};
   while (clock_nanosleep(CLOCK_MONOTONIC, TIMER_ABSTIME, &until, nullptr) == EINTR) {
   }
+  // A process that was stopped or starved in its sleep wakes up cycles later.
+  const auto slept_through = (monotonic_now() - next) / period_;
+  overruns_ += static_cast<std::uint64_t>(slept_through);
+  next += slept_through * period_;
   if (interrupted_()) throw Interrupted();
   now_ = next;
   return now_;
