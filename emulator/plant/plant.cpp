@@ -303,13 +303,9 @@ void Plant::step() {
   p.time += kStep;
 }
 
-int Plant::sensor_count() const { return static_cast<int>(impl_->probes.size()); }
-
 const Wrench& Plant::F_So_S(int sensor) const {
   return impl_->probes[static_cast<std::size_t>(sensor)]->F_So_S();
 }
-
-int Plant::inertial_count() const { return static_cast<int>(impl_->inertial_probes.size()); }
 
 const InertialMotion& Plant::inertial_motion(int unit) const {
   return impl_->inertial_probes[static_cast<std::size_t>(unit)]->motion();

@@ -59,11 +59,9 @@ class Plant {
   void step();
 
   /// Loads on the force/torque sensors in the order of the device table.
-  [[nodiscard]] int sensor_count() const;
   [[nodiscard]] const Wrench& F_So_S(int sensor) const;
 
   /// Motion of the inertial units in the order of the device table.
-  [[nodiscard]] int inertial_count() const;
   [[nodiscard]] const InertialMotion& inertial_motion(int unit) const;
 
   // Ground truth.

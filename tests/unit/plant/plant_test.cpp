@@ -41,7 +41,6 @@ TEST_F(WholePlant, ArmsAtRestWeighTheirHands) {
 
 TEST_F(WholePlant, TheInertialUnitOfAPelvisThatStandsStillFeelsGravity) {
   const auto plant = build();
-  ASSERT_EQ(plant->inertial_count(), 1);
   run(*plant, 20, drive("RElbj"), 5);
   const InertialMotion& motion = plant->inertial_motion(0);
   // The scene's pelvis is upright; the unit lies in its axes.
