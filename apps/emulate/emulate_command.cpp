@@ -1,16 +1,19 @@
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
+#include <stdexcept>
 
+#include <fcntl.h>
 #include <fmt/format.h>
+#include <unistd.h>
 
-#include "apps/shared/commands.h"
-#include "apps/shared/data_directory.h"
-#include "apps/emulate/door_set.h"
 #include "apps/emulate/emulation.h"
 #include "apps/emulate/emulation_report.h"
-#include "apps/shared/exit_code.h"
+#include "apps/emulate/gateway_set.h"
 #include "apps/experiment/progress_line.h"
+#include "apps/shared/commands.h"
+#include "apps/shared/data_directory.h"
+#include "apps/shared/exit_code.h"
 #include "apps/shared/stop_signals.h"
 
 namespace walkman::apps {
@@ -18,13 +21,18 @@ namespace {
 
 struct Options {
   std::string scene, can, log, camera_socket, timing = "bus";
-  bool lockstep = false, realtime = false, as_json = false;
+  Pacing pacing = Pacing::kRealTime;
+  bool as_json = false, beacon = false;
   double period_ms = 5;
   double duration = 0;
   std::optional<std::int64_t> seed;
   std::optional<std::uint16_t> socketcand;
   std::vector<std::string> slcan;
+  std::string stalls = "drop";
+  std::optional<int> ready_descriptor;
 };
+
+constexpr double kLongestDuration = 1e9;  // s, in nanoseconds a Time
 
 constexpr const char* kFooter =
     "Ends at SIGINT or SIGTERM and prints what each bus carried. A master, another program or candump then\n"
@@ -41,7 +49,8 @@ EmulationOptions emulation_options(const Options& options) {
   if (options.seed) out.world.seed = static_cast<std::uint64_t>(*options.seed);
   out.world.bus_timing = options.timing == "bus";
   out.can = options.can;
-  out.pacing = options.lockstep ? camera::Pacing::kLockstep : camera::Pacing::kRealTime;
+  out.pacing = options.pacing;
+  out.stalls = options.stalls == "drop" ? pacing::Stalls::kDrop : pacing::Stalls::kReplay;
   out.period = std::chrono::microseconds(std::llround(options.period_ms * 1e3));
   out.log = options.log;
   out.camera_socket = options.camera_socket;
@@ -49,14 +58,45 @@ EmulationOptions emulation_options(const Options& options) {
   return out;
 }
 
+/// Tells people, and the program that started this one, that the robot can be spoken to.
+void tell_booted(const Emulation& emulation, std::optional<int> descriptor) {
+  std::size_t nodes = 0;
+  for (const BusSummary& bus : emulation.summary().buses) nodes += bus.nodes;
+  std::fprintf(stderr, "walkman-hil: ready, %zu nodes have booted\n", nodes);
+  if (!descriptor) return;
+  // Nobody may be listening any more.
+  constexpr std::string_view kReady = "ready\n";
+  static_cast<void>(!write(*descriptor, kReady.data(), kReady.size()));
+  close(*descriptor);
+}
+
+void require_open(std::optional<int> descriptor) {
+  if (!descriptor) return;
+  const int flags = fcntl(*descriptor, F_GETFL);
+  if (*descriptor > STDERR_FILENO && flags >= 0 && (flags & O_ACCMODE) != O_RDONLY) return;
+  throw std::runtime_error(fmt::format(
+      "--ready-fd {}: expected the number of a descriptor above 2 that is open for writing", *descriptor));
+}
+
 int run_emulate(const Options& options) {
   StopSignals signals;  // before any thread
+  require_open(options.ready_descriptor);
+  if (options.pacing == Pacing::kLockstep && options.can.empty()) {
+    throw std::runtime_error(
+        "--lockstep: nobody could send SYNC, expected --can with at least one interface");
+  }
   Emulation emulation(emulation_options(options));
-  const DoorSet doors(emulation, {options.socketcand, options.slcan});
-  std::fputs(doors.addresses().c_str(), stderr);
+  const GatewaySet gateway_set(emulation, {options.socketcand, options.beacon, options.slcan});
+  std::fputs(gateway_set.addresses().c_str(), stderr);
   {
     ProgressLine line;
-    emulation.run(signals, [&] { line.show(status_line(emulation.summary())); });
+    Emulation::Events events;
+    events.booted = [&] {
+      line.clear();
+      tell_booted(emulation, options.ready_descriptor);
+    };
+    events.progress = [&] { line.show(status_line(emulation.summary())); };
+    emulation.run(signals, events);
   }
   emulation.finish_log();
   const EmulationSummary summary = emulation.summary();
@@ -75,12 +115,19 @@ void add_emulate_command(CLI::App& app, std::function<int()>& run) {
       "--can", options->can,
       "Which bus is plugged into which interface: torso=vcan0,rarm=vcan1,... A bus left out is "
       "emulated all the same, with nobody at its other end");
-  auto* lockstep = command->add_flag("--lockstep", options->lockstep,
-                                     "SYNC is the clock: a cycle runs when SYNC has arrived on every "
-                                     "interface, and time stands still between");
-  auto* realtime =
-      command->add_flag("--realtime", options->realtime, "The host's clock is the clock (default)");
-  lockstep->excludes(realtime);
+  add_pacing_options(
+      *command, options->pacing,
+      "SYNC is the clock: a cycle runs when SYNC has arrived on every interface, and time stands "
+      "still between",
+      "The host's clock is the clock (default)");
+  command
+      ->add_option(
+          "--stalls", options->stalls,
+          "Of real time: drop: when the host did not let the emulator run for more than 75 ms, emulated time "
+          "goes on from the present (default); replay: it is made up for, as fast as the host can")
+      ->check(CLI::IsMember({"drop", "replay"}));
+  command->add_option("--ready-fd", options->ready_descriptor,
+                      "Write a line to this descriptor, and close it, when the nodes have booted");
   command
       ->add_option(
           "--timing", options->timing,
@@ -102,10 +149,10 @@ void add_emulate_command(CLI::App& app, std::function<int()>& run) {
       ->add_option("--seed", options->seed,
                    "Seed of the object's pose and of the sensors' noise (default: the scene's)")
       ->check(CLI::Range(std::int64_t{0}, std::int64_t{1} << 53));
-  command->add_option(
-      "--camera-socket", options->camera_socket,
-      "Local socket for the camera's clouds (default: walkman-hil-camera.sock in /run/user/UID, "
-      "/run or /tmp)");
+  command->add_option("--camera-socket", options->camera_socket,
+                      "Local socket for the camera's clouds (default: walkman-hil/camera.sock in "
+                      "$XDG_RUNTIME_DIR, /run/user/UID "
+                      "or /run, else /tmp/walkman-hil-UID/camera.sock)");
   command
       ->add_option(
           "--socketcand", options->socketcand,
@@ -113,12 +160,23 @@ void add_emulate_command(CLI::App& app, std::function<int()>& run) {
           "at 29536; 0 takes any free one and prints it")
       ->expected(0, 1)
       ->default_str("29536");
+  command->add_flag(
+      "--socketcand-beacon", options->beacon,
+      "Tell of the socketcand server by UDP broadcasts on the loopback network, port 42000, every 3 s");
   command->add_option(
       "--slcan", options->slcan,
       "BUS or BUS=PATH: a serial-line CAN adapter on a pseudo-terminal, with PATH as a symbolic "
       "link to it; may be repeated");
   command->add_option("--duration", options->duration, "End after so many emulated seconds")
-      ->check(CLI::PositiveNumber);
+      ->check(CLI::Validator(
+          [](const std::string& text) {
+            char* rest = nullptr;
+            const double value = std::strtod(text.c_str(), &rest);
+            const bool fits = *rest == '\0' && value > 0 && value <= kLongestDuration;
+            return fits ? std::string()
+                        : "duration of " + text + " s, expected a number above 0, at most 1e9";
+          },
+          "S"));
   command->add_flag("--json", options->as_json, "Print the summary as JSON");
   command->footer(kFooter);
   command->callback([&run, options] { run = [options] { return run_emulate(*options); }; });

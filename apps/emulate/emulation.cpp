@@ -6,8 +6,7 @@
 #include "apps/shared/exit_code.h"
 #include "apps/shared/frame_log.h"
 #include "apps/shared/stop_signals.h"
-#include "emulator/pacing/host_clock.h"
-#include "emulator/pacing/host_scheduling.h"
+#include "emulator/pacing/host.h"
 #include "emulator/pacing/lockstep_pacer.h"
 #include "emulator/pacing/real_time_pacer.h"
 
@@ -42,20 +41,22 @@ struct Emulation::Impl {
   void moved();
   [[nodiscard]] bool over() const { return world.emulator.buses_now() >= options.duration; }
   [[nodiscard]] std::vector<bus::Bridge*> bridges();
-  [[nodiscard]] clock::PacerEvents events();
-  void run_lockstep(const std::function<void()>& progress);
-  void run_real_time(const std::function<void()>& progress);
+  [[nodiscard]] pacing::PacerEvents events();
+  void run_lockstep(const Events& told);
+  void run_real_time(const Events& told);
+  void tell(Time wall, const Events& told);
+  [[nodiscard]] bool all_booted();
 
   EmulationOptions options;
   EmulatedWorld world;
-  clock::EventLoop loop;
+  pacing::EventLoop loop;
   std::vector<std::unique_ptr<Port>> ports;
-  std::vector<std::function<void()>> doors;  // told when the buses have moved
+  std::vector<std::function<void()>> listeners;  // told when the buses have moved
   std::unique_ptr<FrameLog> log;
-  std::unique_ptr<CloudServer> camera;
-  std::unique_ptr<clock::LockstepPacer> lockstep;
-  std::unique_ptr<clock::RealTimePacer> real_time;
-  bool stop = false;
+  std::unique_ptr<gateways::CloudServer> camera;
+  std::unique_ptr<pacing::LockstepPacer> lockstep;
+  std::unique_ptr<pacing::RealTimePacer> real_time;
+  bool stop = false, booted = false;
   Time began{}, ended{}, housekept{};
 };
 
@@ -63,11 +64,12 @@ Emulation::Impl::Impl(const EmulationOptions& given) : options(given), world(giv
   open_ports();
   if (!options.log.empty()) log = std::make_unique<FrameLog>(options.log, world.emulator);
   open_camera();
-  if (options.pacing == camera::Pacing::kLockstep) {
-    lockstep = std::make_unique<clock::LockstepPacer>(world.emulator, bridges(), options.period, events());
+  if (options.pacing == Pacing::kLockstep) {
+    lockstep = std::make_unique<pacing::LockstepPacer>(world.emulator, bridges(), options.period, events());
   } else {
+    const pacing::RealTimePacer::Options real_time_options{options.world.bus_timing, options.stalls};
     real_time =
-        std::make_unique<clock::RealTimePacer>(world.emulator, bridges(), options.world.bus_timing, events());
+        std::make_unique<pacing::RealTimePacer>(world.emulator, bridges(), real_time_options, events());
   }
 }
 
@@ -86,13 +88,11 @@ void Emulation::Impl::open_ports() {
 }
 
 void Emulation::Impl::open_camera() {
-  CloudServer::Settings settings;
   const bool named = !options.camera_socket.empty();
-  settings.path = named ? options.camera_socket : camera::default_camera_socket();
-  settings.period = options.period;
-  settings.pacing = options.pacing;
+  const std::filesystem::path path = named ? options.camera_socket : camera::default_camera_socket();
   try {
-    camera = std::make_unique<CloudServer>(settings, world.emulator.camera());
+    if (!named) gateways::make_private_folder(path.parent_path());
+    camera = std::make_unique<gateways::CloudServer>(path, world.emulator.camera());
   } catch (const std::runtime_error& e) {
     if (named) throw EnvironmentError(e.what());
     std::fprintf(stderr, "walkman-hil: %s; going on without the camera\n", e.what());
@@ -117,7 +117,7 @@ void Emulation::Impl::keep_house(Time wall) {
 
 void Emulation::Impl::moved() {
   if (log) log->commit();
-  for (const auto& door : doors) door();
+  for (const auto& tell : listeners) tell();
 }
 
 std::vector<bus::Bridge*> Emulation::Impl::bridges() {
@@ -126,8 +126,8 @@ std::vector<bus::Bridge*> Emulation::Impl::bridges() {
   return all;
 }
 
-clock::PacerEvents Emulation::Impl::events() {
-  clock::PacerEvents events;
+pacing::PacerEvents Emulation::Impl::events() {
+  pacing::PacerEvents events;
   events.moved = [this] { moved(); };
   events.published_at = [this](Time now) {
     if (camera) camera->publish(now);
@@ -135,12 +135,32 @@ clock::PacerEvents Emulation::Impl::events() {
   return events;
 }
 
-void Emulation::Impl::run_lockstep(const std::function<void()>& progress) {
+/// Every bus has carried a frame for each of its nodes: they boot before they do anything else.
+bool Emulation::Impl::all_booted() {
+  const std::vector<bus::CanBus*> buses = world.emulator.buses();
+  for (std::size_t i = 0; i < buses.size(); ++i) {
+    if (buses[i]->counters().frames < world.devices.buses[i].devices.size()) return false;
+  }
+  return true;
+}
+
+void Emulation::Impl::tell(Time wall, const Events& told) {
+  if (!booted && all_booted()) {
+    booted = true;
+    told.booted();
+  }
+  if (wall - housekept < kHousekeeping) return;
+  keep_house(wall);
+  told.progress();
+}
+
+void Emulation::Impl::run_lockstep(const Events& told) {
   lockstep->start();
   Time wall = began;
+  tell(wall, told);
   while (!stop && !over()) {
     loop.wait(std::clamp(lockstep->wake_at(wall) - wall, Time{}, kHousekeeping));
-    wall = clock::host_now();
+    wall = pacing::host_now();
     bool arrived = false;
     for (std::size_t i = 0; i < ports.size(); ++i) {
       if (!ports[i]->readable) continue;
@@ -150,9 +170,7 @@ void Emulation::Impl::run_lockstep(const std::function<void()>& progress) {
     }
     // The quiet is over only if nothing came since it was waited for.
     lockstep->run(arrived ? Time{} : wall);
-    if (wall - housekept < kHousekeeping) continue;
-    keep_house(wall);
-    progress();
+    tell(wall, told);
   }
   // What a master has sent until the signal is still carried. At the end of a set duration it is not: how
   // much of the next cycle's frames has come by then is a matter of the host's pace.
@@ -161,21 +179,19 @@ void Emulation::Impl::run_lockstep(const std::function<void()>& progress) {
   lockstep->finish();
 }
 
-void Emulation::Impl::run_real_time(const std::function<void()>& progress) {
+void Emulation::Impl::run_real_time(const Events& told) {
   real_time->start(began);
   Time wall = began;
   while (!stop && !over()) {
     loop.wait(std::max(Time{}, real_time->wake_at() - wall));
-    wall = clock::host_now();
+    wall = pacing::host_now();
     for (std::size_t i = 0; i < ports.size(); ++i) {
       if (!ports[i]->readable) continue;
       ports[i]->readable = false;
       real_time->note_arrival(i);
     }
     real_time->run(wall);
-    if (wall - housekept < kHousekeeping) continue;
-    keep_house(wall);
-    progress();
+    tell(wall, told);
   }
 }
 
@@ -187,26 +203,26 @@ Emulator& Emulation::emulator() { return impl_->world.emulator; }
 
 void Emulation::attach(int descriptor, std::function<void()> on_readable, std::function<void()> on_moved) {
   impl_->loop.add(descriptor, std::move(on_readable));
-  impl_->doors.push_back(std::move(on_moved));
+  impl_->listeners.push_back(std::move(on_moved));
 }
 
-void Emulation::run(StopSignals& signals, const std::function<void()>& progress) {
-  clock::let_bursts_finish();
-  impl_->began = impl_->housekept = clock::host_now();
+void Emulation::run(StopSignals& signals, const Events& events) {
+  pacing::let_bursts_finish();
+  impl_->began = impl_->housekept = pacing::host_now();
   impl_->loop.add(signals.descriptor(), [this, &signals] { impl_->stop = signals.arrived(); });
   if (impl_->lockstep) {
-    impl_->run_lockstep(progress);
+    impl_->run_lockstep(events);
   } else {
-    impl_->run_real_time(progress);
+    impl_->run_real_time(events);
   }
   impl_->loop.remove(signals.descriptor());
-  impl_->ended = clock::host_now();
+  impl_->ended = pacing::host_now();
 }
 
 EmulationSummary Emulation::summary() const {
   Impl& self = *impl_;
   EmulationSummary out;
-  const Time wall = self.ended == Time{} ? clock::host_now() : self.ended;
+  const Time wall = self.ended == Time{} ? pacing::host_now() : self.ended;
   out.pacing = self.options.pacing;
   out.emulated_seconds = seconds(self.world.emulator.buses_now());
   out.wall_seconds = seconds(wall - self.began);
@@ -220,6 +236,7 @@ EmulationSummary Emulation::summary() const {
   for (bus::CanBus* bus : self.world.emulator.buses()) {
     BusSummary summary;
     summary.name = bus->name();
+    summary.nodes = self.world.devices.buses[out.buses.size()].devices.size();
     summary.bus = bus->counters();
     summary.load_now = bus->load();
     if (out.emulated_seconds > 0) {

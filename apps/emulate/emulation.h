@@ -8,7 +8,7 @@
 #include "apps/shared/can_map.h"
 #include "apps/shared/emulated_world.h"
 #include "emulator/bus/bridge.h"
-#include "emulator/camera/cloud_server.h"
+#include "emulator/gateways/cloud_server.h"
 #include "emulator/pacing/event_loop.h"
 #include "emulator/pacing/real_time_schedule.h"
 
@@ -20,16 +20,18 @@ class StopSignals;
 struct EmulationOptions {
   WorldOptions world;
   std::string can;  ///< "torso=vcan0,rarm=vcan1"; the buses left out are emulated too, and served by nobody
-  camera::Pacing pacing = camera::Pacing::kRealTime;
-  Time period = std::chrono::milliseconds(5);  ///< of SYNC, in lock-step
-  std::filesystem::path log;                   ///< of every bus; none when empty
-  std::string camera_socket;                   ///< the default one when empty
-  Time duration = Time::max();                 ///< emulated; without end by default
+  Pacing pacing = Pacing::kRealTime;
+  pacing::Stalls stalls = pacing::Stalls::kDrop;  ///< in real time
+  Time period = std::chrono::milliseconds(5);     ///< of SYNC, in lock-step
+  std::filesystem::path log;                      ///< of every bus; none when empty
+  std::string camera_socket;                      ///< the default one when empty
+  Time duration = Time::max();                    ///< emulated; without end by default
 };
 
 /// What one bus has carried.
 struct BusSummary {
   std::string name;
+  std::size_t nodes = 0;
   std::string interface_name;  ///< of the kernel; empty for one that is served by nobody
   bus::BusCounters bus;
   bus::BridgeCounters bridge;
@@ -39,11 +41,11 @@ struct BusSummary {
 };
 
 struct EmulationSummary {
-  camera::Pacing pacing{};
+  Pacing pacing{};
   double emulated_seconds = 0;
   double wall_seconds = 0;
   std::uint64_t cycles = 0;   ///< lock-step: SYNCs
-  clock::Lateness lateness;   ///< real time
+  pacing::Lateness lateness;  ///< real time
   double behind_seconds = 0;  ///< real time: of the emulated clock at the end
   std::uint64_t clouds = 0;
   std::vector<BusSummary> buses;
@@ -62,13 +64,20 @@ class Emulation {
 
   [[nodiscard]] Emulator& emulator();
 
-  /// One more door to the buses: `on_readable` is called when `descriptor` is, `on_moved` each time the buses
-  /// have come to a later instant, to hand out what they carried. Frames enter through an end of its own
-  /// (`CanBus::add_port`).
+  /// One more gateway to the buses: `on_readable` is called when `descriptor` is, `on_moved` each time the
+  /// buses have come to a later instant, to hand out what they carried. Frames enter through a controller
+  /// of its own (`CanBus::add_port`).
   void attach(int descriptor, std::function<void()> on_readable, std::function<void()> on_moved);
 
-  /// Runs until a signal comes or the duration is over. `progress` about five times a second.
-  void run(StopSignals& signals, const std::function<void()>& progress);
+  /// Told as it runs.
+  struct Events {
+    std::function<void()>
+        booted;  ///< once, when the boot-up messages of all nodes have gone over their buses
+    std::function<void()> progress;  ///< about five times a second
+  };
+
+  /// Runs until a signal comes or the duration is over.
+  void run(StopSignals& signals, const Events& events);
 
   [[nodiscard]] EmulationSummary summary() const;
 

@@ -8,7 +8,7 @@
 namespace walkman::apps {
 namespace {
 
-bool is_lockstep(const EmulationSummary& summary) { return summary.pacing == camera::Pacing::kLockstep; }
+bool is_lockstep(const EmulationSummary& summary) { return summary.pacing == Pacing::kLockstep; }
 
 double milliseconds(Time time) { return std::chrono::duration<double, std::milli>(time).count(); }
 
@@ -18,6 +18,10 @@ std::string clock_text(const EmulationSummary& s) {
   if (is_lockstep(s)) return fmt::format("lock-step, {} cycles", s.cycles);
   std::string text = fmt::format("real time, {} of {} physics steps late by more than 1 ms, worst {:.1f} ms",
                                  s.lateness.late, s.lateness.steps, milliseconds(s.lateness.worst));
+  if (s.lateness.stalls > 0) {
+    text += fmt::format("; {} stall{} of together {:.3f} s left out", s.lateness.stalls,
+                        s.lateness.stalls == 1 ? "" : "s", milliseconds(s.lateness.dropped) * 1e-3);
+  }
   // Within a step of the present is where the clock belongs.
   if (s.behind_seconds > 0.01) text += fmt::format("; {:.2f} s behind at the end", s.behind_seconds);
   return text;
@@ -62,6 +66,8 @@ std::string to_json_text(const EmulationSummary& s) {
     json["physics_steps"] = s.lateness.steps;
     json["late_steps"] = s.lateness.late;
     json["worst_lateness_seconds"] = rounded(milliseconds(s.lateness.worst) * 1e-3);
+    json["stalls"] = s.lateness.stalls;
+    json["dropped_seconds"] = rounded(milliseconds(s.lateness.dropped) * 1e-3);
     json["behind_seconds"] = rounded(s.behind_seconds);
   }
   json["clouds"] = s.clouds;

@@ -1,7 +1,6 @@
 #include "apps/experiment/repetition.h"
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <stdexcept>
 
@@ -20,11 +19,10 @@
 #include "emulator/emulator.h"
 #include "emulator/logs/candump_log.h"
 #include "emulator/logs/state_log.h"
+#include "emulator/pacing/host.h"
 
 namespace walkman::apps {
 namespace {
-
-using Wall = std::chrono::steady_clock;
 
 double seconds(Time t) { return std::chrono::duration<double>(t).count(); }
 
@@ -196,12 +194,11 @@ RepetitionResult run_repetition(const RepetitionOptions& options) {
   LockstepCycle cycle(world.emulator, options.robot.cycle);
   WireTap tap(world.emulator, options);
 
-  const Wall::time_point start = Wall::now();
+  const Time start = pacing::host_now();
   Progress progress;
   const auto report_progress = [&](Time now) {
     progress.simulated_seconds = seconds(now);
-    progress.real_time_factor =
-        progress.simulated_seconds / std::chrono::duration<double>(Wall::now() - start).count();
+    progress.real_time_factor = progress.simulated_seconds / seconds(pacing::host_now() - start);
     if (options.progress) options.progress(progress);
   };
   Judge judge(

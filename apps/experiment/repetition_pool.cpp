@@ -18,6 +18,7 @@
 #include "apps/experiment/result_report.h"
 #include "apps/shared/exit_code.h"
 #include "apps/shared/stop_signals.h"
+#include "emulator/pacing/host.h"
 
 namespace walkman::apps {
 namespace {
@@ -49,9 +50,9 @@ void write_line(int pipe, const nlohmann::json& message) {
   sigemptyset(&none);
   sigprocmask(SIG_SETMASK, &none, nullptr);
   RepetitionOptions own = options;
-  auto last = std::chrono::steady_clock::now() - kProgressInterval;
+  Time last = pacing::host_now() - kProgressInterval;
   own.progress = [&](const Progress& p) {
-    const auto now = std::chrono::steady_clock::now();
+    const Time now = pacing::host_now();
     if (now - last < kProgressInterval) return;
     last = now;
     write_line(pipe, {{"phase", p.phase}, {"time", p.simulated_seconds}, {"rtf", p.real_time_factor}});

@@ -4,24 +4,25 @@
 
 #include <fmt/format.h>
 
-#include "apps/shared/commands.h"
-#include "apps/shared/data_directory.h"
-#include "apps/shared/exit_code.h"
 #include "apps/experiment/progress_line.h"
 #include "apps/grasp/grasp_report.h"
 #include "apps/grasp/grasp_run.h"
+#include "apps/shared/commands.h"
+#include "apps/shared/data_directory.h"
+#include "apps/shared/exit_code.h"
 #include "apps/shared/master_options.h"
 #include "apps/shared/stop_signals.h"
 
 namespace walkman::apps {
 namespace {
 
-constexpr auto kProgressInterval = std::chrono::milliseconds(200);
+constexpr double kProgressInterval = 0.2;  // s of the master's clock
 
 struct Options {
   std::string scene, can, camera_socket, parameters;
   MasterOptions master;
-  bool lockstep = false, realtime = false, as_json = false;
+  Pacing pacing = Pacing::kRealTime;
+  bool as_json = false;
 };
 
 constexpr const char* kFooter =
@@ -38,20 +39,17 @@ int run(const Options& options) {
   grasp.parameters = options.parameters.empty() ? data / "adaptation" / "parameters.yaml"
                                                 : std::filesystem::path(options.parameters);
   grasp.robot = load_robot_options(options.master, data);
-  grasp.rate_given = options.master.rate_hz.has_value();
   grasp.can = options.can;
   grasp.camera_socket = options.camera_socket;
-  if (options.lockstep) grasp.pacing = camera::Pacing::kLockstep;
-  if (options.realtime) grasp.pacing = camera::Pacing::kRealTime;
+  grasp.pacing = options.pacing;
 
   StopSignals signals;  // before any thread
   ProgressLine line;
-  auto shown = std::chrono::steady_clock::now() - kProgressInterval;
+  double shown = -kProgressInterval;
   GraspEvents events;
   events.cycle = [&](std::string_view phase, double seconds) {
-    const auto now = std::chrono::steady_clock::now();
-    if (now - shown < kProgressInterval) return;
-    shown = now;
+    if (seconds - shown < kProgressInterval) return;
+    shown = seconds;
     line.show(fmt::format("{:<8}  {:6.2f} s", phase, seconds));
   };
   events.weighed = [&](const regrasp::Weighing& weighing) {
@@ -77,15 +75,14 @@ void add_grasp_command(CLI::App& app, std::function<int()>& chosen) {
       ->add_option("--can", options->can,
                    "Interface of every bus: torso=vcan0,rarm=vcan1,larm=vcan2,rleg=vcan3,lleg=vcan4")
       ->required();
-  auto* lockstep = command->add_flag("--lockstep", options->lockstep,
-                                     "A cycle ends when every answer has come (default: as the emulator)");
-  auto* realtime = command->add_flag("--realtime", options->realtime,
-                                     "Cycles begin on the host's clock (default: as the emulator)");
-  lockstep->excludes(realtime);
-  command->add_option(
-      "--camera-socket", options->camera_socket,
-      "Local socket of the camera's clouds (default: walkman-hil-camera.sock in /run/user/UID, "
-      "/run or /tmp)");
+  add_pacing_options(
+      *command, options->pacing,
+      "A cycle ends when every answer has come: for an emulator with --lockstep and the same period",
+      "Cycles begin on the host's clock (default)");
+  command->add_option("--camera-socket", options->camera_socket,
+                      "Local socket of the camera's clouds (default: walkman-hil/camera.sock in "
+                      "$XDG_RUNTIME_DIR, /run/user/UID "
+                      "or /run, else /tmp/walkman-hil-UID/camera.sock)");
   command->add_option("--parameters", options->parameters, "YAML of both stages' parameters");
   add_master_options(*command, options->master);
   command->add_flag("--json", options->as_json, "Print the result as JSON (SI units)");

@@ -43,9 +43,8 @@ std::string to_text(const GraspResult& result) {
   text += fmt::format("\n{} SYNC cycles, {} frames received, {} not sent, {} lost, {} emergencies, ",
                       result.counters.syncs, result.counters.frames_received, result.counters.frames_not_sent,
                       result.counters.receive_overflows, result.counters.emergencies);
-  text += result.pacing == camera::Pacing::kLockstep
-              ? fmt::format("{} incomplete cycles\n", result.incomplete)
-              : fmt::format("{} overruns\n", result.overruns);
+  text += result.pacing == Pacing::kLockstep ? fmt::format("{} incomplete cycles\n", result.incomplete)
+                                             : fmt::format("{} overruns\n", result.overruns);
   return text;
 }
 
@@ -54,7 +53,7 @@ std::string to_json_text(const GraspResult& result) {
   json["done"] = result.done;
   json["outcome"] = result.outcome;
   if (!result.reason.empty()) json["reason"] = result.reason;
-  json["pacing"] = result.pacing == camera::Pacing::kLockstep ? "lockstep" : "realtime";
+  json["pacing"] = result.pacing == Pacing::kLockstep ? "lockstep" : "realtime";
   json["seconds"] = rounded(result.seconds);
   json["regrasps"] = regrasps_of(result);
   json["weighings"] = nlohmann::json::array();

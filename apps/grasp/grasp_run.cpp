@@ -1,6 +1,7 @@
 #include "apps/grasp/grasp_run.h"
 
 #include <algorithm>
+#include <exception>
 #include <stdexcept>
 
 #include <fmt/format.h>
@@ -8,18 +9,19 @@
 
 #include "apps/shared/can_map.h"
 #include "apps/shared/exit_code.h"
-#include "drivers/robot/lockstep_cycle.h"
-#include "drivers/robot/master_bus.h"
-#include "drivers/robot/real_time_cycle.h"
 #include "apps/shared/master_options.h"
 #include "apps/shared/stop_signals.h"
 #include "drivers/camera/socket_camera.h"
+#include "drivers/robot/heartbeat_pace.h"
+#include "drivers/robot/lockstep_cycle.h"
+#include "drivers/robot/master_bus.h"
+#include "drivers/robot/real_time_cycle.h"
 #include "emulator/scene/scene.h"
 
 namespace walkman::apps {
 namespace {
 
-constexpr Time kStopPatience = std::chrono::milliseconds(100);  // for the last frames of a bus
+constexpr Time kStopLimit = std::chrono::milliseconds(100);  // for the last frames of a bus
 
 double seconds(Time t) { return std::chrono::duration<double>(t).count(); }
 
@@ -80,18 +82,16 @@ class Watcher : public regrasp::Observer {
   Time began_;
 };
 
-camera::Pacing agreed_pacing(const GraspOptions& options, const camera::Hello& hello) {
-  const camera::Pacing pacing = options.pacing.value_or(hello.pacing);
-  if (pacing == hello.pacing) return pacing;
-  throw std::runtime_error(pacing == camera::Pacing::kLockstep
-                               ? "--lockstep: the emulator runs in real time, expected both alike"
-                               : "--realtime: the emulator runs in lock-step, expected both alike");
-}
-
-Time agreed_period(const GraspOptions& options, const camera::Hello& hello) {
-  if (!options.rate_given || options.robot.cycle == hello.period) return hello.period;
-  throw std::runtime_error(fmt::format("--rate: a cycle of {:g} ms, expected the emulator's {:g} ms",
-                                       seconds(options.robot.cycle) * 1e3, seconds(hello.period) * 1e3));
+/// The robot's time does not go with the master's.
+[[noreturn]] void throw_other_pace(Time interval, const robot::RobotOptions& options, Pacing pacing) {
+  const double cycle_ms = seconds(options.cycle) * 1e3;
+  throw EnvironmentError(fmt::format(
+      "heartbeats that are due every {:g} ms come every {:g} ms of the master's time: {}",
+      seconds(options.heartbeat_producer) * 1e3, seconds(interval) * 1e3,
+      pacing == Pacing::kLockstep
+          ? fmt::format("--lockstep at {:g} Hz needs an emulator with --lockstep --period {:g}",
+                        1e3 / cycle_ms, cycle_ms)
+          : "--realtime needs a robot, or an emulator without --lockstep on a host that is fast enough"));
 }
 
 }  // namespace
@@ -101,7 +101,7 @@ GraspResult run_grasp(const GraspOptions& options, StopSignals& signals, const G
   const RobotModel model = load_robot_model(scene.robot_urdf);
   const DeviceTable devices = load_device_table(scene.device_table, model);
   const regrasp::Parameters parameters = regrasp::load_parameters(options.parameters);
-  robot::RobotOptions robot_options = options.robot;
+  const robot::RobotOptions& robot_options = options.robot;
   require_fit(robot_options, devices);
   MasterBuses buses = open_buses(options.can, devices);
 
@@ -110,16 +110,23 @@ GraspResult run_grasp(const GraspOptions& options, StopSignals& signals, const G
   const auto camera =
       open_camera(options.camera_socket, [&] { return lockstep ? lockstep->now() : real_time->now(); });
   GraspResult result;
-  result.pacing = agreed_pacing(options, camera->hello());
-  const bool is_lockstep = result.pacing == camera::Pacing::kLockstep;
+  result.pacing = options.pacing;
+  const bool is_lockstep = options.pacing == Pacing::kLockstep;
 
   std::vector<can::Interface*> interfaces;
   for (const auto& bus : buses) {
     interfaces.push_back(is_lockstep ? static_cast<can::Interface*>(&bus->restamped) : bus->socket.get());
   }
-  if (is_lockstep) robot_options.cycle = agreed_period(options, camera->hello());
+  const Time heartbeat = robot_options.heartbeat_producer;
+  robot::HeartbeatPace pace(*interfaces.front(), heartbeat,
+                            robot_options.cycle + (is_lockstep ? Time{} : heartbeat / 4));
+  interfaces.front() = &pace;
   robot::Robot robot(model, devices, interfaces, robot_options);
-  const auto interrupted = [&] { return signals.arrived(); };
+  const auto interrupted = [&] {
+    if (const auto interval = pace.wrong_interval())
+      throw_other_pace(*interval, robot_options, options.pacing);
+    return signals.arrived();
+  };
   if (is_lockstep) {
     lockstep = std::make_unique<KernelLockstepCycle>(robot, buses, robot_options.cycle, interrupted);
   } else {
@@ -129,6 +136,7 @@ GraspResult run_grasp(const GraspOptions& options, StopSignals& signals, const G
   robot::Cycle& cycle = is_lockstep ? static_cast<robot::Cycle&>(*lockstep) : *real_time;
 
   Watcher watcher(events, result, lockstep ? lockstep->now() : real_time->now());
+  std::exception_ptr refusal;
   try {
     regrasp::Regrasp method(
         model, robot, cycle, *camera, parameters, watcher,
@@ -136,6 +144,8 @@ GraspResult run_grasp(const GraspOptions& options, StopSignals& signals, const G
     const regrasp::Report report = method.run();
     result.outcome = to_string(report.ending);
     result.done = report.ending != regrasp::Ending::kRegraspLimit;
+  } catch (const EnvironmentError&) {
+    refusal = std::current_exception();
   } catch (const std::exception& stop) {
     result.outcome = "stopped";
     result.reason = stop.what();
@@ -145,7 +155,8 @@ GraspResult run_grasp(const GraspOptions& options, StopSignals& signals, const G
   robot.sync(lockstep ? lockstep->now() : real_time->now());
   // A kernel's short transmit queue takes them bit by bit; what it has not taken by then the drives learn
   // from the missing heartbeat.
-  for (const auto& bus : buses) static_cast<void>(bus->socket->flush_all(kStopPatience));
+  for (const auto& bus : buses) static_cast<void>(bus->socket->flush_all(kStopLimit));
+  if (refusal) std::rethrow_exception(refusal);
   if (lockstep) result.incomplete = lockstep->incomplete();
   if (real_time) result.overruns = real_time->overruns();
   result.counters = robot.counters();

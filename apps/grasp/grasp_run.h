@@ -2,12 +2,11 @@
 
 #include <filesystem>
 #include <functional>
-#include <optional>
 #include <string>
 #include <vector>
 
 #include "adaptation/regrasp/regrasp.h"
-#include "drivers/camera/cloud_message.h"
+#include "apps/shared/can_map.h"
 #include "drivers/robot/robot.h"
 
 namespace walkman::apps {
@@ -18,17 +17,16 @@ struct GraspOptions {
   std::filesystem::path scene;  ///< its robot and device table; where objects lie is not looked at
   std::filesystem::path parameters;
   robot::RobotOptions robot;
-  bool rate_given = false;    ///< `robot.cycle` was asked for; else that of the camera's server in lock-step
   std::string can;            ///< every bus: "torso=vcan0,rarm=vcan1,..."
   std::string camera_socket;  ///< the default one when empty
-  std::optional<camera::Pacing> pacing;  ///< that of the camera's server if not given
+  Pacing pacing = Pacing::kRealTime;
 };
 
 struct GraspResult {
   bool done = false;    ///< the method came to its end with the object in the hand
   std::string outcome;  ///< how it ended, in the words of the experiments: "minimum torque", "stopped", ...
   std::string reason;   ///< of a stop
-  camera::Pacing pacing{};
+  Pacing pacing{};
   double seconds = 0;            ///< on the master's clock
   std::uint64_t overruns = 0;    ///< real time: cycles begun too late
   std::uint64_t incomplete = 0;  ///< lock-step: cycles in which not everything came

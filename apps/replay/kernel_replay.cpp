@@ -3,20 +3,18 @@
 #include <chrono>
 #include <memory>
 #include <optional>
-#include <thread>
 
-#include "apps/shared/can_map.h"
 #include "apps/replay/master_frames.h"
+#include "apps/shared/can_map.h"
 #include "apps/shared/stop_signals.h"
 #include "emulator/logs/candump_reader.h"
+#include "emulator/pacing/host.h"
 
 namespace walkman::apps {
 namespace {
 
-using Wall = std::chrono::steady_clock;
-
-constexpr auto kLongestSleep = std::chrono::milliseconds(100);  // between two looks for a signal
-constexpr auto kRetry = std::chrono::milliseconds(1);
+constexpr Time kLongestSleep = std::chrono::milliseconds(100);  // between two looks for a signal
+constexpr Time kRetry = std::chrono::milliseconds(1);
 
 /// Only error reports come in, and only reading them tells a socket of bus-off.
 void watch_link(can::SocketCan& socket) {
@@ -29,19 +27,20 @@ void watch_link(can::SocketCan& socket) {
 
 KernelReplayResult replay_onto_kernel(const KernelReplayOptions& options, StopSignals& signals) {
   bus::CandumpReader reader(options.log);
-  std::map<std::string, std::unique_ptr<can::SocketCan>> ends;
+  std::map<std::string, std::unique_ptr<can::SocketCan>> sockets;
   can::SocketCanOptions talks_only;
   talks_only.filters.clear();
-  for (const auto& [logged, interface] : options.interfaces) ends[logged] = open_can(interface, talks_only);
+  for (const auto& [logged, interface] : options.interfaces)
+    sockets[logged] = open_can(interface, talks_only);
 
   KernelReplayResult result;
-  const Wall::time_point began = Wall::now();
+  const Time began = pacing::host_now();
   std::optional<Time> first;
   bus::LoggedFrame logged;
   while (reader.next(logged) && !signals.arrived()) {
-    const auto end = ends.find(logged.interface_name);
+    const auto found = sockets.find(logged.interface_name);
     const can::Frame& frame = logged.stamped.frame;
-    if (end == ends.end() || frame.error || (options.master_only && !is_from_master(frame))) {
+    if (found == sockets.end() || frame.error || (options.master_only && !is_from_master(frame))) {
       ++result.skipped;
       continue;
     }
@@ -49,17 +48,17 @@ KernelReplayResult replay_onto_kernel(const KernelReplayOptions& options, StopSi
     if (options.speed > 0) {
       const std::chrono::duration<double, std::nano> offset(
           static_cast<double>((logged.stamped.time - *first).count()) / options.speed);
-      const Wall::time_point due = began + std::chrono::duration_cast<Wall::duration>(offset);
-      while (Wall::now() < due && !signals.arrived()) {
-        std::this_thread::sleep_until(std::min(due, Wall::now() + kLongestSleep));
+      const Time due = began + std::chrono::duration_cast<Time>(offset);
+      while (pacing::host_now() < due && !signals.arrived()) {
+        pacing::pause_until(std::min(due, pacing::host_now() + kLongestSleep));
       }
     }
     if (signals.arrived()) break;
-    can::SocketCan& socket = *end->second;
+    can::SocketCan& socket = *found->second;
     watch_link(socket);
     can::SendResult sent = socket.send(frame);
     while (sent == can::SendResult::kQueueFull && !signals.arrived()) {
-      std::this_thread::sleep_for(kRetry);
+      pacing::pause_until(pacing::host_now() + kRetry);
       watch_link(socket);
       sent = socket.send(frame);
     }
@@ -67,7 +66,7 @@ KernelReplayResult replay_onto_kernel(const KernelReplayOptions& options, StopSi
     ++(sent == can::SendResult::kQueued ? result.sent : result.refused);
   }
   result.interrupted = signals.arrived();
-  for (const auto& [logged_name, socket] : ends) {
+  for (const auto& [logged_name, socket] : sockets) {
     while (!result.interrupted && !socket->flush_all(kLongestSleep)) {
       watch_link(*socket);
       result.interrupted = signals.arrived();
@@ -77,7 +76,7 @@ KernelReplayResult replay_onto_kernel(const KernelReplayOptions& options, StopSi
     result.sent -= lost;
     result.refused += lost;
   }
-  result.seconds = std::chrono::duration<double>(Wall::now() - began).count();
+  result.seconds = std::chrono::duration<double>(pacing::host_now() - began).count();
   return result;
 }
 

@@ -51,6 +51,14 @@ CanAssignment parse_one(const std::string& item, const DeviceTable& devices) {
 
 }  // namespace
 
+void add_pacing_options(CLI::App& command, Pacing& pacing, const char* lockstep, const char* real_time) {
+  CLI::Option* const first = command.add_flag_callback(
+      "--lockstep", [&pacing] { pacing = Pacing::kLockstep; }, lockstep);
+  CLI::Option* const second = command.add_flag_callback(
+      "--realtime", [&pacing] { pacing = Pacing::kRealTime; }, real_time);
+  first->excludes(second);
+}
+
 std::vector<CanAssignment> parse_can_map(const std::string& text, const DeviceTable& devices) {
   std::vector<CanAssignment> assignments;
   if (text.empty()) return assignments;

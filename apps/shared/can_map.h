@@ -4,10 +4,21 @@
 #include <string>
 #include <vector>
 
+#include <CLI/CLI.hpp>
+
 #include "drivers/can/socket_can.h"
 #include "urdf/reader/device_table.h"
 
 namespace walkman::apps {
+
+/// What moves the time of an emulator and of its master. Nothing on the wire says which; both are told.
+enum class Pacing {
+  kLockstep,  ///< the master's SYNCs: between them the emulated clock stands still
+  kRealTime,  ///< the host's clock
+};
+
+/// Adds `--lockstep` and `--realtime`, of which at most one may be given, with their help texts.
+void add_pacing_options(CLI::App& command, Pacing& pacing, const char* lockstep, const char* real_time);
 
 /// One bus of the device table and the kernel's network interface it is plugged into.
 struct CanAssignment {

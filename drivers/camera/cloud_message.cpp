@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cstdlib>
 #include <cstring>
 #include <stdexcept>
 
@@ -13,8 +14,8 @@ namespace walkman::camera {
 namespace {
 
 constexpr std::array<std::uint8_t, 4> kMagic = {'W', 'M', 'C', 'L'};
-constexpr std::uint16_t kVersion = 1;
-constexpr std::size_t kHelloBytes = 8 + 8 + 4 + 4 + 4;
+constexpr std::uint16_t kVersion = 2;
+constexpr std::size_t kHelloBytes = 8 + 4 + 4;
 constexpr std::size_t kPointBytes = 12;
 constexpr std::size_t kMaxCloudBytes = kCloudFixedBytes + kPointBytes * kMaxSide * kMaxSide;
 static_assert(sizeof(Eigen::Vector3f) == kPointBytes);
@@ -24,8 +25,10 @@ static_assert(sizeof(Eigen::Vector3f) == kPointBytes);
 /// Writes one message, growing a buffer.
 class Writer {
  public:
-  Writer(MessageType type, std::size_t payload) {
-    bytes_.reserve(kHeaderBytes + payload);
+  Writer(MessageType type, std::size_t payload) : Writer(type, payload, payload) {}
+  /// Only the first `here` bytes of the payload are written here.
+  Writer(MessageType type, std::size_t payload, std::size_t here) {
+    bytes_.reserve(kHeaderBytes + here);
     bytes_.assign(kMagic.begin(), kMagic.end());
     add(kVersion);
     add(static_cast<std::uint16_t>(type));
@@ -38,11 +41,6 @@ class Writer {
     canopen::put(bytes_.data() + at, value);
   }
   void add(Time time) { add(static_cast<std::int64_t>(time.count())); }
-  void add(const void* data, std::size_t size) {
-    const std::size_t at = bytes_.size();
-    bytes_.resize(at + size);
-    std::memcpy(bytes_.data() + at, data, size);
-  }
   [[nodiscard]] std::vector<std::uint8_t> take() { return std::move(bytes_); }
 
  private:
@@ -108,8 +106,6 @@ MessageHeader read_header(std::span<const std::uint8_t, kHeaderBytes> bytes) {
 std::vector<std::uint8_t> encode(const Hello& hello) {
   Writer writer(MessageType::kHello, kHelloBytes);
   writer.add(hello.now);
-  writer.add(hello.period);
-  writer.add(static_cast<std::uint32_t>(hello.pacing));
   writer.add(hello.width);
   writer.add(hello.height);
   return writer.take();
@@ -127,15 +123,14 @@ std::vector<std::uint8_t> encode_none(Time now) {
   return writer.take();
 }
 
-std::vector<std::uint8_t> encode_cloud(Time now, const OrganizedCloud& cloud) {
+std::vector<std::uint8_t> encode_cloud_head(Time now, const OrganizedCloud& cloud) {
   const std::size_t bytes = kPointBytes * cloud.points.size();
-  Writer writer(MessageType::kCloud, kCloudFixedBytes + bytes);
+  Writer writer(MessageType::kCloud, kCloudFixedBytes + bytes, kCloudFixedBytes);
   writer.add(now);
   writer.add(cloud.stamp);
   writer.add(static_cast<std::uint64_t>(cloud.frame));
   writer.add(static_cast<std::uint32_t>(cloud.width));
   writer.add(static_cast<std::uint32_t>(cloud.height));
-  writer.add(cloud.points.data(), bytes);  // floats of a little-endian machine, as little_endian.h asserts
   return writer.take();
 }
 
@@ -143,15 +138,10 @@ Hello decode_hello(std::span<const std::uint8_t> payload) {
   require_length(payload, kHelloBytes, "hello");
   Hello hello;
   hello.now = take_time(payload);
-  hello.period = take_time(payload);
-  const auto pacing = take<std::uint32_t>(payload);
-  if (pacing != 1 && pacing != 2) fail("pacing " + std::to_string(pacing) + ", expected 1 or 2");
-  hello.pacing = static_cast<Pacing>(pacing);
   hello.width = take<std::uint32_t>(payload);
   hello.height = take<std::uint32_t>(payload);
   require_side(hello.width, "width");
   require_side(hello.height, "height");
-  if (hello.period <= Time{}) fail("a cycle period that is not positive");
   return hello;
 }
 
@@ -190,11 +180,14 @@ Time decode_cloud(std::span<const std::uint8_t> payload, OrganizedCloud& out) {
 }
 
 std::string default_camera_socket() {
-  const std::string user = "/run/user/" + std::to_string(getuid());
-  for (const std::string& folder : {user, std::string("/run")}) {
-    if (access(folder.c_str(), W_OK | X_OK) == 0) return folder + "/walkman-hil-camera.sock";
+  const char* const given = std::getenv("XDG_RUNTIME_DIR");
+  const std::string user = std::to_string(geteuid());
+  for (const std::string& folder :
+       {std::string(given == nullptr ? "" : given), "/run/user/" + user, std::string("/run")}) {
+    if (folder.starts_with('/') && access(folder.c_str(), W_OK | X_OK) == 0)
+      return folder + "/walkman-hil/camera.sock";
   }
-  return "/tmp/walkman-hil-camera.sock";
+  return "/tmp/walkman-hil-" + user + "/camera.sock";
 }
 
 }  // namespace walkman::camera

@@ -60,6 +60,13 @@ void SocketCamera::connect() {
     fail(std::string("no camera behind this socket (") + std::strerror(errno) +
          "), expected a running emulator");
   }
+  // In a folder where everybody may write, somebody else may have been there first.
+  ucred server{};
+  socklen_t size = sizeof server;
+  const bool known = getsockopt(socket_, SOL_SOCKET, SO_PEERCRED, &server, &size) == 0;
+  if (!known || (server.uid != geteuid() && server.uid != 0 && geteuid() != 0)) {
+    fail("served by another user, expected an emulator of this one's");
+  }
 }
 
 bool SocketCamera::wait_readable(Time limit) const {

@@ -102,13 +102,13 @@ bool SlcanAdapter::set_up(std::string_view command) noexcept {
 
 bool SlcanAdapter::open(Channel channel) noexcept {
   if (channel_ != Channel::kClosed) return false;
-  if (end_ == nullptr) {
-    end_ = &bus_.add_port();
-    end_->configure({.reports = bus::ErrorReports::kStates});
+  if (controller_ == nullptr) {
+    controller_ = &bus_.add_port();
+    controller_->configure({.reports = bus::ErrorReports::kStates});
   }
-  end_->restart();
+  controller_->restart();
   forward();  // what came while it was closed
-  overflows_ = end_->receive_overflows();
+  overflows_ = controller_->receive_overflows();
   flags_ = 0;
   channel_ = channel;
   return true;
@@ -117,7 +117,7 @@ bool SlcanAdapter::open(Channel channel) noexcept {
 bool SlcanAdapter::transmit(std::string_view command) noexcept {
   can::Frame frame;
   if (channel_ != Channel::kOpen || !read_slcan(command, frame)) return false;
-  const can::SendResult result = end_->send(frame);
+  const can::SendResult result = controller_->send(frame);
   if (result == can::SendResult::kQueued) {
     ++counters_.sent;
     return true;
@@ -145,7 +145,7 @@ void SlcanAdapter::identify(char command) noexcept {
 void SlcanAdapter::report_flags() noexcept {
   std::uint8_t flags = flags_;
   flags_ = 0;
-  const can::LinkState link = end_->link();
+  const can::LinkState link = controller_->link();
   if (link == can::LinkState::kWarning) flags |= kErrorWarning;
   if (link == can::LinkState::kPassive) flags |= kErrorWarning | kErrorPassive;
   if (link == can::LinkState::kBusOff) flags |= kErrorWarning | kErrorPassive | kBusError;
@@ -157,9 +157,9 @@ void SlcanAdapter::report_flags() noexcept {
 }
 
 void SlcanAdapter::forward() noexcept {
-  if (end_ == nullptr) return;
+  if (controller_ == nullptr) return;
   can::StampedFrame frame;
-  while (end_->receive(frame)) {
+  while (controller_->receive(frame)) {
     if (channel_ == Channel::kClosed) continue;
     TextLine line;
     if (!write_slcan(frame, stamps_, line)) {
@@ -172,7 +172,7 @@ void SlcanAdapter::forward() noexcept {
       ++counters_.received;
     }
   }
-  const std::uint64_t lost = end_->receive_overflows() - overflows_;
+  const std::uint64_t lost = controller_->receive_overflows() - overflows_;
   overflows_ += lost;
   if (channel_ == Channel::kClosed || lost == 0) return;
   flags_ |= kReceiveQueueFull | kDataOverrun;

@@ -37,7 +37,8 @@ class SlcanAdapter {
   static constexpr std::size_t kQueueLength = 65536;
   static constexpr std::size_t kLongestCommand = 32;
 
-  /// The bus must outlive the adapter. An end is added to it when the adapter is opened first.
+  /// The bus must outlive the adapter. A controller of its own is added to it when the adapter is opened
+  /// first.
   explicit SlcanAdapter(bus::CanBus& bus) : bus_(bus) {}
 
   /// Takes what the peer has written, in pieces of any size, and answers. As on a serial line, answers a peer
@@ -65,7 +66,7 @@ class SlcanAdapter {
   void answer(std::string_view text) noexcept { static_cast<void>(outgoing_.push(text)); }
 
   bus::CanBus& bus_;
-  bus::ComputerPort* end_ = nullptr;
+  bus::ComputerPort* controller_ = nullptr;
   TextQueue outgoing_{kQueueLength};
   SlcanCounters counters_;
   std::array<char, kLongestCommand> command_;

@@ -8,6 +8,7 @@
 
 #include <fcntl.h>
 #include <sys/epoll.h>
+#include <sys/stat.h>
 #include <termios.h>
 
 namespace walkman::gateways {
@@ -20,9 +21,28 @@ constexpr int kReadsAtOnce = 16;
   throw std::runtime_error("slcan port of bus '" + bus.name() + "': " + reason);
 }
 
+/// Removes a link of this user's to a pseudo-terminal that is gone, or whose number `terminal` has now.
+/// Throws when something else is in the way.
+void clear_the_way(const bus::CanBus& bus, const std::filesystem::path& link, const std::string& terminal) {
+  struct stat there {};
+  if (lstat(link.c_str(), &there) != 0) return;  // nothing there, or making the link tells why
+  if (!S_ISLNK(there.st_mode)) fail(bus, link.string() + " exists and is not a symbolic link");
+  std::error_code error;
+  const std::string target = std::filesystem::read_symlink(link, error).string();
+  if (!target.starts_with("/dev/pts/") || there.st_uid != geteuid()) {
+    fail(bus, link.string() + " is a symbolic link that no emulator of this user has made, to " + target);
+  }
+  if (target != terminal && std::filesystem::exists(target, error)) {
+    fail(bus, link.string() + " links to " + target + ", which is in use by another program");
+  }
+  if (unlink(link.c_str()) != 0) {
+    fail(bus, "cannot remove the symbolic link " + link.string() + " left behind: " + std::strerror(errno));
+  }
+}
+
 }  // namespace
 
-SlcanPort::SlcanPort(bus::CanBus& bus, std::filesystem::path link)
+SlcanPort::SlcanPort(bus::CanBus& bus, const std::filesystem::path& link)
     : adapter_(bus),
       master_(posix_openpt(O_RDWR | O_NOCTTY | O_NONBLOCK | O_CLOEXEC)),
       epoll_(epoll_create1(EPOLL_CLOEXEC)) {
@@ -40,28 +60,16 @@ SlcanPort::SlcanPort(bus::CanBus& bus, std::filesystem::path link)
   watched_ = EPOLLIN | EPOLLET;
   epoll_event event{.events = watched_, .data = {.ptr = nullptr}};
   if (epoll_ctl(epoll_.get(), EPOLL_CTL_ADD, master_.get(), &event) != 0) fail(bus, std::strerror(errno));
-  if (link.empty()) return;
-  link_ = std::move(link);
-  place_link(bus);
+  if (!link.empty()) place_link(bus, link);
 }
 
-void SlcanPort::place_link(const bus::CanBus& bus) {
-  namespace fs = std::filesystem;
+void SlcanPort::place_link(const bus::CanBus& bus, const std::filesystem::path& link) {
+  const FolderLock lock(link);
+  clear_the_way(bus, link, terminal_);
   std::error_code error;
-  const fs::file_status status = fs::symlink_status(link_, error);
-  if (fs::exists(status) && !fs::is_symlink(status)) {
-    fail(bus, link_.string() + " exists and is not a symbolic link");
-  }
-  fs::remove(link_, error);
-  fs::create_symlink(terminal_, link_, error);
-  if (error) fail(bus, "cannot create the symbolic link " + link_.string() + ": " + error.message());
-}
-
-SlcanPort::~SlcanPort() {
-  std::error_code error;
-  if (!link_.empty() && std::filesystem::read_symlink(link_, error) == terminal_) {
-    std::filesystem::remove(link_, error);
-  }
+  std::filesystem::create_symlink(terminal_, link, error);
+  if (error) fail(bus, "cannot create the symbolic link " + link.string() + ": " + error.message());
+  link_ = OwnedPath(link);
 }
 
 void SlcanPort::service() noexcept {
@@ -69,6 +77,10 @@ void SlcanPort::service() noexcept {
   static_cast<void>(epoll_wait(epoll_.get(), &event, 1, 0));
   write();
   read();
+  forward();
+}
+
+void SlcanPort::forward() noexcept {
   adapter_.forward();
   write();
   watch();

@@ -4,6 +4,7 @@
 #include <string>
 
 #include "emulator/gateways/descriptor.h"
+#include "emulator/gateways/owned_path.h"
 #include "emulator/gateways/slcan_adapter.h"
 
 namespace walkman::gateways {
@@ -12,15 +13,16 @@ namespace walkman::gateways {
 /// name as they would open /dev/ttyUSB0. They may close it and others open it again; the adapter is then as
 /// after power-up.
 ///
-/// It has no thread and never blocks: its owner calls `service` whenever `descriptor` is readable and after
-/// every emulated cycle.
+/// It has no thread and never blocks: its owner calls `service` when `descriptor` is readable and `forward`
+/// when the bus has moved. Without a peer it costs nothing.
 class SlcanPort {
  public:
-  /// `link`, unless empty, becomes a symbolic link to the pseudo-terminal until the port is destroyed; a
-  /// symbolic link that is there already is replaced. The bus must outlive the port. Throws
-  /// std::runtime_error with the file and the reason.
-  explicit SlcanPort(bus::CanBus& bus, std::filesystem::path link = {});
-  ~SlcanPort();
+  /// `link`, unless empty, becomes a symbolic link to the pseudo-terminal until the port is destroyed. A link
+  /// of this user's that an emulator has left behind, to a pseudo-terminal that is gone, is replaced;
+  /// anything else that is there is left alone. The bus must outlive the port. Throws std::runtime_error with
+  /// the file and the reason.
+  explicit SlcanPort(bus::CanBus& bus, const std::filesystem::path& link = {});
+  ~SlcanPort() = default;
   SlcanPort(const SlcanPort&) = delete;
   SlcanPort& operator=(const SlcanPort&) = delete;
 
@@ -33,17 +35,20 @@ class SlcanPort {
   /// Takes the peer's commands and passes received frames to it. Allocates only when it is opened first.
   void service() noexcept;
 
+  /// Passes received frames to the peer.
+  void forward() noexcept;
+
   [[nodiscard]] const SlcanCounters& counters() const noexcept { return adapter_.counters(); }
 
  private:
-  void place_link(const bus::CanBus& bus);
+  void place_link(const bus::CanBus& bus, const std::filesystem::path& link);
   void read() noexcept;
   void write() noexcept;
   void watch() noexcept;
   void hung_up() noexcept;
 
   SlcanAdapter adapter_;
-  std::filesystem::path link_;
+  OwnedPath link_;
   std::string terminal_;
   Descriptor master_;
   Descriptor epoll_;

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cstdint>
 #include <optional>
+#include <utility>
 
 namespace walkman::gateways {
 
@@ -39,30 +40,135 @@ std::optional<std::uint8_t> read_byte(std::string_view word) noexcept {
   return static_cast<std::uint8_t>(*value);
 }
 
-bool read_id(std::string_view word, can::Frame& frame) noexcept {
+/// Takes a decimal number of up to `digits` digits off the front of `text`.
+std::optional<std::uint64_t> take_decimal(std::string_view& text, std::size_t digits) noexcept {
+  const std::string_view word = next_word(text);
+  if (word.empty() || word.size() > digits) return std::nullopt;
+  std::uint64_t value = 0;
+  for (const char c : word) {
+    if (c < '0' || c > '9') return std::nullopt;
+    value = 10 * value + static_cast<std::uint64_t>(c - '0');
+  }
+  return value;
+}
+
+bool take_id(std::string_view& text, can::Frame& frame) noexcept {
   constexpr std::uint64_t kExtendedFlag = 0x80000000U;
+  constexpr std::uint64_t kRemoteFlag = 0x40000000U;
   constexpr std::uint64_t kLongestId = 0x1FFFFFFFU;
+  const std::string_view word = next_word(text);
   auto value = read_hex(word);
   if (!value) return false;
   if (*value >> 32 == 0xFFFFFFFFU && (*value & kExtendedFlag) != 0) *value &= 0xFFFFFFFFU;
   frame.extended = word.size() == 8 || *value > 0x7FF;
-  if (*value >> 32 == 0) *value &= ~kExtendedFlag;
+  if (*value >> 32 == 0) {
+    frame.remote = (*value & kRemoteFlag) != 0;
+    *value &= ~(kExtendedFlag | kRemoteFlag);
+  }
   if (*value > kLongestId) return false;
   frame.id = static_cast<std::uint32_t>(*value);
   return true;
 }
 
-bool read_send(std::string_view arguments, can::Frame& frame) noexcept {
-  if (!read_id(next_word(arguments), frame)) return false;
-  const std::string_view length = next_word(arguments);
-  if (length.size() != 1 || length[0] < '0' || length[0] > '8') return false;
-  frame.length = static_cast<std::uint8_t>(length[0] - '0');
+/// The length and that many bytes; a remote frame may leave its bytes out.
+bool take_payload(std::string_view& text, can::Frame& frame) noexcept {
+  const auto length = take_decimal(text, 2);
+  const std::size_t most = frame.fd ? can::kMaxPayload : 8;
+  if (!length || *length > most) return false;
+  frame.length = static_cast<std::uint8_t>(*length);
+  const std::string_view before = text;
+  if (frame.remote && next_word(text).empty()) return true;
+  text = before;
   for (std::size_t i = 0; i < frame.length; ++i) {
-    const auto byte = read_byte(next_word(arguments));
+    const auto byte = read_byte(next_word(text));
     if (!byte) return false;
     frame.data[i] = *byte;
   }
-  return next_word(arguments).empty();
+  return true;
+}
+
+bool take_interval(std::string_view& text, Time& interval) noexcept {
+  const auto whole = take_decimal(text, 9);
+  const auto us = take_decimal(text, 9);
+  if (!whole || !us) return false;
+  interval = std::chrono::seconds(*whole) + std::chrono::microseconds(*us);
+  return true;
+}
+
+/// Masks of eight bytes each, as `muxfilter` has them.
+bool take_masks(std::string_view& text, std::vector<SocketcandCommand::Mask>& masks) {
+  constexpr std::uint64_t kMostMasks = 257;
+  const auto count = take_decimal(text, 3);
+  if (!count || *count < 2 || *count > kMostMasks) return false;
+  masks.resize(*count);
+  for (auto& mask : masks) {
+    for (std::uint8_t& byte : mask) {
+      const auto value = read_byte(next_word(text));
+      if (!value) return false;
+      byte = *value;
+    }
+  }
+  return true;
+}
+
+using Kind = SocketcandCommand::Kind;
+
+constexpr std::pair<std::string_view, Kind> kVerbs[] = {
+    {"open", Kind::kOpen},
+    {"rawmode", Kind::kRawMode},
+    {"bcmmode", Kind::kBcmMode},
+    {"controlmode", Kind::kControlMode},
+    {"echo", Kind::kEcho},
+    {"send", Kind::kSend},
+    {"fdsend", Kind::kSendFd},
+    {"add", Kind::kAdd},
+    {"update", Kind::kUpdate},
+    {"delete", Kind::kDelete},
+    {"subscribe", Kind::kSubscribe},
+    {"filter", Kind::kFilter},
+    {"muxfilter", Kind::kMuxFilter},
+    {"unsubscribe", Kind::kUnsubscribe},
+    {"statistics", Kind::kStatistics},
+};
+
+/// Takes the arguments of a command off the front of `text`.
+bool take_arguments(std::string_view& text, SocketcandCommand& command) {
+  can::Frame& frame = command.frame;
+  switch (command.kind) {
+    case Kind::kOpen:
+      command.bus = next_word(text);
+      return !command.bus.empty();
+    case Kind::kSend:
+    case Kind::kUpdate:
+      return take_id(text, frame) && take_payload(text, frame);
+    case Kind::kSendFd: {
+      if (!take_id(text, frame) || frame.remote || !read_byte(next_word(text))) return false;  // flags
+      frame.fd = true;
+      return take_payload(text, frame);
+    }
+    case Kind::kAdd:
+      return take_interval(text, command.interval) && take_id(text, frame) && take_payload(text, frame);
+    case Kind::kFilter:
+      if (!take_interval(text, command.interval) || !take_id(text, frame) || !take_payload(text, frame))
+        return false;
+      command.masks.resize(1);
+      std::copy_n(frame.data.begin(), command.masks[0].size(), command.masks[0].begin());
+      return true;
+    case Kind::kMuxFilter:
+      return take_interval(text, command.interval) && take_id(text, frame) && take_masks(text, command.masks);
+    case Kind::kSubscribe:
+      return take_interval(text, command.interval) && take_id(text, frame);
+    case Kind::kDelete:
+    case Kind::kUnsubscribe:
+      return take_id(text, frame);
+    case Kind::kStatistics: {
+      const auto ms = take_decimal(text, 9);
+      if (ms) command.interval = std::chrono::milliseconds(*ms);
+      return ms.has_value();
+    }
+    default:
+      return true;
+  }
 }
 
 void add_time(Time time, TextLine& out) noexcept {
@@ -77,52 +183,36 @@ void add_time(Time time, TextLine& out) noexcept {
 SocketcandReader::Result SocketcandReader::read(std::string_view& input) noexcept {
   while (!input.empty()) {
     const char c = input.front();
-    if (c == '<') {
-      // Seen again inside a message, it is left in the input: the next call starts anew with it.
-      if (inside_) {
-        inside_ = false;
-        return Result::kGarbage;
-      }
-      input.remove_prefix(1);
+    input.remove_prefix(1);
+    if (c == '<' && !inside_) {
       inside_ = true;
       size_ = 0;
-      garbage_ = 0;
-      continue;
-    }
-    input.remove_prefix(1);
-    if (inside_) {
-      if (c == '>') {
-        inside_ = false;
-        return Result::kMessage;
-      }
-      if (size_ == text_.size()) return Result::kTooLong;
+    } else if (c == '>' && inside_) {
+      inside_ = false;
+      return Result::kMessage;
+    } else if (inside_) {
+      if (c == '<' || size_ == text_.size()) return Result::kGarbage;
       text_[size_++] = c;
     } else if (!is_blank(c)) {
-      ++garbage_;
-      if (garbage_ == 1) return Result::kGarbage;
-      if (garbage_ > kLongestMessage) return Result::kTooLong;
+      return Result::kGarbage;
     }
   }
   return Result::kNeedMore;
 }
 
-SocketcandCommand parse_socketcand(std::string_view message) noexcept {
-  using Kind = SocketcandCommand::Kind;
+SocketcandCommand parse_socketcand(std::string_view message) {
   SocketcandCommand command;
   const std::string_view verb = next_word(message);
-  if (verb == "send") {
-    command.kind = read_send(message, command.frame) ? Kind::kSend : Kind::kMalformed;
-  } else if (verb == "open") {
-    command.bus = next_word(message);
-    command.kind = command.bus.empty() || !next_word(message).empty() ? Kind::kMalformed : Kind::kOpen;
-  } else if (verb == "rawmode" || verb == "echo") {
-    command.kind = verb == "echo" ? Kind::kEcho : Kind::kRawMode;
-    if (!next_word(message).empty()) command.kind = Kind::kMalformed;
+  for (const auto& [name, kind] : kVerbs) {
+    if (verb == name) command.kind = kind;
   }
+  if (command.kind == Kind::kUnknown) return command;
+  if (!take_arguments(message, command) || !next_word(message).empty()) command.kind = Kind::kMalformed;
   return command;
 }
 
-bool write_socketcand(const can::StampedFrame& stamped, TextLine& out) noexcept {
+bool write_socketcand(const can::StampedFrame& stamped, SocketcandData data, TextLine& out) noexcept {
+  constexpr std::uint32_t kBitRateSwitch = 0x01;  // CANFD_BRS: on the emulated buses, every FD frame
   const can::Frame& frame = stamped.frame;
   if (frame.error) {
     out.add("< error ");
@@ -132,13 +222,20 @@ bool write_socketcand(const can::StampedFrame& stamped, TextLine& out) noexcept 
     out.add(" >");
     return true;
   }
-  if (frame.fd || frame.remote || frame.length > 8) return false;
-  out.add("< frame ");
+  if (frame.remote) return false;
+  out.add(frame.fd ? "< fdframe " : "< frame ");
   out.add_hex(frame.id, frame.extended ? 8 : 3);
   out.add(' ');
+  if (frame.fd) {
+    out.add_hex(kBitRateSwitch, 2);
+    out.add(' ');
+  }
   add_time(stamped.time, out);
   out.add(' ');
-  for (const std::uint8_t byte : frame.payload()) out.add_hex(byte, 2);
+  for (const std::uint8_t byte : frame.payload()) {
+    out.add_hex(byte, 2);
+    if (data == SocketcandData::kApart) out.add(' ');
+  }
   out.add(" >");
   return true;
 }

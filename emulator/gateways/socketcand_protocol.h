@@ -2,7 +2,9 @@
 
 #include <array>
 #include <cstddef>
+#include <cstdint>
 #include <string_view>
+#include <vector>
 
 #include "drivers/can/frame.h"
 #include "emulator/gateways/text_line.h"
@@ -13,13 +15,12 @@ namespace walkman::gateways {
 /// Blanks between messages are ignored.
 class SocketcandReader {
  public:
-  static constexpr std::size_t kLongestMessage = 256;
+  static constexpr std::size_t kLongestMessage = 8192;  ///< a `muxfilter` of 257 tuples fits
 
   enum class Result {
     kNeedMore,  ///< all input is used up, no message is complete
     kMessage,   ///< `message` is what stood between the brackets
-    kGarbage,   ///< characters outside brackets, or a bracket opened twice; told once, reading goes on
-    kTooLong,   ///< more than kLongestMessage characters without an end, inside or outside brackets
+    kGarbage,   ///< characters outside brackets, a bracket opened twice, or a message that is too long
   };
 
   /// Takes characters off the front of `input` up to the first thing worth telling.
@@ -31,34 +32,55 @@ class SocketcandReader {
  private:
   std::array<char, kLongestMessage> text_;
   std::size_t size_ = 0;
-  std::size_t garbage_ = 0;
   bool inside_ = false;
 };
 
-/// What a client asks for.
+/// What a client asks for. Identifiers without content are in `frame`, too.
 struct SocketcandCommand {
   enum class Kind {
-    kOpen,       ///< `bus` is wanted
-    kRawMode,    ///< every frame from now on
-    kEcho,       ///< sign of life
-    kSend,       ///< `frame` is to be sent
-    kMalformed,  ///< a known command with wrong arguments
+    kOpen,         ///< `bus` is wanted
+    kRawMode,      ///< every frame from now on
+    kBcmMode,      ///< only frames that are asked for
+    kControlMode,  ///< no frames; statistics
+    kEcho,         ///< sign of life
+    kSend,         ///< `frame` is to be sent
+    kSendFd,       ///< the same, a CAN FD frame
+    kAdd,          ///< `frame` is to be sent at every `interval`
+    kUpdate,       ///< new content of the frame that is sent so
+    kDelete,       ///< it is to be sent no more
+    kSubscribe,    ///< frames like `frame` are wanted, at most one per `interval`
+    kFilter,       ///< the same, when what the first of `masks` covers has changed
+    kMuxFilter,    ///< the same for multiplexed content
+    kUnsubscribe,  ///< they are wanted no more
+    kStatistics,   ///< counters, one message per `interval`; zero: none
+    kMalformed,    ///< a known command with wrong arguments
     kUnknown,
   };
+  using Mask = std::array<std::uint8_t, 8>;
+
   Kind kind = Kind::kUnknown;
   std::string_view bus;
   can::Frame frame;
+  Time interval{};
+  std::vector<Mask> masks;
 };
 
-/// Reads a message without its brackets. `send ID LENGTH BYTE...`: ID and bytes hexadecimal without prefix,
-/// in either case and padded or not, LENGTH 0..8. An ID of eight digits or above 7FF is extended; bit 31
-/// marks it as extended too. Negative numbers of 32 or 64 bits, as a client writes that takes bytes and
-/// identifiers for signed ones, are read by their lowest bits.
-[[nodiscard]] SocketcandCommand parse_socketcand(std::string_view message) noexcept;
+/// Reads a message without its brackets (doc/protocol.md of linux-can/socketcand, and what its server does).
+/// Identifiers and bytes are hexadecimal without prefix, in either case and padded or not; lengths and
+/// intervals decimal. An identifier of eight digits or above 7FF is extended; bits 31 and 30 are SocketCAN's
+/// flags for extended and remote frames. Negative numbers of 32 or 64 bits, as a client writes that takes
+/// bytes and identifiers for signed ones, are read by their lowest bits. Allocates for `filter` and
+/// `muxfilter` alone.
+[[nodiscard]] SocketcandCommand parse_socketcand(std::string_view message);
+
+/// How the bytes of a received frame are written: as in mode RAW, "3706E803", or in mode BCM, "37 06 E8 03 ".
+enum class SocketcandData { kTogether, kApart };
 
 /// "< frame 185 12.345678 3706E803 >", with the time in seconds; a frame without data keeps the blank before
-/// its data: "< frame 080 12.345678  >". An error frame becomes "< error CLASS TIME >". False for FD and
-/// remote frames, which the protocol has no message for.
-[[nodiscard]] bool write_socketcand(const can::StampedFrame& frame, TextLine& out) noexcept;
+/// its data: "< frame 080 12.345678  >". An FD frame becomes "< fdframe ID FLAGS TIME DATA >" with the flags
+/// of linux/can.h, an error frame "< error CLASS TIME >". False for remote frames, which the protocol has no
+/// message for.
+[[nodiscard]] bool write_socketcand(const can::StampedFrame& frame, SocketcandData data,
+                                    TextLine& out) noexcept;
 
 }  // namespace walkman::gateways

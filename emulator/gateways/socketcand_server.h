@@ -6,23 +6,26 @@
 #include <string>
 #include <vector>
 
+#include "emulator/gateways/controller_pool.h"
 #include "emulator/gateways/descriptor.h"
-#include "emulator/gateways/end_pool.h"
 #include "emulator/gateways/socketcand_session.h"
 
 namespace walkman::gateways {
 
 struct SocketcandOptions {
-  std::string address = "127.0.0.1";  ///< IPv4 address to listen on; the protocol knows no access control
-  std::uint16_t port = 29536;         ///< 0: any free one
+  std::uint16_t port = 29536;          ///< of TCP; 0: any free one
+  bool beacon = false;                 ///< tell of the buses by UDP broadcasts, one every 3 s
+  std::uint16_t beacon_port = 42'000;  ///< to which they go
 };
 
-/// A socketcand server: gives tools on any machine access to the emulated buses over TCP, without CAN support
-/// in the kernel. Each client is one more computer on the bus it opens.
+/// A socketcand server: gives tools of this machine access to the emulated buses over TCP on 127.0.0.1,
+/// without CAN support in the kernel; the protocol knows no access control. Each client is one more computer
+/// on the bus it opens.
 ///
-/// It has no thread and never blocks: its owner calls `service` whenever `descriptor` is readable and after
-/// every emulated cycle. A client that reads too slowly loses frames, which are counted; one that sends
-/// faster than the bus carries is read no faster; neither is noticed by others.
+/// It has no thread and never blocks: its owner calls `service` when `descriptor` is readable and `forward`
+/// when the buses have moved. A client that reads too slowly loses frames, which are counted; one that sends
+/// faster than the bus carries is read no faster; one that opens no bus is hung up on; none is noticed by
+/// others. Without clients it costs nothing.
 class SocketcandServer {
  public:
   static constexpr std::size_t kMaxClients = 32;
@@ -33,15 +36,19 @@ class SocketcandServer {
   SocketcandServer(const SocketcandServer&) = delete;
   SocketcandServer& operator=(const SocketcandServer&) = delete;
 
+  /// "127.0.0.1:29536".
+  [[nodiscard]] std::string address() const;
   /// The port it listens on.
   [[nodiscard]] std::uint16_t port() const noexcept { return port_; }
 
   /// To wait on with poll or epoll; readable when there is something to do.
   [[nodiscard]] int descriptor() const noexcept { return epoll_.get(); }
 
-  /// Accepts clients, passes their frames to the buses and received frames to them. Allocates only when a
-  /// client comes.
+  /// Accepts clients and takes what they have sent. Allocates only when a client comes or asks for frames.
   void service() noexcept;
+
+  /// Passes received frames to the clients, and theirs to buses that had no room for them.
+  void forward() noexcept;
 
   [[nodiscard]] std::size_t clients() const noexcept { return clients_.size(); }
 
@@ -51,18 +58,26 @@ class SocketcandServer {
  private:
   struct Client;
 
-  void accept_clients() noexcept;
+  void accept_clients(Time wall) noexcept;
   void read(Client& client, Time wall) noexcept;
-  static void write(Client& client) noexcept;
+  void work_off(Client& client, Time wall) noexcept;
+  void serve(Client& client, Time wall) noexcept;
+  void write(Client& client) noexcept;
   void watch(Client& client) noexcept;
-  void set_timer() noexcept;
+  void finish_round(Time wall) noexcept;
+  void send_beacon() noexcept;
+  [[nodiscard]] std::string beacon_text() const;
 
-  EndPool pool_;
+  ControllerPool pool_;
   SocketcandCounters counters_;
   std::uint16_t port_ = 0;
   Descriptor listener_;
-  Descriptor timer_;  // the end of a handshake's pause
+  Descriptor timer_;
   Descriptor epoll_;
+  Descriptor beacon_;
+  std::uint16_t beacon_port_;
+  Time timer_at_ = Time::max();  // what the timer is set to, on the host's clock
+  Time beacon_at_ = Time::max();
   std::vector<std::unique_ptr<Client>> clients_;
 };
 

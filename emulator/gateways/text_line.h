@@ -8,7 +8,7 @@
 
 namespace walkman::gateways {
 
-/// One short message being written. What exceeds its 96 characters is cut; no message of the two protocols
+/// One short message being written. What exceeds its 256 characters is cut; no message of the two protocols
 /// is that long.
 class TextLine {
  public:
@@ -34,7 +34,7 @@ class TextLine {
   [[nodiscard]] std::string_view text() const noexcept { return {text_.data(), size_}; }
 
  private:
-  std::array<char, 96> text_;
+  std::array<char, 256> text_;
   std::size_t size_ = 0;
 };
 

@@ -9,7 +9,7 @@
 #include <sys/epoll.h>
 #include <unistd.h>
 
-namespace walkman::clock {
+namespace walkman::pacing {
 namespace {
 
 constexpr int kEventsAtOnce = 32;
@@ -69,4 +69,4 @@ void EventLoop::wait(Time limit) {
   }
 }
 
-}  // namespace walkman::clock
+}  // namespace walkman::pacing

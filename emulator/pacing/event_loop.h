@@ -5,7 +5,7 @@
 
 #include "drivers/time.h"
 
-namespace walkman::clock {
+namespace walkman::pacing {
 
 /// Waits for file descriptors (epoll) and calls who asked for them. One thread.
 class EventLoop {
@@ -34,4 +34,4 @@ class EventLoop {
   std::unique_ptr<Impl> impl_;
 };
 
-}  // namespace walkman::clock
+}  // namespace walkman::pacing

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-namespace walkman::clock {
+namespace walkman::pacing {
 namespace {
 
 // How long to wait for room in the kernel's transmit queue.
@@ -14,46 +14,46 @@ LockstepPacer::LockstepPacer(Emulator& emulator, std::vector<bus::Bridge*> bridg
                              PacerEvents events)
     : emulator_(&emulator),
       bridges_(std::move(bridges)),
-      gate_(bridges_.size(), period),
+      inboxes_(bridges_.size(), period),
       events_(std::move(events)) {}
 
 void LockstepPacer::start() {
-  go_until_quiet(now() + Emulator::kPhysicsStep, now() + gate_.period());
+  go_until_quiet(now() + Emulator::kPhysicsStep, now() + inboxes_.period());
   hand_out();
 }
 
 void LockstepPacer::receive(std::size_t bridge, Time wall_now) {
   can::Frame frame;
-  while (bridges_[bridge]->receive(frame)) gate_.receive(bridge, frame, wall_now);
+  while (bridges_[bridge]->receive(frame)) inboxes_.receive(bridge, frame, wall_now);
 }
 
 void LockstepPacer::run(Time wall_now) {
-  while (gate_.cycle_ready()) cycle();
-  if (wall_now >= gate_.serve_at(!quiet())) {
+  while (inboxes_.cycle_ready()) cycle();
+  if (wall_now >= inboxes_.serve_at(!quiet())) {
     serve();
-    gate_.begin_quiet(wall_now);
+    inboxes_.begin_quiet(wall_now);
   }
   hand_out();
 }
 
 Time LockstepPacer::wake_at(Time wall_now) const noexcept {
-  const Time serve = gate_.serve_at(!quiet());
+  const Time serve = inboxes_.serve_at(!quiet());
   return handed_out_ ? serve : std::min(serve, wall_now + kRetry);
 }
 
 void LockstepPacer::finish() {
-  while (gate_.cycle_ready()) cycle();
-  if (gate_.serve_at(!quiet()) != Time::max()) serve();
+  while (inboxes_.cycle_ready()) cycle();
+  if (inboxes_.serve_at(!quiet()) != Time::max()) serve();
 }
 
 void LockstepPacer::cycle() {
   enter_waiting();
-  const Time at = gate_.next_sync(now());
+  const Time at = inboxes_.next_sync(now());
   go_to(at);
-  gate_.note_sync(at);
+  inboxes_.note_sync(at);
   if (events_.published_at) events_.published_at(at);
-  for (std::size_t i = 0; i < bridges_.size(); ++i) bridges_[i]->enter(gate_.take_sync(i));
-  go_until_quiet(at, at + gate_.period());
+  for (std::size_t i = 0; i < bridges_.size(); ++i) bridges_[i]->enter(inboxes_.take_sync(i));
+  go_until_quiet(at, at + inboxes_.period());
   hand_out();
   ++cycles_;
 }
@@ -61,8 +61,8 @@ void LockstepPacer::cycle() {
 void LockstepPacer::serve() {
   enter_waiting();
   // Within the cycle under way as far as possible: its SYNC then finds the same world, served or not.
-  const Time limit = std::min(gate_.cycle_end(now()), now() + gate_.period());
-  if (gate_.clocked()) {
+  const Time limit = std::min(inboxes_.cycle_end(now()), now() + inboxes_.period());
+  if (inboxes_.clocked()) {
     go_until_quiet(now(), limit);
   } else {
     go_until_quiet(now() + Emulator::kPhysicsStep, limit);
@@ -74,7 +74,7 @@ void LockstepPacer::serve() {
 void LockstepPacer::enter_waiting() {
   can::Frame frame;
   for (std::size_t i = 0; i < bridges_.size(); ++i) {
-    while (gate_.take_before_sync(i, frame)) bridges_[i]->enter(frame);
+    while (inboxes_.take_before_sync(i, frame)) bridges_[i]->enter(frame);
   }
 }
 
@@ -105,4 +105,4 @@ bool LockstepPacer::quiet() const noexcept {
                      [](const bus::Bridge* bridge) { return bridge->bus().quiet(); });
 }
 
-}  // namespace walkman::clock
+}  // namespace walkman::pacing

@@ -4,10 +4,10 @@
 #include <vector>
 
 #include "emulator/bus/bridge.h"
-#include "emulator/pacing/lockstep_gate.h"
 #include "emulator/emulator.h"
+#include "emulator/pacing/lockstep_inboxes.h"
 
-namespace walkman::clock {
+namespace walkman::pacing {
 
 /// Told as the emulated world moves.
 struct PacerEvents {
@@ -42,7 +42,7 @@ class LockstepPacer {
   void finish();
 
   [[nodiscard]] std::uint64_t cycles() const noexcept { return cycles_; }
-  [[nodiscard]] const LockstepGate& gate() const noexcept { return gate_; }
+  [[nodiscard]] const LockstepInboxes& inboxes() const noexcept { return inboxes_; }
 
  private:
   void cycle();
@@ -56,10 +56,10 @@ class LockstepPacer {
 
   Emulator* emulator_;
   std::vector<bus::Bridge*> bridges_;
-  LockstepGate gate_;
+  LockstepInboxes inboxes_;
   PacerEvents events_;
   bool handed_out_ = true;
   std::uint64_t cycles_ = 0;
 };
 
-}  // namespace walkman::clock
+}  // namespace walkman::pacing

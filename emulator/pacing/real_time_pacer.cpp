@@ -2,15 +2,16 @@
 
 #include <algorithm>
 
-namespace walkman::clock {
+namespace walkman::pacing {
 
-RealTimePacer::RealTimePacer(Emulator& emulator, std::vector<bus::Bridge*> bridges, bool bus_timing,
+RealTimePacer::RealTimePacer(Emulator& emulator, std::vector<bus::Bridge*> bridges, const Options& options,
                              PacerEvents events)
     : emulator_(&emulator),
       bridges_(std::move(bridges)),
       arrived_(bridges_.size()),
-      bus_timing_(bus_timing),
-      events_(std::move(events)) {}
+      bus_timing_(options.bus_timing),
+      events_(std::move(events)),
+      schedule_(Emulator::kPhysicsStep, options.stalls) {}
 
 void RealTimePacer::start(Time host_now) { schedule_.start(host_now, emulator_->now()); }
 
@@ -26,6 +27,7 @@ bool RealTimePacer::enter() noexcept {
 }
 
 void RealTimePacer::run(Time host_now) {
+  schedule_.skip_stall(emulator_->now(), host_now);
   carry(host_now);  // first: what arrived now was not on the bus before
   if (enter()) carry(host_now);
   hand_out();
@@ -62,4 +64,4 @@ void RealTimePacer::hand_out() noexcept {
   for (bus::Bridge* bridge : bridges_) (void)bridge->hand_out();  // what remains goes with the next step
 }
 
-}  // namespace walkman::clock
+}  // namespace walkman::pacing

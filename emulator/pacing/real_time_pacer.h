@@ -3,19 +3,23 @@
 #include <vector>
 
 #include "emulator/bus/bridge.h"
+#include "emulator/emulator.h"
 #include "emulator/pacing/lockstep_pacer.h"
 #include "emulator/pacing/real_time_schedule.h"
-#include "emulator/emulator.h"
 
-namespace walkman::clock {
+namespace walkman::pacing {
 
 /// Runs the emulator by the host's clock. Frames are answered when they arrive: the buses go on to the
 /// present at once, the plant follows at its next millisecond.
 class RealTimePacer {
  public:
-  /// The bridges' buses belong to `emulator`; all must outlive the pacer. `bus_timing`: the buses take time
-  /// for their frames, so the end of a frame has to be waited for.
-  RealTimePacer(Emulator& emulator, std::vector<bus::Bridge*> bridges, bool bus_timing,
+  struct Options {
+    bool bus_timing = true;  ///< the buses take time for their frames, so the end of a frame is waited for
+    Stalls stalls = Stalls::kDrop;
+  };
+
+  /// The bridges' buses belong to `emulator`; all must outlive the pacer.
+  RealTimePacer(Emulator& emulator, std::vector<bus::Bridge*> bridges, const Options& options,
                 PacerEvents events = {});
 
   /// Power-on, and the start of the clock.
@@ -24,7 +28,8 @@ class RealTimePacer {
   /// Frames have arrived over a bridge; the next `run` takes them.
   void note_arrival(std::size_t bridge) noexcept { arrived_[bridge] = true; }
 
-  /// Carries the buses to the present, hands out what the nodes sent, and runs at most one physics step.
+  /// Carries the buses to the present, hands out what the nodes sent, and runs at most one physics step. What
+  /// has arrived in a stall that is dropped arrives now.
   void run(Time host_now);
 
   /// When `run` is to be called again if nothing arrives; the past when a physics step is due already.
@@ -44,7 +49,7 @@ class RealTimePacer {
   std::vector<bool> arrived_;
   bool bus_timing_;
   PacerEvents events_;
-  RealTimeSchedule schedule_{Emulator::kPhysicsStep};
+  RealTimeSchedule schedule_;
 };
 
-}  // namespace walkman::clock
+}  // namespace walkman::pacing

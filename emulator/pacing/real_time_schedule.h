@@ -4,21 +4,35 @@
 
 #include "drivers/time.h"
 
-namespace walkman::clock {
+namespace walkman::pacing {
+
+/// What becomes of a time in which the host did not let the emulator run.
+enum class Stalls {
+  kDrop,    ///< a long one is left out of emulated time
+  kReplay,  ///< all of it is emulated, as fast as the host can
+};
 
 /// Physics steps that began late, and by how much.
 struct Lateness {
-  std::uint64_t steps = 0;  ///< all steps
-  std::uint64_t late = 0;   ///< of these, begun more than a whole step after they were due
-  Time worst{};             ///< largest delay of any step
+  std::uint64_t steps = 0;   ///< all steps
+  std::uint64_t late = 0;    ///< of these, begun more than a whole step after they were due
+  Time worst{};              ///< largest delay of any step
+  std::uint64_t stalls = 0;  ///< times that were left out
+  Time dropped{};            ///< together
 };
 
 /// Ties the emulated clock to the host's, from one common origin on. Pure: host time is pushed in. A step is
-/// due when the host's clock has reached its end, for until then frames may arrive that belong before it. A
-/// late step is counted and run all the same: no emulated time is ever skipped.
+/// due when the host's clock has reached its end, for until then frames may arrive that belong before it.
+///
+/// A late step is counted and run all the same. But a delay beyond `kLongestReplay` can be dropped: emulated
+/// time then goes on from the present. Otherwise it would run ahead of everybody on the buses until it has
+/// caught up, and what they send in time, heartbeats above all, would come too late in it.
 class RealTimeSchedule {
  public:
-  explicit RealTimeSchedule(Time step) noexcept : step_(step) {}
+  /// Half of the slack that heartbeats usually have: a tenth of a second apart, lost after a quarter.
+  static constexpr Time kLongestReplay = std::chrono::milliseconds(75);
+
+  RealTimeSchedule(Time step, Stalls stalls) noexcept : step_(step), stalls_(stalls) {}
 
   /// From now on `emulated_now` is `host_now`.
   void start(Time host_now, Time emulated_now) noexcept { origin_ = host_now - emulated_now; }
@@ -28,12 +42,23 @@ class RealTimeSchedule {
 
   /// The step from `emulated_now` on is due at `host_now`.
   [[nodiscard]] bool due(Time emulated_now, Time host_now) const noexcept {
-    return host_now >= host(emulated_now + step_);
+    return delay(emulated_now, host_now) >= Time{};
+  }
+
+  /// Drops the delay of the step from `emulated_now` on, if it is a stall that is to be dropped: the step is
+  /// then due just now.
+  void skip_stall(Time emulated_now, Time host_now) noexcept {
+    const Time delay = this->delay(emulated_now, host_now);
+    if (stalls_ == Stalls::kReplay || delay <= kLongestReplay) return;
+    origin_ += delay;
+    ++lateness_.stalls;
+    lateness_.dropped += delay;
+    if (delay > lateness_.worst) lateness_.worst = delay;
   }
 
   /// Counts the step that begins now.
   void begin_step(Time emulated_now, Time host_now) noexcept {
-    const Time delay = host_now - host(emulated_now + step_);
+    const Time delay = this->delay(emulated_now, host_now);
     ++lateness_.steps;
     if (delay > step_) ++lateness_.late;
     if (delay > lateness_.worst) lateness_.worst = delay;
@@ -42,9 +67,14 @@ class RealTimeSchedule {
   [[nodiscard]] const Lateness& lateness() const noexcept { return lateness_; }
 
  private:
+  [[nodiscard]] Time delay(Time emulated_now, Time host_now) const noexcept {
+    return host_now - host(emulated_now + step_);
+  }
+
   Time step_;
+  Stalls stalls_;
   Time origin_{};
   Lateness lateness_;
 };
 
-}  // namespace walkman::clock
+}  // namespace walkman::pacing

@@ -1,12 +1,14 @@
-"""The doors as python-can's users find them: one server on socketcand and one adapter on slcan.
+"""The gateways as python-can's users find them: one server on socketcand and one adapter on slcan.
 
-Usage: python_can_test.py DOOR_HARNESS [unittest arguments]
+Usage: python_can_test.py GATEWAY_HARNESS [unittest arguments]
 
 Identifiers and bytes are written out from CiA 301; nothing here shares code with the emulator.
 """
 
+import http.client
 import logging
 import os
+import socket
 import struct
 import subprocess
 import sys
@@ -36,7 +38,7 @@ class Recorder(logging.Handler):
             self.lines.append(record.getMessage())
 
 
-class DoorTest(unittest.TestCase):
+class GatewayTest(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
         cls.folder = tempfile.TemporaryDirectory()
@@ -119,7 +121,7 @@ class DoorTest(unittest.TestCase):
 
 
 class Tool:
-    """What a user does first, whatever the door."""
+    """What a user does first, whatever the gateway."""
 
     def test_device_type_by_sdo(self):
         bus = self.open()
@@ -166,7 +168,7 @@ class Tool:
         self.download_u16(bus, 13, 0x1017, 0)
 
 
-class Socketcand(Tool, DoorTest):
+class Socketcand(Tool, GatewayTest):
     def open(self):
         return self.socketcand()
 
@@ -257,7 +259,107 @@ class Socketcand(Tool, DoorTest):
         self.assertEqual(received, sent)
 
 
-class Slcan(Tool, DoorTest):
+class SocketcandByHand(GatewayTest):
+    """The protocol's messages themselves, as doc/protocol.md of linux-can/socketcand has them."""
+
+    def connect(self):
+        client = socket.create_connection(("127.0.0.1", self.port))
+        self.addCleanup(client.close)
+        client.settimeout(20.0)
+        self.text = b""
+        self.assertEqual(self.message(client), "< hi >")
+        return client
+
+    def message(self, client):
+        while b">" not in self.text:
+            more = client.recv(4096)
+            if not more:
+                return "closed"
+            self.text += more
+        message, self.text = self.text.split(b">", 1)
+        return message.decode().lstrip() + ">"
+
+    def say(self, client, *commands):
+        for command in commands:
+            client.sendall(command.encode())
+            self.assertEqual(self.message(client), "< ok >", command)
+
+    def test_a_web_page_cannot_reset_the_drives(self):
+        witness = self.socketcand()
+        body = "< open can_rarm >< rawmode >< send 0 2 81 0 >"
+        for method in ("GET", "POST"):
+            page = http.client.HTTPConnection("127.0.0.1", self.port, timeout=20)
+            self.addCleanup(page.close)
+            with self.assertRaises((http.client.HTTPException, OSError)):
+                page.request(method, "/", body=body)
+                page.getresponse()
+        time.sleep(0.2)
+        self.send(witness, 0x60B, bytes.fromhex("4000100000000000"))
+        for message in self.frames(witness):
+            self.assertNotEqual(bytes(message.data), b"\x00", "a boot-up message")
+            if message.arbitration_id == 0x58B:
+                return
+        self.fail("no answer")
+
+    def test_a_bad_open_is_answered_and_the_connection_closed(self):
+        client = self.connect()
+        client.sendall(b"< open vcan0 >")
+        self.assertEqual(self.message(client), "< error could not open bus >")
+        self.assertEqual(self.message(client), "closed")
+
+    def test_subscription_in_mode_bcm(self):
+        client = self.connect()
+        self.say(client, "< open can_rarm >")
+        client.sendall(b"< subscribe 0 0 58B >< send 60B 8 40 0 10 0 0 0 0 0 >< send 60C 8 40 0 10 0 0 0 0 0 >")
+        self.assertRegex(self.message(client), r"^< frame 58B [0-9]+\.[0-9]{6} 43 00 10 00 92 01 [0-9A-F]{2} 00  >$")
+        client.sendall(b"< echo >")
+        self.assertEqual(self.message(client), "< echo >")
+
+    def test_a_frame_at_an_interval(self):
+        witness, client = self.socketcand(), self.connect()
+        self.say(client, "< open can_rarm >")
+        client.sendall(b"< add 0 50000 7F2 2 AB CD >")
+        times = []
+        for _ in range(5):
+            message = self.wait_for(witness, 0x7F2)
+            self.assertEqual(bytes(message.data), b"\xab\xcd")
+            times.append(message.timestamp)
+        for before, after in zip(times, times[1:]):
+            self.assertAlmostEqual(after - before, 0.050, delta=0.003)
+        client.sendall(b"< update 7F2 1 5 >")
+        while bytes(self.wait_for(witness, 0x7F2).data) != b"\x05":
+            pass
+        client.close()  # ends the job
+        self.send(witness, 0x60B, bytes.fromhex("4000100000000000"))
+        self.wait_for(witness, 0x58B)
+        time.sleep(0.2)
+        self.send(witness, 0x60C, bytes.fromhex("4000100000000000"))
+        self.assertLessEqual([m.arbitration_id for m in self.until(witness, 0x58C)].count(0x7F2), 1)
+
+    def until(self, bus, identifier):
+        for message in self.frames(bus):
+            yield message
+            if message.arbitration_id == identifier:
+                return
+
+    def test_statistics_in_mode_control(self):
+        client = self.connect()
+        self.say(client, "< open can_rarm >", "< controlmode >")
+        client.sendall(b"< statistics 50 >")
+        for _ in range(3):
+            self.assertRegex(self.message(client), r"^< stat [0-9]+ [0-9]+ 0 0 >$")
+        client.sendall(b"< statistics 0 >")
+
+    def test_remote_frame_by_its_flag(self):
+        other = self.slcan(bitrate=1000000)
+        client = self.connect()
+        self.say(client, "< open can_rarm >", "< rawmode >")
+        client.sendall(b"< send 4000070B 1 0 >")
+        message = self.wait_for(other, 0x70B)
+        self.assertTrue(message.is_remote_frame and message.is_extended_id)
+
+
+class Slcan(Tool, GatewayTest):
     def open(self):
         return self.slcan(bitrate=1000000)
 

@@ -2,6 +2,7 @@
 
 #include <array>
 #include <filesystem>
+#include <fstream>
 #include <memory>
 #include <stdexcept>
 #include <thread>
@@ -13,7 +14,7 @@
 #include <unistd.h>
 
 #include "drivers/camera/socket_camera.h"
-#include "emulator/camera/cloud_server.h"
+#include "emulator/gateways/cloud_server.h"
 #include "emulator/plant/plant.h"
 #include "urdf/reader/device_table.h"
 
@@ -22,6 +23,7 @@ namespace {
 
 using namespace std::chrono_literals;
 using camera::SocketCamera;
+using gateways::CloudServer;
 using ::testing::HasSubstr;
 
 /// The scene of Experiment 1, seen by a camera of 64 by 48 pixels that exposes every 100 ms.
@@ -34,10 +36,8 @@ struct Rig {
         plant(robot, scene, devices, plant::load_actuators(tree / "emulator/plant/actuators")),
         eye(robot, scene, robot.link_index("multisense/left_camera_optical_frame"), small(), 10, 1) {
     // Relative to the test's folder: a local socket's path is short.
-    settings.path = "camera-" + std::to_string(getpid()) + ".sock";
-    settings.period = 5ms;
-    settings.pacing = camera::Pacing::kLockstep;
-    server = std::make_unique<CloudServer>(settings, eye);
+    path = "camera-" + std::to_string(getpid()) + ".sock";
+    server = std::make_unique<CloudServer>(path, eye);
   }
   static sensors::StereoOptions small() {
     sensors::StereoOptions options;
@@ -59,7 +59,7 @@ struct Rig {
   DeviceTable devices;
   plant::Plant plant;
   MultiSense eye;
-  CloudServer::Settings settings;
+  std::string path;
   std::unique_ptr<CloudServer> server;
   Time own{};  // the client's clock
   std::function<Time()> clock = [this] { return own; };
@@ -68,17 +68,15 @@ struct Rig {
 TEST(CloudSocket, HelloTellsClockAndSize) {
   Rig rig;
   rig.publish(1234ms);
-  const SocketCamera client(rig.settings.path, rig.clock);
+  const SocketCamera client(rig.path, rig.clock);
   EXPECT_EQ(client.hello().now, 1234ms);
-  EXPECT_EQ(client.hello().period, 5ms);
-  EXPECT_EQ(client.hello().pacing, camera::Pacing::kLockstep);
   EXPECT_EQ(client.hello().width, 64U);
   EXPECT_EQ(client.hello().height, 48U);
 }
 
 TEST(CloudSocket, TheCloudIsTheCamerasOwnWithTheClientsStamp) {
   Rig rig;
-  SocketCamera client(rig.settings.path, rig.clock);
+  SocketCamera client(rig.path, rig.clock);
   camera::OrganizedCloud cloud;
   rig.own = 7000s;  // nothing to do with the emulated clock
   EXPECT_FALSE(client.latest(7000s, cloud));
@@ -108,7 +106,7 @@ TEST(CloudSocket, TheCloudIsTheCamerasOwnWithTheClientsStamp) {
 TEST(CloudSocket, PollingNeverWaits) {
   Rig rig;
   rig.publish(500ms);
-  SocketCamera client(rig.settings.path, rig.clock);
+  SocketCamera client(rig.path, rig.clock);
   client.set_waiting(SocketCamera::Waiting::kPoll);
   camera::OrganizedCloud cloud;
   int calls = 0;
@@ -122,19 +120,19 @@ TEST(CloudSocket, PollingNeverWaits) {
 
 TEST(CloudSocket, TheFileGoesWithTheServerAndALeftOverOneIsReplaced) {
   Rig rig;
-  EXPECT_TRUE(std::filesystem::exists(rig.settings.path));
-  EXPECT_THROW(CloudServer(rig.settings, rig.eye), std::runtime_error);  // in use
+  EXPECT_TRUE(std::filesystem::exists(rig.path));
+  EXPECT_THROW(CloudServer(rig.path, rig.eye), std::runtime_error);  // in use
   rig.server.reset();
-  EXPECT_FALSE(std::filesystem::exists(rig.settings.path));
+  EXPECT_FALSE(std::filesystem::exists(rig.path));
   // What a killed process leaves behind: a bound socket file that nobody listens on.
   sockaddr_un address{};
   address.sun_family = AF_UNIX;
-  rig.settings.path.copy(address.sun_path, sizeof address.sun_path - 1);
+  rig.path.copy(address.sun_path, sizeof address.sun_path - 1);
   const int dead = socket(AF_UNIX, SOCK_STREAM, 0);
   ASSERT_EQ(bind(dead, reinterpret_cast<const sockaddr*>(&address), sizeof address), 0);
   close(dead);
-  rig.server = std::make_unique<CloudServer>(rig.settings, rig.eye);
-  const SocketCamera client(rig.settings.path, rig.clock);
+  rig.server = std::make_unique<CloudServer>(rig.path, rig.eye);
+  const SocketCamera client(rig.path, rig.clock);
   EXPECT_EQ(client.hello().width, 64U);
 }
 
@@ -151,31 +149,134 @@ int connect_raw(const std::string& path) {
 TEST(CloudSocket, AClientThatSpeaksSomethingElseIsHungUpOnAndTheNextIsServed) {
   Rig rig;
   rig.publish(500ms);
-  const int stranger = connect_raw(rig.settings.path);
+  const int stranger = connect_raw(rig.path);
   const std::string garbage = "GET / HTTP/1.1\r\nHost: robot\r\n\r\n";
   ASSERT_EQ(send(stranger, garbage.data(), garbage.size(), 0), static_cast<ssize_t>(garbage.size()));
   std::vector<char> bytes(4096);
   std::size_t received = 0;
   ssize_t n = 0;
   while ((n = recv(stranger, bytes.data(), bytes.size(), 0)) > 0) received += static_cast<std::size_t>(n);
-  EXPECT_EQ(received, camera::kHeaderBytes + 28);  // the hello, then the end
+  EXPECT_EQ(received, camera::kHeaderBytes + 16);  // the hello, then the end
   close(stranger);
-  SocketCamera client(rig.settings.path, rig.clock);
+  SocketCamera client(rig.path, rig.clock);
   camera::OrganizedCloud cloud;
   EXPECT_TRUE(client.latest(rig.own, cloud));
 }
 
 TEST(CloudSocket, ARequestInSinglesBytesIsARequest) {
   Rig rig;
-  const int slow = connect_raw(rig.settings.path);
+  const int slow = connect_raw(rig.path);
   for (const std::uint8_t byte : camera::encode_request(0ns)) {
     ASSERT_EQ(send(slow, &byte, 1, 0), 1);
     std::this_thread::sleep_for(1ms);
   }
-  std::vector<std::uint8_t> bytes(camera::kHeaderBytes + 28 + camera::kHeaderBytes + 8);
+  std::vector<std::uint8_t> bytes(camera::kHeaderBytes + 16 + camera::kHeaderBytes + 8);
   ASSERT_EQ(recv(slow, bytes.data(), bytes.size(), MSG_WAITALL), static_cast<ssize_t>(bytes.size()));
-  EXPECT_EQ(bytes[camera::kHeaderBytes + 28 + 6], 3);  // "none": nothing was published
+  EXPECT_EQ(bytes[camera::kHeaderBytes + 16 + 6], 3);  // "none": nothing was published
   close(slow);
+}
+
+TEST(CloudSocket, NothingThatTheServerDidNotMakeIsRemoved) {
+  Rig rig;
+  rig.server.reset();
+  const auto refused = [&] {
+    try {
+      const CloudServer server(rig.path, rig.eye);
+    } catch (const std::runtime_error& e) {
+      return std::string(e.what());
+    }
+    return std::string("nothing");
+  };
+  std::ofstream(rig.path) << "precious";
+  EXPECT_THAT(refused(), HasSubstr(rig.path + ": is there already and is not a camera's socket"));
+  EXPECT_TRUE(std::filesystem::is_regular_file(rig.path));
+  std::filesystem::remove(rig.path);
+  std::filesystem::create_symlink("elsewhere", rig.path);
+  EXPECT_THAT(refused(), HasSubstr("is there already"));
+  EXPECT_TRUE(std::filesystem::is_symlink(rig.path));
+  std::filesystem::remove(rig.path);
+  // What somebody puts in the socket's place while it is served stays, too.
+  rig.server = std::make_unique<CloudServer>(rig.path, rig.eye);
+  std::filesystem::remove(rig.path);
+  std::ofstream(rig.path) << "precious";
+  rig.server.reset();
+  EXPECT_TRUE(std::filesystem::is_regular_file(rig.path));
+  std::filesystem::remove(rig.path);
+}
+
+TEST(CloudSocket, OnlyItsOwnerMayConnect) {
+  const Rig rig;
+  EXPECT_EQ(std::filesystem::status(rig.path).permissions(),
+            std::filesystem::perms::owner_read | std::filesystem::perms::owner_write);
+}
+
+/// How long it takes.
+template <typename F>
+Time taken(F work) {
+  const auto began = std::chrono::steady_clock::now();
+  work();
+  return std::chrono::steady_clock::now() - began;
+}
+
+TEST(CloudSocket, IdleClientsHinderNobody) {
+  Rig rig;
+  rig.publish(500ms);
+  std::vector<int> idle;
+  for (std::size_t i = 0; i < 3 * CloudServer::kMaxClients; ++i) idle.push_back(connect_raw(rig.path));
+  EXPECT_LT(taken([&] {
+              // A second emulator, which looks whether the socket is served.
+              EXPECT_THROW(CloudServer(rig.path, rig.eye), std::runtime_error);
+              SocketCamera client(rig.path, rig.clock);
+              camera::OrganizedCloud cloud;
+              EXPECT_TRUE(client.latest(rig.own, cloud));
+            }),
+            2s);
+  for (const int socket : idle) close(socket);
+}
+
+TEST(CloudSocket, ClientsThatDoNotReadDelayNobody) {
+  Rig rig;
+  rig.publish(500ms);
+  std::vector<int> slow;
+  const std::vector<std::uint8_t> request = camera::encode_request(1s);
+  for (int i = 0; i < 6; ++i) {
+    slow.push_back(connect_raw(rig.path));
+    for (int n = 0; n < 30; ++n)
+      (void)send(slow.back(), request.data(), request.size(), MSG_DONTWAIT);  // 1.1 MB
+  }
+  EXPECT_LT(taken([&] {
+              SocketCamera client(rig.path, rig.clock);
+              camera::OrganizedCloud cloud;
+              for (int i = 0; i < 3; ++i) EXPECT_TRUE(client.latest(rig.own, cloud));
+            }),
+            3s);
+  for (const int socket : slow) close(socket);
+}
+
+TEST(CloudSocket, WhoeverAskedForCloudsKeepsHisPlaceWhenManyConnect) {
+  Rig rig;
+  rig.publish(500ms);
+  SocketCamera client(rig.path, rig.clock);
+  camera::OrganizedCloud cloud;
+  ASSERT_TRUE(client.latest(rig.own, cloud));
+  std::vector<int> idle;
+  for (std::size_t i = 0; i < 2 * CloudServer::kMaxClients; ++i) idle.push_back(connect_raw(rig.path));
+  EXPECT_TRUE(client.latest(rig.own, cloud));
+  for (const int socket : idle) close(socket);
+}
+
+TEST(CloudSocket, APrivateFolderIsMadeOrChecked) {
+  const std::filesystem::path folder = "private-" + std::to_string(getpid());
+  gateways::make_private_folder(folder);
+  EXPECT_EQ(std::filesystem::status(folder).permissions(), std::filesystem::perms::owner_all);
+  gateways::make_private_folder(folder);
+  std::filesystem::permissions(folder, std::filesystem::perms::group_exec,
+                               std::filesystem::perm_options::add);
+  EXPECT_THROW(gateways::make_private_folder(folder), std::runtime_error);
+  std::filesystem::remove(folder);
+  std::ofstream(folder) << "a file";
+  EXPECT_THROW(gateways::make_private_folder(folder), std::runtime_error);
+  std::filesystem::remove(folder);
 }
 
 /// Serves one connection with the given bytes, in pieces, then hangs up.
@@ -230,7 +331,6 @@ TEST(CloudSocket, TheClientRefusesOtherServersByTheirPath) {
   EXPECT_THAT(refusal(path, {}), HasSubstr("closed"));
   EXPECT_THAT(refusal(path, camera::encode_none(1s)), HasSubstr("hello"));
   camera::Hello hello;
-  hello.period = 5ms;
   hello.width = hello.height = 1;
   std::vector<std::uint8_t> cut = camera::encode(hello);
   const std::vector<std::uint8_t> more = camera::encode_none(1s);

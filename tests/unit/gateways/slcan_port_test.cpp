@@ -11,6 +11,8 @@
 #include <gtest/gtest.h>
 #include <poll.h>
 
+#include "tests/unit/gateways/system_call_count.h"
+
 namespace walkman::gateways {
 namespace {
 
@@ -32,8 +34,9 @@ class SlcanPortTest : public testing::Test {
   void turn(SlcanPort& port, int timeout_ms) {
     pollfd wait{.fd = port.descriptor(), .events = POLLIN, .revents = 0};
     events_ += poll(&wait, 1, timeout_ms);
-    bus_.advance(bus_.now() + milliseconds(1));
     port.service();
+    bus_.advance(bus_.now() + milliseconds(1));
+    port.forward();
   }
   static std::string read(const Descriptor& terminal) {
     std::array<char, 65536> buffer;
@@ -112,6 +115,17 @@ TEST_F(SlcanPortTest, ATerminalNobodyHasOpenDoesNotKeepTheOwnerAwake) {
   EXPECT_EQ(read(terminal), "V0101\r");
 }
 
+TEST_F(SlcanPortTest, CostsNothingWithoutAPeer) {
+  SlcanPort port(bus_);
+  turn(port, 0);
+  test::system_calls = 0;
+  for (int i = 0; i < 1'000; ++i) {
+    bus_.advance(bus_.now() + milliseconds(1));
+    port.forward();
+  }
+  EXPECT_EQ(test::system_calls, 0);
+}
+
 TEST_F(SlcanPortTest, APeerThatReadsNothingLosesWholeFrames) {
   SlcanPort port(bus_);
   const Descriptor terminal = open(port.terminal());
@@ -161,6 +175,21 @@ TEST_F(SlcanPortTest, ALinkThatCannotBeIsRefused) {
   }
   EXPECT_TRUE(std::filesystem::is_regular_file(file));
   EXPECT_THROW(SlcanPort(bus_, folder_ / "no" / "folder"), std::runtime_error);
+  // Neither is somebody's link to something else, nor that of an emulator that runs.
+  std::filesystem::create_symlink(file, folder_ / "bookmark");
+  EXPECT_THROW(SlcanPort(bus_, folder_ / "bookmark"), std::runtime_error);
+  EXPECT_EQ(std::filesystem::read_symlink(folder_ / "bookmark"), file);
+  std::string theirs;
+  {
+    const SlcanPort other(bus_, folder_ / "live");
+    theirs = other.terminal();
+    EXPECT_THROW(SlcanPort(bus_, folder_ / "live"), std::runtime_error);
+    EXPECT_EQ(std::filesystem::read_symlink(folder_ / "live"), theirs);
+    // What has been put in the link's place is not the port's to remove, whatever it points to.
+    std::filesystem::remove(folder_ / "live");
+    std::filesystem::create_symlink(theirs, folder_ / "live");
+  }
+  EXPECT_TRUE(std::filesystem::is_symlink(folder_ / "live"));
   // A link left by a process that was killed is replaced.
   std::filesystem::create_symlink("/dev/pts/gone", folder_ / "stale");
   const SlcanPort port(bus_, folder_ / "stale");

@@ -6,9 +6,9 @@
 #include <gtest/gtest.h>
 #include <unistd.h>
 
-#include "emulator/pacing/host_clock.h"
+#include "emulator/pacing/host.h"
 
-namespace walkman::clock {
+namespace walkman::pacing {
 namespace {
 
 using namespace std::chrono_literals;
@@ -80,4 +80,4 @@ TEST(EventLoop, RefusesWhatCannotBeWaitedFor) {
 }
 
 }  // namespace
-}  // namespace walkman::clock
+}  // namespace walkman::pacing

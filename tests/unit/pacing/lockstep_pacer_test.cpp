@@ -4,7 +4,7 @@
 
 #include "tests/unit/pacing/small_world.h"
 
-namespace walkman::clock {
+namespace walkman::pacing {
 namespace {
 
 using namespace std::chrono_literals;
@@ -127,4 +127,4 @@ TEST(LockstepPacer, PausesOfTheProgramLeaveNoTraceInTheLog) {
 }
 
 }  // namespace
-}  // namespace walkman::clock
+}  // namespace walkman::pacing

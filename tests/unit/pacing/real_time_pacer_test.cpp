@@ -4,7 +4,7 @@
 
 #include "tests/unit/pacing/small_world.h"
 
-namespace walkman::clock {
+namespace walkman::pacing {
 namespace {
 
 using namespace std::chrono_literals;
@@ -21,7 +21,7 @@ void run_to(RealTimePacer& pacer, Time& host, Time until) {
 
 TEST(RealTimePacer, WithoutBusTimingARequestIsAnsweredOnArrival) {
   SmallWorld world(false);
-  RealTimePacer pacer(*world.emulator, world.plugged(), false);
+  RealTimePacer pacer(*world.emulator, world.plugged(), {.bus_timing = false});
   Time host = kOrigin;
   pacer.start(host);
   run_to(pacer, host, 10ms);
@@ -36,7 +36,7 @@ TEST(RealTimePacer, WithoutBusTimingARequestIsAnsweredOnArrival) {
 
 TEST(RealTimePacer, WithBusTimingTheAnswerComesWhenItsFrameEnds) {
   SmallWorld world;
-  RealTimePacer pacer(*world.emulator, world.plugged(), true);
+  RealTimePacer pacer(*world.emulator, world.plugged(), {});
   Time host = kOrigin;
   pacer.start(host);
   run_to(pacer, host, 10ms);
@@ -57,7 +57,7 @@ TEST(RealTimePacer, WithBusTimingTheAnswerComesWhenItsFrameEnds) {
 
 TEST(RealTimePacer, LateStepsAreAllRunAndCounted) {
   SmallWorld world(false);
-  RealTimePacer pacer(*world.emulator, world.plugged(), false);
+  RealTimePacer pacer(*world.emulator, world.plugged(), {.bus_timing = false});
   Time host = kOrigin;
   pacer.start(host);
   run_to(pacer, host, 5ms);
@@ -77,7 +77,7 @@ TEST(RealTimePacer, LateStepsAreAllRunAndCounted) {
 
 TEST(RealTimePacer, AFrameDoesNotWaitForStepsThatAreOverdue) {
   SmallWorld world(false);
-  RealTimePacer pacer(*world.emulator, world.plugged(), false);
+  RealTimePacer pacer(*world.emulator, world.plugged(), {.bus_timing = false});
   Time host = kOrigin;
   pacer.start(host);
   run_to(pacer, host, 5ms);
@@ -88,5 +88,39 @@ TEST(RealTimePacer, AFrameDoesNotWaitForStepsThatAreOverdue) {
   EXPECT_EQ(world.emulator->now(), 6ms);
 }
 
+TEST(RealTimePacer, PunctualHeartbeatsOutliveAStall) {
+  // A master that beats every 100 ms, nodes that miss it after 250 ms, a host that stands still for 2 s and
+  // afterwards runs ten steps of a millisecond in each: replayed, the beats would be a second apart.
+  for (const Stalls stalls : {Stalls::kDrop, Stalls::kReplay}) {
+    SmallWorld world(false);
+    RealTimePacer pacer(*world.emulator, world.plugged(), {.bus_timing = false, .stalls = stalls});
+    Time host = kOrigin;
+    pacer.start(host);
+    const auto run = [&] {
+      host += 1ms;
+      if (host.count() % 100'000'000 == 0) {
+        world.rarm.sent.push_back(can::Frame(0x77F, {0x05}));
+        pacer.note_arrival(0);
+      }
+      for (int i = 0; i < 10; ++i) pacer.run(host);
+    };
+    // 1016h:1 of node 11: node 127, 250 ms.
+    world.rarm.sent = {can::Frame(0x60B, {0x23, 0x16, 0x10, 0x01, 0xFA, 0x00, 0x7F, 0x00})};
+    pacer.note_arrival(0);
+    for (int i = 0; i < 300; ++i) run();
+    ASSERT_EQ(count(world.rarm.handed, 0x58B), 1U);
+    ASSERT_EQ(count(world.rarm.handed, 0x08B), 0U);
+    for (int beat = 0; beat < 20; ++beat) world.rarm.sent.push_back(can::Frame(0x77F, {0x05}));
+    pacer.note_arrival(0);
+    host += 2s;
+    for (int i = 0; i < 300; ++i) run();
+    const bool dropped = stalls == Stalls::kDrop;
+    EXPECT_EQ(count(world.rarm.handed, 0x08B) > 0, !dropped);  // EMCY 8130h
+    EXPECT_EQ(pacer.lateness().stalls, dropped ? 1U : 0U);
+    EXPECT_EQ(pacer.lateness().dropped, dropped ? 2000ms : 0ms);
+    EXPECT_EQ(world.emulator->now(), dropped ? 600ms : 2600ms);
+  }
+}
+
 }  // namespace
-}  // namespace walkman::clock
+}  // namespace walkman::pacing

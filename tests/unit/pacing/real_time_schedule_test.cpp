@@ -2,13 +2,13 @@
 
 #include <gtest/gtest.h>
 
-namespace walkman::clock {
+namespace walkman::pacing {
 namespace {
 
 using namespace std::chrono_literals;
 
 TEST(RealTimeSchedule, AStepIsDueWhenTheHostHasReachedItsEnd) {
-  RealTimeSchedule schedule(1ms);
+  RealTimeSchedule schedule(1ms, Stalls::kReplay);
   schedule.start(1000s, 0ms);
   EXPECT_FALSE(schedule.due(0ms, 1000s + 999us));
   EXPECT_TRUE(schedule.due(0ms, 1000s + 1ms));
@@ -18,7 +18,7 @@ TEST(RealTimeSchedule, AStepIsDueWhenTheHostHasReachedItsEnd) {
 }
 
 TEST(RealTimeSchedule, CountsLateStepsAndTheWorstAndSkipsNone) {
-  RealTimeSchedule schedule(1ms);
+  RealTimeSchedule schedule(1ms, Stalls::kReplay);
   schedule.start(50s, 0ms);
   schedule.begin_step(0ms, 50s + 1ms);           // on time
   schedule.begin_step(1ms, 50s + 3ms);           // exactly one step late: not yet counted
@@ -34,5 +34,24 @@ TEST(RealTimeSchedule, CountsLateStepsAndTheWorstAndSkipsNone) {
   EXPECT_EQ(steps, 995);
 }
 
+TEST(RealTimeSchedule, ALongStallIsLeftOutAndCounted) {
+  RealTimeSchedule schedule(1ms, Stalls::kDrop);
+  schedule.start(50s, 0ms);
+  // 75 ms late: made good, step by step.
+  schedule.skip_stall(0ms, 50s + 76ms);
+  EXPECT_EQ(schedule.host(1ms), 50s + 1ms);
+  EXPECT_EQ(schedule.lateness().stalls, 0U);
+  // Three seconds: the step is due just now, and the next one a step later.
+  schedule.skip_stall(76ms, 53s + 77ms);
+  EXPECT_EQ(schedule.host(77ms), 53s + 77ms);
+  schedule.begin_step(76ms, 53s + 77ms);
+  EXPECT_TRUE(schedule.due(76ms, 53s + 77ms));
+  EXPECT_FALSE(schedule.due(77ms, 53s + 77ms));
+  EXPECT_EQ(schedule.lateness().stalls, 1U);
+  EXPECT_EQ(schedule.lateness().dropped, 3s);
+  EXPECT_EQ(schedule.lateness().worst, 3s);
+  EXPECT_EQ(schedule.lateness().late, 0U);
+}
+
 }  // namespace
-}  // namespace walkman::clock
+}  // namespace walkman::pacing

@@ -1,9 +1,10 @@
-#include "emulator/pacing/host_scheduling.h"
+#include "emulator/pacing/host.h"
 
 #include <sched.h>
 #include <sys/resource.h>
+#include <time.h>
 
-namespace walkman::clock {
+namespace walkman::pacing {
 namespace {
 
 constexpr int kNice = 5;
@@ -21,6 +22,18 @@ bool one_processor() noexcept {
 
 }  // namespace
 
+Time host_now() noexcept {
+  timespec t{};
+  clock_gettime(CLOCK_MONOTONIC, &t);
+  return std::chrono::seconds(t.tv_sec) + std::chrono::nanoseconds(t.tv_nsec);
+}
+
+void pause_until(Time host) noexcept {
+  const auto whole = std::chrono::duration_cast<std::chrono::seconds>(host);
+  const timespec until{whole.count(), (host - whole).count()};
+  clock_nanosleep(CLOCK_MONOTONIC, TIMER_ABSTIME, &until, nullptr);
+}
+
 void let_bursts_finish() noexcept {
   if (one_processor()) choose(SCHED_BATCH);
 }
@@ -30,4 +43,4 @@ void stay_behind() noexcept {
   if (one_processor()) choose(SCHED_IDLE);
 }
 
-}  // namespace walkman::clock
+}  // namespace walkman::pacing

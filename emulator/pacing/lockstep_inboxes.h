@@ -7,7 +7,7 @@
 #include "drivers/can/frame.h"
 #include "drivers/time.h"
 
-namespace walkman::clock {
+namespace walkman::pacing {
 
 /// What holds frames back in lock-step, so that the emulated world depends on the sequence of frames on each
 /// attached bus and never on when they arrived. Pure: wall-clock time is pushed in.
@@ -15,12 +15,12 @@ namespace walkman::clock {
 /// Every bus has an inbox. A cycle may run when each holds a SYNC; the frames in front of the SYNC belong to
 /// the cycle before it. Frames with no SYNC behind them are served when nothing has arrived for `kQuiet`, so
 /// that a program that sends no SYNC is answered too.
-class LockstepGate {
+class LockstepInboxes {
  public:
   static constexpr Time kQuiet = std::chrono::milliseconds(10);
 
   /// `period` between two SYNCs, also the grid of the emulated clock on which they are sent.
-  LockstepGate(std::size_t buses, Time period) : inboxes_(buses), period_(period) {}
+  LockstepInboxes(std::size_t buses, Time period) : buses_(buses), period_(period) {}
 
   void receive(std::size_t bus, const can::Frame& frame, Time wall_now);
 
@@ -41,7 +41,7 @@ class LockstepGate {
   [[nodiscard]] can::Frame take_sync(std::size_t bus);
 
   /// A bus has a SYNC waiting.
-  [[nodiscard]] bool has_sync(std::size_t bus) const noexcept { return inboxes_[bus].syncs > 0; }
+  [[nodiscard]] bool has_sync(std::size_t bus) const noexcept { return buses_[bus].syncs > 0; }
 
   /// Where the next SYNC belongs on the emulated clock: the first grid point not passed yet, later than the
   /// SYNC before.
@@ -61,7 +61,7 @@ class LockstepGate {
     std::size_t syncs = 0;
   };
 
-  std::vector<Inbox> inboxes_;
+  std::vector<Inbox> buses_;
   Time period_;
   Time last_arrival_{};
   Time last_sync_ = Time::min();
@@ -70,4 +70,4 @@ class LockstepGate {
 /// A SYNC of the predefined connection set: data frame 080h with no data or a counter (CiA 301, 7.2.5).
 [[nodiscard]] bool is_sync(const can::Frame& frame) noexcept;
 
-}  // namespace walkman::clock
+}  // namespace walkman::pacing

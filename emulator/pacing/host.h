@@ -1,6 +1,15 @@
 #pragma once
 
-namespace walkman::clock {
+#include "drivers/time.h"
+
+namespace walkman::pacing {
+
+/// CLOCK_MONOTONIC of the machine the emulator runs on. Of the emulator and the programs around it nothing
+/// else asks the host for the time.
+[[nodiscard]] Time host_now() noexcept;
+
+/// Pauses the calling thread until `host_now` is at least this, or a signal comes.
+void pause_until(Time host) noexcept;
 
 /// Where there is one processor only, as in a small virtual machine, lets whoever sends frames to the calling
 /// thread finish a burst: its waking, by a frame or by its clock, no longer takes the processor from a
@@ -12,4 +21,4 @@ void let_bursts_finish() noexcept;
 /// thread interrupts, also one that lets bursts finish; on several, a little behind the others.
 void stay_behind() noexcept;
 
-}  // namespace walkman::clock
+}  // namespace walkman::pacing

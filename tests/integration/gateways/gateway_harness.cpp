@@ -1,5 +1,6 @@
-// Emulated nodes on two buses in real time, with every door open: what the tests of the doors attach foreign
-// tools to. Usage: door_harness SLCAN_LINK. Prints "ready PORT" and runs until its standard input ends.
+// Emulated nodes on two buses in real time, with every gateway open: what the tests of the gateways attach
+// foreign tools to. Usage: gateway_harness SLCAN_LINK. Prints "ready PORT" and runs until its standard input
+// ends.
 #include <array>
 #include <cstdio>
 #include <exception>
@@ -68,8 +69,8 @@ int run(const char* link) {
       for (; cycles > 0; --cycles) {
         rarm.advance();
         larm.advance();
-        server.service();
-        slcan.service();
+        server.forward();
+        slcan.forward();
       }
     }
     server.service();
@@ -87,13 +88,13 @@ int run(const char* link) {
 
 int main(int argc, char** argv) {
   if (argc != 2) {
-    std::fprintf(stderr, "usage: door_harness SLCAN_LINK\n");
+    std::fprintf(stderr, "usage: gateway_harness SLCAN_LINK\n");
     return 2;
   }
   try {
     return run(argv[1]);
   } catch (const std::exception& error) {
-    std::fprintf(stderr, "door_harness: %s\n", error.what());
+    std::fprintf(stderr, "gateway_harness: %s\n", error.what());
     return 1;
   }
 }

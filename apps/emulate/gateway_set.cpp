@@ -1,4 +1,4 @@
-#include "apps/emulate/door_set.h"
+#include "apps/emulate/gateway_set.h"
 
 #include <stdexcept>
 
@@ -20,18 +20,19 @@ bus::CanBus& bus_named(Emulation& emulation, const std::string& name) {
                                        fmt::join(known, ", "), did_you_mean(name, known)));
 }
 
-template <typename Door>
-void attach(Emulation& emulation, Door& door) {
+template <typename Gateway>
+void attach(Emulation& emulation, Gateway& gateway) {
   emulation.attach(
-      door.descriptor(), [&door] { door.service(); }, [&door] { door.service(); });
+      gateway.descriptor(), [&gateway] { gateway.service(); }, [&gateway] { gateway.forward(); });
 }
 
 }  // namespace
 
-DoorSet::DoorSet(Emulation& emulation, const DoorOptions& options) {
+GatewaySet::GatewaySet(Emulation& emulation, const GatewayOptions& options) {
   if (options.socketcand) {
     gateways::SocketcandOptions settings;
     settings.port = *options.socketcand;
+    settings.beacon = options.beacon;
     const std::vector<bus::CanBus*> buses = emulation.emulator().buses();
     try {
       socketcand_ = std::make_unique<gateways::SocketcandServer>(buses, settings);
@@ -39,7 +40,7 @@ DoorSet::DoorSet(Emulation& emulation, const DoorOptions& options) {
       throw EnvironmentError(e.what());
     }
     attach(emulation, *socketcand_);
-    addresses_ += fmt::format("socketcand: {}:{}\n", settings.address, socketcand_->port());
+    addresses_ += fmt::format("socketcand: {}\n", socketcand_->address());
   }
   for (const std::string& item : options.slcan) {
     const std::size_t equals = item.find('=');

@@ -1,0 +1,281 @@
+"""`walkman-hil emulate` from outside, without a kernel that has CAN: its sockets and links, its output, its pace.
+
+Usage: emulate_test.py WALKMAN_HIL [unittest arguments]
+"""
+
+import json
+import os
+import shutil
+import signal
+import socket
+import stat
+import struct
+import subprocess
+import sys
+import tempfile
+import time
+import unittest
+
+PROGRAM = None
+HEADER = 12
+
+
+class Emulator:
+    """One `emulate` with the given options; what it prints to stderr is kept."""
+
+    def __init__(self, *options, **arguments):
+        self.process = subprocess.Popen(
+            [PROGRAM, "emulate", *options], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, **arguments
+        )
+
+    def wait_for(self, path, seconds=20.0):
+        end = time.monotonic() + seconds
+        while not os.path.lexists(path):
+            if self.process.poll() is not None or time.monotonic() > end:
+                raise AssertionError(f"no {path}: {self.finish(0)}")
+            time.sleep(0.01)
+
+    def finish(self, seconds=20.0, signal_number=signal.SIGTERM):
+        """Exit status, stdout, stderr; ends it by a signal if need be."""
+        if self.process.poll() is None and signal_number:
+            self.process.send_signal(signal_number)
+        try:
+            out, err = self.process.communicate(timeout=seconds + 20.0)
+        except subprocess.TimeoutExpired:
+            self.process.kill()
+            out, err = self.process.communicate()
+            return "hung", out, err
+        return self.process.returncode, out, err
+
+
+class EmulateTest(unittest.TestCase):
+    def setUp(self):
+        self.folder = tempfile.TemporaryDirectory()
+        self.addCleanup(self.folder.cleanup)
+        self.camera = self.path("camera.sock")
+        self.running = []
+
+    def tearDown(self):
+        for emulator in self.running:
+            if emulator.process.poll() is None:
+                emulator.process.kill()
+            emulator.process.communicate()
+
+    def path(self, name):
+        return os.path.join(self.folder.name, name)
+
+    def start(self, *options, **arguments):
+        emulator = Emulator(*options, **arguments)
+        self.running.append(emulator)
+        return emulator
+
+    def refused(self, *options):
+        """The one sentence, and that it took no time."""
+        began = time.monotonic()
+        status, _, err = self.start(*options, "--duration", "0.01").finish(10.0, None)
+        self.assertEqual(status, 3, err)
+        self.assertEqual(err.count("\n"), 1, err)
+        self.assertLess(time.monotonic() - began, 10.0)
+        return err
+
+
+class Files(EmulateTest):
+    def test_a_file_in_the_camera_socket_s_place_stays(self):
+        with open(self.camera, "w", encoding="ascii") as file:
+            file.write("precious")
+        self.assertIn(f"{self.camera}: is there already", self.refused("--camera-socket", self.camera))
+        with open(self.camera, encoding="ascii") as file:
+            self.assertEqual(file.read(), "precious")
+
+    def test_a_served_socket_is_not_taken_over(self):
+        first = self.start("--camera-socket", self.camera)
+        first.wait_for(self.camera)
+        self.assertIn("in use", self.refused("--camera-socket", self.camera))
+        self.assertTrue(stat.S_ISSOCK(os.lstat(self.camera).st_mode))
+        self.assertEqual(first.finish()[0], 0)
+        self.assertFalse(os.path.lexists(self.camera))
+
+    def test_what_a_killed_emulator_left_is_replaced(self):
+        link = self.path("tty")
+        options = ("--camera-socket", self.camera, "--slcan", f"rarm={link}")
+        first = self.start(*options)
+        first.wait_for(link)
+        first.finish(signal_number=signal.SIGKILL)
+        self.assertTrue(os.path.lexists(self.camera) and os.path.lexists(link))
+        second = self.start(*options, "--duration", "0.1")
+        status, _, err = second.finish(20.0, None)
+        self.assertEqual(status, 0, err)
+        self.assertFalse(os.path.lexists(self.camera) or os.path.lexists(link))
+
+    def test_a_live_emulator_s_link_is_not_stolen(self):
+        link = self.path("tty")
+        first = self.start("--camera-socket", self.camera, "--slcan", f"rarm={link}")
+        first.wait_for(link)
+        terminal = os.readlink(link)
+        other = ("--camera-socket", self.path("other.sock"), "--slcan", f"rarm={link}")
+        self.assertIn("in use", self.refused(*other))
+        self.assertEqual(os.readlink(link), terminal)
+        self.assertEqual(first.finish()[0], 0)
+
+    def test_what_took_the_place_of_its_own_stays_at_the_end(self):
+        link = self.path("tty")
+        emulator = self.start("--camera-socket", self.camera, "--slcan", f"rarm={link}")
+        emulator.wait_for(link)
+        for path in (self.camera, link):
+            os.unlink(path)
+            with open(path, "w", encoding="ascii") as file:
+                file.write("precious")
+        self.assertEqual(emulator.finish()[0], 0)
+        for path in (self.camera, link):
+            self.assertTrue(os.path.isfile(path), path)
+
+    def test_socket_and_folder_are_the_owner_s_alone(self):
+        runtime = self.path("runtime")
+        os.mkdir(runtime, 0o700)
+        default = os.path.join(runtime, "walkman-hil", "camera.sock")
+        environment = {**os.environ, "XDG_RUNTIME_DIR": runtime}
+        emulator = self.start(env=environment, preexec_fn=lambda: os.umask(0))
+        emulator.wait_for(default)
+        self.assertEqual(stat.S_IMODE(os.lstat(default).st_mode), 0o600)
+        self.assertEqual(stat.S_IMODE(os.lstat(os.path.dirname(default)).st_mode), 0o700)
+        self.assertEqual(emulator.finish()[0], 0)
+        os.chmod(os.path.dirname(default), 0o755)
+        emulator = self.start("--duration", "0.01", env=environment)
+        status, _, err = emulator.finish(20.0, None)
+        self.assertEqual(status, 0)
+        self.assertIn("others may enter", err)
+
+
+class Camera(EmulateTest):
+    def connect(self):
+        client = socket.socket(socket.AF_UNIX)
+        self.addCleanup(client.close)
+        client.settimeout(20.0)
+        client.connect(self.camera)
+        return client
+
+    @staticmethod
+    def exactly(client, size):
+        data = bytearray()
+        while len(data) < size:
+            more = client.recv(size - len(data))
+            if not more:
+                raise AssertionError("the camera hung up")
+            data += more
+        return bytes(data)
+
+    def message(self, client):
+        """The next message's version, type and payload."""
+        version, kind, length = struct.unpack("<HHI", self.exactly(client, HEADER)[4:])
+        return version, kind, self.exactly(client, length)
+
+    @staticmethod
+    def ask(client, version):
+        client.sendall(b"WMCL" + struct.pack("<HHIq", version, 2, 8, 3600 * 10**9))
+
+    def test_idle_clients_do_not_hang_another_emulator(self):
+        emulator = self.start("--camera-socket", self.camera)
+        emulator.wait_for(self.camera)
+        time.sleep(0.5)
+        for _ in range(60):
+            client = socket.socket(socket.AF_UNIX)
+            self.addCleanup(client.close)
+            client.setblocking(False)
+            client.connect_ex(self.camera)
+            time.sleep(0.01)
+        self.assertIn("in use", self.refused("--camera-socket", self.camera))
+
+    def test_six_clients_that_never_read_delay_nobody(self):
+        emulator = self.start("--camera-socket", self.camera)
+        emulator.wait_for(self.camera)
+        client = self.connect()
+        version, _, _ = self.message(client)
+        kind = None
+        while kind != 4:  # nothing is exposed in the first milliseconds
+            self.ask(client, version)
+            _, kind, cloud = self.message(client)
+        self.assertEqual(len(cloud), 32 + 12 * 1024 * 1024)
+        for _ in range(6):
+            self.ask(self.connect(), version)
+        time.sleep(0.5)
+        began = time.monotonic()
+        newcomer = self.connect()
+        self.assertEqual(self.message(newcomer)[1], 1)
+        self.ask(newcomer, version)
+        self.assertEqual(self.message(newcomer)[1], 4)
+        self.ask(client, version)
+        self.assertEqual(self.message(client)[1], 4)
+        self.assertLess(time.monotonic() - began, 8.0)
+
+
+class Pace(EmulateTest):
+    def test_ready_is_told_in_one_line_and_to_a_script(self):
+        reader, writer = os.pipe()
+        emulator = self.start("--camera-socket", self.camera, "--ready-fd", str(writer), pass_fds=(writer,))
+        os.close(writer)
+        with os.fdopen(reader) as pipe:
+            self.assertEqual(pipe.read(), "ready\n")  # it ends: the descriptor was closed
+        status, _, err = emulator.finish()
+        self.assertEqual(status, 0)
+        self.assertRegex(err, r"(?m)^walkman-hil: ready, [0-9]+ nodes have booted$")
+
+    def test_a_descriptor_that_is_none_is_refused(self):
+        for number in ("2", "77", "-1", "x"):
+            status, _, err = self.start("--ready-fd", number).finish(10.0, None)
+            self.assertEqual(status, 2, err)
+            self.assertIn("--ready-fd", err)
+
+    def test_a_duration_that_is_none_is_refused(self):
+        for duration in ("nan", "inf", "-1", "0", "1e10", "x"):
+            status, _, err = self.start("--camera-socket", self.camera, f"--duration={duration}").finish(10.0, None)
+            self.assertEqual(status, 2, err)
+            self.assertIn(f"duration of {duration} s", err)
+
+    def stopped_for_two_seconds(self, *options):
+        reader, writer = os.pipe()
+        emulator = self.start("--camera-socket", self.camera, "--json", "--ready-fd", str(writer), *options, pass_fds=(writer,))
+        os.close(writer)
+        with os.fdopen(reader) as pipe:
+            pipe.read()
+        time.sleep(0.5)
+        emulator.process.send_signal(signal.SIGSTOP)
+        time.sleep(2.0)
+        emulator.process.send_signal(signal.SIGCONT)
+        time.sleep(1.0)
+        status, out, err = emulator.finish()
+        self.assertEqual(status, 0, err)
+        return json.loads(out)
+
+    def test_a_stall_is_left_out_and_counted(self):
+        told = self.stopped_for_two_seconds()
+        self.assertGreaterEqual(told["stalls"], 1)
+        self.assertGreater(told["dropped_seconds"], 1.9)
+        self.assertLess(told["emulated_seconds"], told["wall_seconds"] - 1.9)
+        self.assertGreater(told["worst_lateness_seconds"], 1.9)
+        self.assertAlmostEqual(
+            told["emulated_seconds"] + told["dropped_seconds"], told["wall_seconds"], delta=0.1)
+
+    def test_or_replayed_if_asked(self):
+        told = self.stopped_for_two_seconds("--stalls", "replay")
+        self.assertEqual((told["stalls"], told["dropped_seconds"]), (0, 0))
+        self.assertGreater(told["late_steps"], 100)
+
+    @unittest.skipIf(shutil.which("strace") is None, "no strace")
+    def test_socket_servers_without_clients_call_the_system_no_more_often(self):
+        """Calls a millisecond of emulated time, with every server and with none."""
+        calls = []
+        for options in ((), ("--socketcand", "0", "--slcan", "rarm", "--slcan", "larm")):
+            trace = self.path(f"trace{len(calls)}")
+            command = ["strace", "-c", "-U", "calls,name", "-o", trace, PROGRAM, "emulate", "--camera-socket",
+                       self.path(f"camera{len(calls)}.sock"), "--duration", "3", *options]
+            subprocess.run(command, check=True, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, timeout=120)
+            with open(trace, encoding="ascii") as file:
+                total = [line.split() for line in file if line.split()[-1:] == ["total"]]
+            calls.append(int(total[0][0]) / 3000)
+        print(f"{calls[0]:.2f} and {calls[1]:.2f} calls a millisecond", file=sys.stderr)
+        self.assertLess(calls[1], calls[0] + 0.3)
+
+
+if __name__ == "__main__":
+    PROGRAM = sys.argv.pop(1)
+    unittest.main(verbosity=2)
