@@ -1,7 +1,6 @@
 #include "apps/grasp/grasp_run.h"
 
 #include <algorithm>
-#include <exception>
 #include <stdexcept>
 
 #include <fmt/format.h>
@@ -122,9 +121,12 @@ GraspResult run_grasp(const GraspOptions& options, StopSignals& signals, const G
                             robot_options.cycle + (is_lockstep ? Time{} : heartbeat / 4));
   interfaces.front() = &pace;
   robot::Robot robot(model, devices, interfaces, robot_options);
+  const auto require_pace = [&] {
+    const auto interval = pace.wrong_interval();
+    if (interval) throw_other_pace(*interval, robot_options, options.pacing);
+  };
   const auto interrupted = [&] {
-    if (const auto interval = pace.wrong_interval())
-      throw_other_pace(*interval, robot_options, options.pacing);
+    require_pace();  // once more below: the method may make an ending of its own of it
     return signals.arrived();
   };
   if (is_lockstep) {
@@ -136,7 +138,6 @@ GraspResult run_grasp(const GraspOptions& options, StopSignals& signals, const G
   robot::Cycle& cycle = is_lockstep ? static_cast<robot::Cycle&>(*lockstep) : *real_time;
 
   Watcher watcher(events, result, lockstep ? lockstep->now() : real_time->now());
-  std::exception_ptr refusal;
   try {
     regrasp::Regrasp method(
         model, robot, cycle, *camera, parameters, watcher,
@@ -144,8 +145,6 @@ GraspResult run_grasp(const GraspOptions& options, StopSignals& signals, const G
     const regrasp::Report report = method.run();
     result.outcome = to_string(report.ending);
     result.done = report.ending != regrasp::Ending::kRegraspLimit;
-  } catch (const EnvironmentError&) {
-    refusal = std::current_exception();
   } catch (const std::exception& stop) {
     result.outcome = "stopped";
     result.reason = stop.what();
@@ -156,7 +155,7 @@ GraspResult run_grasp(const GraspOptions& options, StopSignals& signals, const G
   // A kernel's short transmit queue takes them bit by bit; what it has not taken by then the drives learn
   // from the missing heartbeat.
   for (const auto& bus : buses) static_cast<void>(bus->socket->flush_all(kStopLimit));
-  if (refusal) std::rethrow_exception(refusal);
+  require_pace();
   if (lockstep) result.incomplete = lockstep->incomplete();
   if (real_time) result.overruns = real_time->overruns();
   result.counters = robot.counters();

@@ -23,7 +23,7 @@ def refused(under_test, emulator_options, master_options):
     finally:
         status = emulator.stop()
     equal(status, 0, "exit status of the emulator")
-    equal(master.returncode, 3, f"exit status of the master, which said {master.stderr[-300:]!r}")
+    equal(master.returncode, 3, f"exit status of the master, which said {master.stderr[-300:]!r} and {master.stdout[-300:]!r}")
     lines = [line for line in master.stderr.splitlines() if line.startswith("walkman-hil: ")]
     equal(len(lines), 1, "sentences")
     that("heartbeats that are due every 100 ms come every" in lines[0], lines[0])
@@ -66,3 +66,15 @@ def ready_when_the_nodes_have_booted(under_test):
     that(len(booted) >= 8, f"nodes that booted on the arm's bus: {sorted(booted)}")
     that("nodes have booted" in errors, f"what stderr told: {errors!r}")
     return f"{len(booted)} on this bus"
+
+
+@test(seconds=300)
+def lockstep_with_an_emulator_in_real_time(under_test):
+    return refused(under_test, ["--realtime"], ["--lockstep"])
+
+
+@test(seconds=300)
+def real_time_with_an_emulator_in_lockstep_and_another_period(under_test):
+    line = refused(under_test, ["--lockstep", "--period", "10"], ["--realtime"])
+    that("without --lockstep" in line, line)
+    return line
