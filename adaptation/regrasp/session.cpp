@@ -48,8 +48,8 @@ Session::Session(const RobotModel& model, robot::Robot& robot, robot::Cycle& cyc
     foot_sensors_.push_back(*place);
     foot_sensor_links_.push_back(model.link_index(foot));
   }
-  inertial_unit_ = find(robot.imu_names(), sensors.inertial_unit);
-  if (inertial_unit_) inertial_link_ = model.link_index(sensors.inertial_unit);
+  inertial_unit_ = robot.find<cia404::InertialUnit>(sensors.inertial_unit);
+  if (inertial_unit_ != nullptr) inertial_link_ = model.link_index(sensors.inertial_unit);
 }
 
 void Session::boot() {
@@ -85,9 +85,8 @@ void Session::find_stance() {
 }
 
 void Session::watch_tilt() const {
-  if (!stance_ || !inertial_unit_) return;
-  const robot::InertialState& unit = robot_.imus()[*inertial_unit_];
-  const Eigen::Vector3d up_by_unit = unit.R_WS.toRotationMatrix().row(2);
+  if (!stance_ || inertial_unit_ == nullptr) return;
+  const Eigen::Vector3d up_by_unit = inertial_unit_->sample().R_WS.toRotationMatrix().row(2);
   const Eigen::Vector3d up_by_feet = measured_.X_WL(inertial_link_).linear().row(2);
   const double tilt = std::acos(std::clamp(up_by_unit.dot(up_by_feet), -1.0, 1.0));
   if (tilt > kFallen) {
@@ -120,7 +119,7 @@ void Session::read() {
 }
 
 void Session::pose_kinematics() {
-  const std::vector<robot::JointState>& joints = robot_.joints();
+  const auto joints = robot_.joints();
   for (std::size_t i = 0; i < joints.size(); ++i) q_[static_cast<Eigen::Index>(i)] = joints[i].link_position;
   measured_.set_passive(side_.hand_joint, std::clamp(hand_closure(), 0.0, 1.0) * hand_travel_);
   measured_.update(q_);

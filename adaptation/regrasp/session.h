@@ -8,6 +8,7 @@
 #include "adaptation/motion/kinematics.h"
 #include "adaptation/motion/stance.h"
 #include "adaptation/regrasp/observer.h"
+#include "drivers/cia404/inertial_unit.h"
 #include "drivers/robot/cycle.h"
 #include "drivers/robot/robot.h"
 
@@ -76,8 +77,8 @@ class Session {
   HandSide side_;
   motion::Kinematics measured_;
   std::optional<motion::Stance> stance_;
-  std::vector<std::size_t> foot_sensors_;  // none when the robot has no such sensors
-  std::optional<std::size_t> inertial_unit_;
+  std::vector<std::size_t> foot_sensors_;                // none when the robot has no such sensors
+  const cia404::InertialUnit* inertial_unit_ = nullptr;  // none when the robot has no such sensor
   std::vector<int> foot_sensor_links_;
   int inertial_link_ = -1;
   Eigen::VectorXd q_;

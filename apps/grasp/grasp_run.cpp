@@ -12,9 +12,7 @@
 #include "apps/shared/stop_signals.h"
 #include "drivers/camera/socket_camera.h"
 #include "drivers/robot/heartbeat_pace.h"
-#include "drivers/robot/lockstep_cycle.h"
-#include "drivers/robot/master_bus.h"
-#include "drivers/robot/real_time_cycle.h"
+#include "drivers/robot/kernel_cycle.h"
 #include "emulator/scene/scene.h"
 
 namespace walkman::apps {
@@ -24,7 +22,7 @@ constexpr Time kStopLimit = std::chrono::milliseconds(100);  // for the last fra
 
 double seconds(Time t) { return std::chrono::duration<double>(t).count(); }
 
-MasterBuses open_buses(const std::string& can, const DeviceTable& devices) {
+robot::MasterBuses open_buses(const std::string& can, const DeviceTable& devices) {
   const std::vector<CanAssignment> assignments = parse_can_map(can, devices);
   std::vector<std::string> missing;
   for (std::size_t i = 0; i < devices.buses.size(); ++i) {
@@ -36,9 +34,9 @@ MasterBuses open_buses(const std::string& can, const DeviceTable& devices) {
     throw std::runtime_error(fmt::format(
         "--can: no interface for {}, expected one for every bus of the robot", fmt::join(missing, ", ")));
   }
-  MasterBuses buses;
+  robot::MasterBuses buses;
   for (const CanAssignment& assignment : assignments) {
-    buses.push_back(std::make_unique<MasterBus>(open_can(assignment.interface_name, {})));
+    buses.push_back(std::make_unique<robot::MasterBus>(open_can(assignment.interface_name, {})));
   }
   return buses;
 }
@@ -102,10 +100,10 @@ GraspResult run_grasp(const GraspOptions& options, StopSignals& signals, const G
   const regrasp::Parameters parameters = regrasp::load_parameters(options.parameters);
   const robot::RobotOptions& robot_options = options.robot;
   require_fit(robot_options, devices);
-  MasterBuses buses = open_buses(options.can, devices);
+  robot::MasterBuses buses = open_buses(options.can, devices);
 
-  std::unique_ptr<KernelLockstepCycle> lockstep;
-  std::unique_ptr<KernelRealTimeCycle> real_time;
+  std::unique_ptr<robot::KernelLockstepCycle> lockstep;
+  std::unique_ptr<robot::KernelRealTimeCycle> real_time;
   const auto camera =
       open_camera(options.camera_socket, [&] { return lockstep ? lockstep->now() : real_time->now(); });
   GraspResult result;
@@ -130,9 +128,9 @@ GraspResult run_grasp(const GraspOptions& options, StopSignals& signals, const G
     return signals.arrived();
   };
   if (is_lockstep) {
-    lockstep = std::make_unique<KernelLockstepCycle>(robot, buses, robot_options.cycle, interrupted);
+    lockstep = std::make_unique<robot::KernelLockstepCycle>(robot, buses, robot_options.cycle, interrupted);
   } else {
-    real_time = std::make_unique<KernelRealTimeCycle>(buses, robot_options.cycle, interrupted);
+    real_time = std::make_unique<robot::KernelRealTimeCycle>(buses, robot_options.cycle, interrupted);
     camera->set_waiting(camera::SocketCamera::Waiting::kPoll);
   }
   robot::Cycle& cycle = is_lockstep ? static_cast<robot::Cycle&>(*lockstep) : *real_time;

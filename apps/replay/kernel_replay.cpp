@@ -29,7 +29,7 @@ KernelReplayResult replay_onto_kernel(const KernelReplayOptions& options, StopSi
   bus::CandumpReader reader(options.log);
   std::map<std::string, std::unique_ptr<can::SocketCan>> sockets;
   can::SocketCanOptions talks_only;
-  talks_only.filters.clear();
+  talks_only.listens = false;
   for (const auto& [logged, interface] : options.interfaces)
     sockets[logged] = open_can(interface, talks_only);
 

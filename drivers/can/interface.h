@@ -23,18 +23,36 @@ enum class LinkState {
   kDown,     ///< the interface is down or gone
 };
 
-/// One end of one CAN bus, seen from a computer: a transmit and a receive queue.
+/// The name for people: "error-active", "error-passive", "bus-off" and so on.
+[[nodiscard]] constexpr std::string_view name_of(LinkState state) noexcept {
+  switch (state) {
+    case LinkState::kActive:
+      return "error-active";
+    case LinkState::kWarning:
+      return "error-warning";
+    case LinkState::kPassive:
+      return "error-passive";
+    case LinkState::kBusOff:
+      return "bus-off";
+    case LinkState::kDown:
+      return "down";
+  }
+  return "unknown";
+}
+
+/// A computer's connection to one CAN bus: a transmit and a receive queue.
 ///
-/// There are two kinds: `SocketCan` (a network interface of the kernel) and the embedded bus's own end, which
-/// the emulator hands out. Code above this type cannot tell them apart. Neither call blocks, allocates or
-/// throws.
+/// There are two kinds: `SocketCan` (a network interface of the kernel) and the one the embedded bus hands
+/// out. Code above this type cannot tell them apart. No call blocks, allocates or throws.
 class Interface {
  public:
   virtual ~Interface() = default;
 
+  /// Queues one frame; what became of it at once.
   [[nodiscard]] virtual SendResult send(const Frame& frame) noexcept = 0;
 
-  /// Hands frames that `send` has gathered to the controller. An end that gathers nothing does nothing here.
+  /// Hands frames that `send` has gathered to the controller. An interface that gathers nothing does nothing
+  /// here.
   virtual void flush() noexcept {}
 
   /// As far as it is known: a virtual interface of the kernel has no controller and is always error-active.
@@ -46,6 +64,7 @@ class Interface {
   /// Frames lost because the receive queue was full, since the interface was opened.
   [[nodiscard]] virtual std::uint64_t receive_overflows() const noexcept = 0;
 
+  /// Name of the interface for texts, e.g. "can_rarm".
   [[nodiscard]] virtual std::string_view name() const noexcept = 0;
 };
 

@@ -32,13 +32,7 @@ RawSocket::RawSocket(const std::string& interface_name, const SocketCanOptions& 
     throw std::runtime_error("CAN interface \"" + name_ + "\": the name has " + std::to_string(name_.size()) +
                              " characters, expected 1 to " + std::to_string(IFNAMSIZ - 1));
   }
-  if (options.all_frames) {
-    filters_.push_back({0, 0});
-  } else {
-    for (const IdFilter& filter : options.filters) {
-      filters_.push_back({filter.id, (filter.mask & CAN_SFF_MASK) | CAN_EFF_FLAG | CAN_RTR_FLAG});
-    }
-  }
+  if (options.listens) filters_.push_back({0, 0});
 }
 
 RawSocket::~RawSocket() {

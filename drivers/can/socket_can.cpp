@@ -6,9 +6,9 @@
 #include <system_error>
 #include <utility>
 
+#include <linux/can/error.h>
 #include <time.h>
 
-#include "drivers/can/error_report.h"
 #include "drivers/can/raw_socket.h"
 #include "drivers/can/receive_batch.h"
 #include "drivers/can/transmit_batch.h"
@@ -29,20 +29,28 @@ Time monotonic_now() {
 bool is_gone(int error) { return error == ENODEV || error == ENXIO || error == EBADF; }
 bool is_down(int error) { return error == ENETDOWN || error == ENETUNREACH; }
 
+std::uint8_t controller_bits(const Frame& frame) noexcept {
+  return (frame.id & CAN_ERR_CRTL) != 0 && frame.length >= 2 ? frame.data[1] : std::uint8_t{0};
+}
+
 }  // namespace
 
-std::vector<IdFilter> canopen_master_filters() {
-  constexpr std::uint32_t kFunctionCode = 0x780;
-  std::vector<IdFilter> filters;
-  for (const std::uint32_t function : {0x080U, 0x180U, 0x280U, 0x380U, 0x480U, 0x580U, 0x700U}) {
-    filters.push_back({function, kFunctionCode});
-  }
-  return filters;
+LinkState link_after(const Frame& error_frame, LinkState before) noexcept {
+  if ((error_frame.id & CAN_ERR_BUSOFF) != 0) return LinkState::kBusOff;
+  if ((error_frame.id & CAN_ERR_RESTARTED) != 0) return LinkState::kActive;
+  const unsigned bits = controller_bits(error_frame);
+  if ((bits & (CAN_ERR_CRTL_RX_PASSIVE | CAN_ERR_CRTL_TX_PASSIVE)) != 0) return LinkState::kPassive;
+  if ((bits & (CAN_ERR_CRTL_RX_WARNING | CAN_ERR_CRTL_TX_WARNING)) != 0) return LinkState::kWarning;
+  if ((bits & CAN_ERR_CRTL_ACTIVE) != 0) return LinkState::kActive;
+  return before;
+}
+
+bool tells_receive_overflow(const Frame& error_frame) noexcept {
+  return (controller_bits(error_frame) & CAN_ERR_CRTL_RX_OVERFLOW) != 0;
 }
 
 SocketCanOptions device_side_options() {
   SocketCanOptions options;
-  options.all_frames = true;
   options.error_frames = true;
   options.stamps = false;  // the bus has a time of its own
   options.transmit_queue = kMaxTransmitQueue;

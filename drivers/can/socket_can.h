@@ -8,29 +8,20 @@
 
 namespace walkman::can {
 
-/// Lets frames with (id & mask) == (filter.id & mask) in; base format data frames only.
-struct IdFilter {
-  std::uint32_t id = 0;
-  std::uint32_t mask = 0;
-};
-
-/// What a CANopen master listens to: EMCY (and SYNC), TPDOs, SDO responses, error control.
-[[nodiscard]] std::vector<IdFilter> canopen_master_filters();
-
 struct SocketCanOptions {
-  std::vector<IdFilter> filters = canopen_master_filters();  ///< in the kernel; others are never copied
-  bool all_frames = false;    ///< no filter: every frame of other sockets, of any format
+  bool listens = true;        ///< frames of other sockets and nodes come in, of any format; else only reports
   bool error_frames = false;  ///< `receive` hands out the controller's reports too (`Frame::error`)
   bool stamps = true;         ///< frames carry their receive time; without, no clock is read for them
   int receive_buffer = 4 * 1024 * 1024;  ///< bytes asked of the kernel, which may grant less
   std::size_t transmit_queue = 128;      ///< frames gathered at most, 1 to 1024
 };
 
-/// For the end of a bus that stands for its devices: hears everything, the reports included. Own frames are
-/// not received; other sockets of the same host get them.
+/// For what stands for a bus's devices: gets the controller's reports too. Own frames are not received; other
+/// sockets of the same host get them.
 [[nodiscard]] SocketCanOptions device_side_options();
 
-/// A network interface of the Linux kernel (vcan, can) as a bus end: one non-blocking CAN_RAW socket.
+/// A network interface of the Linux kernel (vcan, can) as a connection to a bus: one non-blocking CAN_RAW
+/// socket.
 ///
 /// `send` gathers frames and `flush` hands them to the kernel with one call. What the kernel's queue does not
 /// take (ENOBUFS, EAGAIN) stays gathered, in order, and is offered again by the next `flush`; when the
@@ -41,7 +32,7 @@ struct SocketCanOptions {
 /// of before the break are worth nothing after it. After `ip link set up` or a bus-off restart the same
 /// socket goes on. After the interface was deleted a new socket is opened as soon as an interface of that
 /// name is there; it is looked for once between two calls of `flush`, and in `receive` every 100 ms. Bit rate
-/// and restart time are set with `ip link` (or `request_bit_rate`), not here.
+/// and restart time are set with `ip link`, not here.
 class SocketCan final : public Interface {
  public:
   struct Statistics {
@@ -80,5 +71,12 @@ class SocketCan final : public Interface {
   struct Impl;
   std::unique_ptr<Impl> impl_;
 };
+
+/// State of a controller after it has sent the report `error_frame` (linux/can/error.h); `before` when the
+/// report says nothing about the state.
+[[nodiscard]] LinkState link_after(const Frame& error_frame, LinkState before) noexcept;
+
+/// The report says that the controller itself lost a received frame.
+[[nodiscard]] bool tells_receive_overflow(const Frame& error_frame) noexcept;
 
 }  // namespace walkman::can

@@ -3,7 +3,6 @@
 #include <cerrno>
 #include <cstring>
 
-#include "drivers/can/fd_length.h"
 
 namespace walkman::can {
 

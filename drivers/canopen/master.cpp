@@ -1,6 +1,7 @@
 #include "drivers/canopen/master.h"
 
 #include "drivers/canopen/cob_id.h"
+#include "drivers/canopen/node_settings.h"
 #include "drivers/canopen/remote_node.h"
 
 namespace walkman::canopen {
@@ -8,6 +9,10 @@ namespace {
 
 // A flood must not keep the control cycle from ending; what is left is taken the next time.
 constexpr int kMaxFramesPerCall = 4096;
+
+// A node sends at most its four TPDOs with a SYNC, an SDO response, a heartbeat, and emergencies now and
+// then; what comes beyond that is a babbler's.
+constexpr int kFramesPerSync = 8;
 
 bool only_a_master_sends(const can::Frame& frame) {
   const std::uint32_t function = frame.id & 0x780U;
@@ -30,15 +35,30 @@ void Master::receive(Time now) noexcept {
       continue;
     }
     RemoteNode* node = stamped.frame.id <= 0x7FF ? nodes_[stamped.frame.id & 0x7FU] : nullptr;
-    if (node != nullptr && node->receive(stamped, now)) continue;
+    if (node != nullptr && node->receive(stamped, now)) {
+      if (node->frames_since_sync() > kFramesPerSync) traffic_.add_foreign(stamped.frame);
+      continue;
+    }
     ++counters_.ignored;
-    if (only_a_master_sends(stamped.frame)) ++counters_.foreign;
+    traffic_.add_foreign(stamped.frame);
+    if (only_a_master_sends(stamped.frame)) note_foreign(stamped.frame.id);
   }
+}
+
+void Master::note_foreign(std::uint32_t id) noexcept {
+  ++counters_.foreign;
+  for (std::size_t i = 0; i < foreign_ids_; ++i) {
+    if (foreign_[i].id != id) continue;
+    ++foreign_[i].count;
+    return;
+  }
+  if (foreign_ids_ < kForeignIds) foreign_[foreign_ids_++] = {id, 1};
 }
 
 void Master::discard() noexcept {
   can::StampedFrame stamped;
   for (int i = 0; i < kMaxFramesPerCall && interface_->receive(stamped); ++i) ++counters_.received;
+  traffic_.forget();
 }
 
 bool Master::send(const can::Frame& frame) noexcept {
@@ -83,8 +103,9 @@ void Master::send_requests() noexcept {
   }
 }
 
-void Master::end_cycle() noexcept {
+void Master::end_cycle(Time now) noexcept {
   interface_->flush();
+  traffic_.end_cycle(now);
   full_cycles_ = refused_full_ ? full_cycles_ + 1 : 0;
   link_ = interface_->link();
   // Bus-off refuses frames too, and is the better word for it.

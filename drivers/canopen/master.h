@@ -2,9 +2,11 @@
 
 #include <array>
 #include <cstdint>
+#include <span>
 
 #include "drivers/can/interface.h"
-#include "drivers/canopen/nmt.h"
+#include "drivers/canopen/bus_traffic.h"
+#include "drivers/canopen/cob_id.h"
 
 namespace walkman::canopen {
 
@@ -22,10 +24,20 @@ class Master {
     std::uint64_t reports = 0;   ///< of those received: reports of the own controller, no frames of the bus
   };
 
+  /// Frames that only a master sends, received under one identifier: there is another one.
+  struct ForeignCommand {
+    std::uint32_t id = 0;  ///< COB-ID
+    std::uint64_t count = 0;
+  };
+
   /// `interface` must outlive the master. `sync_overflow`: 0, or 2 to 240: SYNC carries a counter that goes
   /// up to it (1019h).
-  Master(can::Interface& interface, Time heartbeat_period, std::uint8_t sync_overflow = 0) noexcept
-      : interface_(&interface), heartbeat_period_(heartbeat_period), sync_overflow_(sync_overflow) {}
+  Master(can::Interface& interface, const can::BitRates& rates, Time heartbeat_period,
+         std::uint8_t sync_overflow = 0) noexcept
+      : interface_(&interface),
+        heartbeat_period_(heartbeat_period),
+        sync_overflow_(sync_overflow),
+        traffic_(rates) {}
 
   /// `node` must outlive the master.
   void add(RemoteNode& node) noexcept;
@@ -39,7 +51,7 @@ class Master {
   /// `node` 0 means all. False when the interface did not take it.
   [[nodiscard]] bool nmt(NmtCommand command, std::uint8_t node = 0) noexcept;
 
-  /// SYNC (CiA 301, 7.2.5).
+  /// SYNC (CiA 301, 7.2.5). False when the interface did not take it.
   bool sync() noexcept;
   /// The next SYNC has the counter 1.
   void restart_sync_counter() noexcept { sync_counter_ = 0; }
@@ -47,13 +59,14 @@ class Master {
   /// The master's own heartbeat, when its period has passed.
   void heartbeat(Time now) noexcept;
 
-  /// SDO requests that are waiting, one a node.
+  /// SDO requests that are waiting, one per node.
   void send_requests() noexcept;
 
+  /// False when the interface did not take it.
   bool send(const can::Frame& frame) noexcept;
 
   /// Hands the cycle's frames over and judges what became of them; to be called after the last one.
-  void end_cycle() noexcept;
+  void end_cycle(Time now) noexcept;
 
   /// The controller's state at the end of the last cycle; kDown too when a frame was refused for that.
   [[nodiscard]] can::LinkState link() const noexcept { return link_; }
@@ -71,9 +84,18 @@ class Master {
   /// Consecutive cycles in which the interface refused a frame because its queue was full.
   [[nodiscard]] int full_cycles() const noexcept { return full_cycles_; }
   [[nodiscard]] const Counters& counters() const noexcept { return counters_; }
+  [[nodiscard]] const BusTraffic& traffic() const noexcept { return traffic_; }
+  /// What another master sent since construction, by identifier; the first `kForeignIds` identifiers.
+  [[nodiscard]] std::span<const ForeignCommand> foreign_commands() const noexcept {
+    return std::span(foreign_).first(foreign_ids_);
+  }
   [[nodiscard]] can::Interface& interface() const noexcept { return *interface_; }
 
  private:
+  static constexpr std::size_t kForeignIds = 8;
+
+  void note_foreign(std::uint32_t id) noexcept;
+
   can::Interface* interface_;
   Time heartbeat_period_;
   std::array<RemoteNode*, 128> nodes_{};
@@ -88,6 +110,9 @@ class Master {
   std::uint64_t overflows_seen_ = 0;
   int full_cycles_ = 0;
   Counters counters_;
+  BusTraffic traffic_;
+  std::array<ForeignCommand, kForeignIds> foreign_{};
+  std::size_t foreign_ids_ = 0;
 };
 
 }  // namespace walkman::canopen

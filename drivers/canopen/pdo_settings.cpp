@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include "drivers/canopen/node_settings.h"
+
 namespace walkman::canopen {
 namespace {
 
@@ -54,16 +56,27 @@ class PdoWriter {
   std::vector<SdoStep> writes_;
 };
 
-void append(std::vector<SdoStep>& all, const std::vector<SdoStep>& more) {
-  all.insert(all.end(), more.begin(), more.end());
-}
-
 }  // namespace
 
 std::size_t PdoSettings::bytes() const noexcept {
   std::size_t bits = 0;
-  for (const MappedObject& object : mapping) bits += object.bits;
+  for (const MappingEntry& object : mapping) bits += object.bits;
   return bits / 8;
+}
+
+DevicePdos predefined_pdos() {
+  DevicePdos pdos;
+  for (std::size_t i = 0; i < 4; ++i) {
+    pdos.receive[i].cob_id_base = static_cast<std::uint32_t>(0x200 + 0x100 * i);
+    pdos.transmit[i].cob_id_base = static_cast<std::uint32_t>(0x180 + 0x100 * i);
+  }
+  return pdos;
+}
+
+void enable(PdoSettings& pdo, std::uint8_t type, std::vector<MappingEntry> mapping) {
+  pdo.enabled = true;
+  pdo.type = type;
+  pdo.mapping = std::move(mapping);
 }
 
 std::vector<SdoStep> pdo_steps(PdoDirection direction, int number, const PdoSettings& settings,
@@ -96,7 +109,7 @@ std::vector<SdoStep> pdo_steps(const DevicePdos& pdos, std::uint8_t node_id) {
   return all;
 }
 
-std::string name_of(const MappedObject& object) {
+std::string name_of(const MappingEntry& object) {
   return fmt::format("{:04X}h:{}", object.index, object.sub);
 }
 

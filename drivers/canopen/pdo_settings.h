@@ -14,11 +14,11 @@ namespace walkman::canopen {
 enum class PdoDirection { kReceive, kTransmit };
 
 /// One entry of a PDO mapping (16xxh, 1Axxh).
-struct MappedObject {
+struct MappingEntry {
   std::uint16_t index = 0;
   std::uint8_t sub = 0;
   std::uint8_t bits = 0;
-  friend bool operator==(const MappedObject&, const MappedObject&) = default;
+  friend bool operator==(const MappingEntry&, const MappingEntry&) = default;
 
   /// As the mapping record holds it.
   [[nodiscard]] constexpr std::uint32_t entry() const noexcept {
@@ -35,9 +35,10 @@ struct PdoSettings {
   std::uint8_t type = 255;                     ///< transmission type
   std::optional<std::uint16_t> inhibit_100us;  ///< sub-index 3, x 100 us; nothing: the device's own
   std::optional<std::uint16_t> event_ms;       ///< sub-index 5, ms; nothing: the device's own
-  std::vector<MappedObject> mapping{};
+  std::vector<MappingEntry> mapping{};
   friend bool operator==(const PdoSettings&, const PdoSettings&) = default;
 
+  /// Length of its frames: what the mapping adds up to, without the padding of CAN FD.
   [[nodiscard]] std::size_t bytes() const noexcept;
   /// Travels with SYNC, every `type`-th one.
   [[nodiscard]] bool cyclic() const noexcept { return enabled && type >= 1 && type <= 240; }
@@ -51,6 +52,12 @@ struct DevicePdos {
   friend bool operator==(const DevicePdos&, const DevicePdos&) = default;
 };
 
+/// All eight PDOs off, at their predefined COB-IDs (CiA 301, 7.3.5): where a device's factory mapping begins.
+[[nodiscard]] DevicePdos predefined_pdos();
+
+/// Turns a PDO on with a transmission type and a mapping.
+void enable(PdoSettings& pdo, std::uint8_t type, std::vector<MappingEntry> mapping);
+
 /// The steps that make PDO `number` 1..4 of a node what `settings` say, in the standard's order (CiA 301,
 /// 7.5.2.36: invalidate, sub 0 := 0, entries, sub 0 := n, type and times, validate), and then read it all
 /// back and compare. A PDO that is not enabled is made invalid only.
@@ -61,6 +68,6 @@ struct DevicePdos {
 [[nodiscard]] std::vector<SdoStep> pdo_steps(const DevicePdos& pdos, std::uint8_t node_id);
 
 /// "6041h:0".
-[[nodiscard]] std::string name_of(const MappedObject& object);
+[[nodiscard]] std::string name_of(const MappingEntry& object);
 
 }  // namespace walkman::canopen

@@ -4,14 +4,11 @@
 
 #include <fmt/format.h>
 
-#include "drivers/can/fd_length.h"
-#include "drivers/canopen/objects.h"
-
 namespace walkman::canopen {
 namespace {
 
 // How many SYNCs long something that is due is waited for.
-constexpr std::uint64_t kPatience = 10;
+constexpr std::uint64_t kLongestWait = 10;
 // How many times over a TPDO may be missing before it is not waited for any more.
 constexpr std::uint64_t kMissedTpdos = 3;
 
@@ -39,7 +36,7 @@ void RemoteNode::begin_boot(Time now) noexcept {
   nmt_state_ = NmtState::kBootUp;
   heartbeat_at_ = now;
   reset_sent_ = operational_seen_ = false;
-  present_error_ = 0;
+  heard_at_ = Time::min();
   for (Tpdo& tpdo : tpdos_) tpdo.at = Time::min();
   sdo_.reset();
   clear_events();
@@ -80,6 +77,12 @@ void RemoteNode::request_sent() noexcept {
 
 int RemoteNode::sync_divider(int number) const noexcept { return tpdos_[index_of(number)].divider; }
 
+int RemoteNode::sync_divider() const noexcept {
+  int divider = 1;
+  for (const Tpdo& tpdo : tpdos_) divider = std::max(divider, tpdo.divider);
+  return divider;
+}
+
 bool RemoteNode::has_cyclic_data() const noexcept { return cyclic_data_at() != Time::min(); }
 
 Time RemoteNode::cyclic_data_at() const noexcept {
@@ -90,11 +93,19 @@ Time RemoteNode::cyclic_data_at() const noexcept {
   return oldest == Time::max() ? Time::min() : oldest;
 }
 
-bool RemoteNode::settled() const noexcept {
-  if (stage_ == Stage::kAwaitingBootUp && reset_sent_ && !boot_up_ && overdue(reset_at_ + 1, kPatience)) {
+Time RemoteNode::newest_cyclic_at() const noexcept {
+  Time newest = Time::min();
+  for (const Tpdo& tpdo : tpdos_) {
+    if (tpdo.divider != 0) newest = std::max(newest, tpdo.at);
+  }
+  return newest;
+}
+
+bool RemoteNode::cycle_complete() const noexcept {
+  if (stage_ == Stage::kAwaitingBootUp && reset_sent_ && !boot_up_ && overdue(reset_at_ + 1, kLongestWait)) {
     return false;
   }
-  if (sdo_.awaiting() && overdue(request_at_ + 1, kPatience)) return false;
+  if (sdo_.awaiting() && overdue(request_at_ + 1, kLongestWait)) return false;
   if (stage_ != Stage::kStarted) return true;
   for (const Tpdo& tpdo : tpdos_) {
     if (tpdo.divider != 0 && overdue(tpdo.due, kMissedTpdos * static_cast<std::uint64_t>(tpdo.divider))) {
@@ -121,6 +132,13 @@ bool RemoteNode::receive_tpdo(const can::StampedFrame& stamped) noexcept {
 }
 
 bool RemoteNode::receive(const can::StampedFrame& stamped, Time now) noexcept {
+  if (!take(stamped, now)) return false;
+  heard_at_ = std::max(heard_at_, stamped.time);
+  ++frames_since_sync_;
+  return true;
+}
+
+bool RemoteNode::take(const can::StampedFrame& stamped, Time now) noexcept {
   const can::Frame& frame = stamped.frame;
   if (frame.extended || frame.remote || frame.error) return false;
   const std::uint32_t function = frame.id & 0x780U;
@@ -129,9 +147,8 @@ bool RemoteNode::receive(const can::StampedFrame& stamped, Time now) noexcept {
   if (pdo) return receive_tpdo(stamped);
   switch (function) {
     case 0x080: {
-      const std::optional<Emergency> emergency = decode_emergency(frame);
+      const std::optional<EmcyMessage> emergency = decode_emcy(frame);
       if (!emergency) return false;
-      present_error_ = emergency->code;
       if (emergency->code != 0) {
         ++emergencies_;
         if (!emergency_) emergency_ = emergency;
@@ -176,46 +193,50 @@ Time RemoteNode::heartbeat_age(Time now) const noexcept { return std::max(Time{0
 
 void RemoteNode::clear_events() noexcept {
   emergency_.reset();
-  request_failed_ = false;
+  request_failed_.reset();
 }
 
 void RemoteNode::latch_request_failure() noexcept {
-  if (!request_failed_) {
-    failed_address_ = sdo_.address();
-    failed_code_ = sdo_.abort_code();
+  if (!request_failed_) request_failed_ = cause::RequestFailed{sdo_.address(), sdo_.abort_code()};
+}
+
+bool RemoteNode::heartbeat_lost(Time now) const noexcept {
+  return heartbeat_age(now) > settings_.heartbeat_timeout;
+}
+
+std::optional<cause::NoTpdo> RemoteNode::stale(Time now) const noexcept {
+  for (std::size_t i = 0; i < tpdos_.size(); ++i) {
+    const Time limit = settings_.cycle * settings_.stale_after_cycles * tpdos_[i].divider;
+    const Time age = age_of(tpdos_[i].at, now);
+    if (limit == Time{0} || age <= limit) continue;
+    return cause::NoTpdo{static_cast<int>(i + 1), age, limit};
   }
-  request_failed_ = true;
+  return std::nullopt;
 }
 
-std::vector<SdoStep> identity_steps_of(const NodeSettings& settings, std::uint32_t device_type) {
-  ExpectedIdentity identity = settings.identity;
-  if (identity.device_type == 0) identity.device_type = device_type;
-  return identity_steps(identity);
+std::optional<FaultCause> RemoteNode::judge(Time now) const noexcept {
+  if (stage_ == Stage::kLost) return cause::BootUp{};
+  if (emergency_) return cause::Emcy{*emergency_, error_text(emergency_->code)};
+  if (auto found = judge_state()) return found;
+  if (nmt_state_ != NmtState::kOperational) return cause::LeftOperational{nmt_state_};
+  if (heartbeat_lost(now)) return cause::NoHeartbeat{heartbeat_age(now), settings_.heartbeat_timeout};
+  if (request_failed_) return *request_failed_;
+  if (const auto found = stale(now)) return *found;
+  return judge_values(now);
 }
 
-std::vector<SdoStep> supervision_steps(const NodeSettings& settings) {
-  using Kind = SdoStep::Kind;
-  const std::uint32_t consumer =
-      std::uint32_t{kMasterNodeId} << 16U | milliseconds_of(settings.heartbeat_timeout);
-  std::vector<SdoStep> steps{
-      {Kind::kWrite,
-       {object::kProducerHeartbeat, 0},
-       2,
-       milliseconds_of(settings.heartbeat_producer),
-       "heartbeat producer time, ms"},
-      {Kind::kWrite, {object::kConsumerHeartbeat, 1}, 4, consumer, "consumer heartbeat time"}};
-  if (settings.sync_overflow != 0) {
-    steps.push_back({Kind::kWrite,
-                     {object::kSyncCounterOverflow, 0},
-                     1,
-                     settings.sync_overflow,
-                     "synchronous counter overflow"});
+std::string RemoteNode::what_is_missing() const {
+  if (stage_ == Stage::kAwaitingBootUp) return "no boot-up message";
+  if (stage_ == Stage::kConfiguring) {
+    return fmt::format("configuration at step {} of {}", configuration_.done() + 1, configuration_.size());
   }
-  return steps;
-}
-
-std::uint32_t milliseconds_of(Time time) {
-  return static_cast<std::uint32_t>(std::chrono::ceil<std::chrono::milliseconds>(time).count());
+  if (stage_ != Stage::kStarted) return {};
+  for (std::size_t i = 0; i < tpdos_.size(); ++i) {
+    if (tpdos_[i].divider != 0 && tpdos_[i].at == Time::min()) return fmt::format("no TPDO{}", i + 1);
+  }
+  if (std::string missing = what_samples_miss(); !missing.empty()) return missing;
+  if (nmt_state_ != NmtState::kOperational) return "no heartbeat with state operational";
+  return {};
 }
 
 }  // namespace walkman::canopen

@@ -1,43 +1,37 @@
 #pragma once
 
+#include <algorithm>
+#include <array>
 #include <cstdint>
-#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
 
-#include "drivers/canopen/emergency.h"
-#include "drivers/canopen/identity.h"
-#include "drivers/canopen/nmt.h"
-#include "drivers/canopen/pdo_settings.h"
+#include "drivers/canopen/cob_id.h"
+#include "drivers/canopen/emcy_message.h"
+#include "drivers/canopen/fault_cause.h"
+#include "drivers/canopen/node_settings.h"
 #include "drivers/canopen/sdo_client.h"
 #include "drivers/canopen/sdo_sequence.h"
 
 namespace walkman::canopen {
 
-/// Node-ID under which the master of a bus produces its own heartbeat.
-inline constexpr std::uint8_t kMasterNodeId = 127;
-
 /// How long a request over SDO may take. CiA 301 leaves it to the application; servers answer within a cycle.
 inline constexpr Time kSdoTimeout = std::chrono::milliseconds(200);
 
-/// Where a node sits and how it is supervised.
-struct NodeSettings {
-  std::uint8_t node_id = 0;
-  std::string name;       ///< URDF joint or frame
-  std::string interface;  ///< name of the bus in texts
-  std::string noun;       ///< what it is in texts, e.g. "drive"
-  Time cycle = std::chrono::milliseconds(5);
-  Time heartbeat_producer = std::chrono::milliseconds(100);  ///< 1017h of the node
-  Time heartbeat_timeout = std::chrono::milliseconds(250);  ///< 1016h of the node, for the master's heartbeat
-  ExpectedIdentity identity;
-  DevicePdos pdos;
-  bool fd = false;                 ///< its PDOs may come in CAN FD frames
-  std::uint8_t sync_overflow = 0;  ///< 1019h: 2 to 240, SYNC has a counter; 0: it has none
-};
+/// Age of data stamped `at`: `Time::max()` when there has been none, never negative.
+[[nodiscard]] inline Time age_of(Time at, Time now) noexcept {
+  return at == Time::min() ? Time::max() : std::max(Time{0}, now - at);
+}
 
-/// A node as its master sees it: SDO channel, configuration, boot-up, heartbeat, EMCY. What its PDOs mean is
-/// the business of the classes derived from it.
+/// A device of the robot as its master sees it, and what all of them have in common: SDO channel,
+/// configuration, boot-up, heartbeat, EMCY, ages, the order in which they are judged. What its PDOs mean,
+/// what it needs to be in operation and what can be wrong with it is the business of the classes derived from
+/// it.
+///
+/// Configured by `configure`; takes frames by `receive` and time by `poll`; judged by `judge`; its state is
+/// its class's sample. Commanded devices (drives) answer the power-up and set-point calls too, which a sensor
+/// leaves alone.
 class RemoteNode {
  public:
   enum class Stage {
@@ -70,7 +64,10 @@ class RemoteNode {
   void start(Time now) noexcept;
   void stop() noexcept { stage_ = Stage::kStopped; }
   /// Tells the node that SYNC was sent, and that its `sdo().pending()` was.
-  void sync_sent() noexcept { ++syncs_; }
+  void sync_sent() noexcept {
+    ++syncs_;
+    frames_since_sync_ = 0;
+  }
   void request_sent() noexcept;
 
   /// Takes a frame with one of the node's transmit COB-IDs of the predefined connection set.
@@ -78,12 +75,48 @@ class RemoteNode {
   /// effect.
   bool receive(const can::StampedFrame& frame, Time now) noexcept;
 
-  /// Once a cycle after receiving: SDO time-outs and background requests.
+  /// Once a cycle after receiving: SDO time-outs, background requests, ages.
   virtual void poll(Time now) noexcept;
+
+  /// First thing that is wrong in operation, causes before consequences: boot-up, emergency, the device's own
+  /// state, NMT state, heartbeat, failed request, stale data, implausible values.
+  [[nodiscard]] std::optional<FaultCause> judge(Time now) const noexcept;
+  /// A TPDO that comes with SYNC is older than the limit.
+  [[nodiscard]] std::optional<cause::NoTpdo> stale(Time now) const noexcept;
+  [[nodiscard]] bool heartbeat_lost(Time now) const noexcept;
+  /// What keeps the device from operation, for people, e.g. "no TPDO2"; empty when nothing does.
+  [[nodiscard]] std::string what_is_missing() const;
+  /// Has all that operation needs: complete samples; of a drive also operation enabled and its mode.
+  [[nodiscard]] virtual bool in_operation() const noexcept = 0;
+  /// What is not well but no fault, one sentence without the device's name; empty when all is.
+  [[nodiscard]] virtual std::string warning() const { return {}; }
+  /// What an emergency error code means from this device: its profile's word and its manufacturer's, else
+  /// that of CiA 301. Empty when nobody here knows.
+  [[nodiscard]] virtual std::string_view error_text(std::uint16_t code) const noexcept {
+    return communication_error_text(code);
+  }
+
+  /// A walk into operation begins (CiA 402: to operation enabled); one who is there stays as it is.
+  virtual void begin_power_up() noexcept {}
+  /// One step of it, judged by the newest TPDOs; the command goes out with the next RPDOs.
+  virtual void power_up() noexcept {}
+  /// The walk has ended: set-points begin from where the device stands.
+  virtual void end_power_up() noexcept {}
+  /// The set-point stands still where it is.
+  virtual void hold() noexcept {}
+  /// The set-point goes on by one period of the device's PDOs.
+  virtual void advance() noexcept {}
+  /// From now on the device is told to stop.
+  virtual void quick_stop() noexcept {}
+  /// RPDO `number` 1..4 with the present command. False when there is none.
+  [[nodiscard]] virtual bool rpdo(int /*number*/, can::Frame& /*out*/) const noexcept { return false; }
+  /// That RPDO carries what makes the device stop.
+  [[nodiscard]] virtual bool carries_stop(int /*number*/) const noexcept { return false; }
+  /// Its PDOs travel with every n-th SYNC.
+  [[nodiscard]] int sync_divider() const noexcept;
 
   [[nodiscard]] Stage stage() const noexcept { return stage_; }
   [[nodiscard]] SdoClient& sdo() noexcept { return sdo_; }
-  [[nodiscard]] const SdoSequence& configuration() const noexcept { return configuration_; }
   /// As the node last told it; a PDO after NMT start tells it is operational.
   [[nodiscard]] NmtState nmt_state() const noexcept { return nmt_state_; }
 
@@ -95,24 +128,24 @@ class RemoteNode {
   [[nodiscard]] bool has_cyclic_data() const noexcept;
   /// Stamp of the oldest of the newest TPDOs that come with SYNC; `Time::min()` when one is missing.
   [[nodiscard]] Time cyclic_data_at() const noexcept;
+  /// Stamp of the newest of them; `Time::min()` before the first.
+  [[nodiscard]] Time newest_cyclic_at() const noexcept;
 
   /// Nothing is outstanding that the SYNCs sent so far must have brought about: the boot-up after an NMT
   /// reset, the answer to an SDO request sent before the last SYNC, the TPDOs due with it. What has failed to
   /// come several times over is not waited for any more.
-  [[nodiscard]] bool settled() const noexcept;
+  [[nodiscard]] bool cycle_complete() const noexcept;
+
+  /// Stamp of the newest frame of any kind; `Time::min()` before the first since the boot began.
+  [[nodiscard]] Time heard_at() const noexcept { return heard_at_; }
+  /// Frames received since the last SYNC was sent.
+  [[nodiscard]] int frames_since_sync() const noexcept { return frames_since_sync_; }
 
   /// Time since the last heartbeat (or the NMT start, whichever is later).
   [[nodiscard]] Time heartbeat_age(Time now) const noexcept;
 
-  /// First emergency since `clear_events`, and how many came in all.
-  [[nodiscard]] const std::optional<Emergency>& emergency() const noexcept { return emergency_; }
+  /// Emergencies with an error code since construction.
   [[nodiscard]] std::uint64_t emergencies() const noexcept { return emergencies_; }
-  /// Code of the newest emergency, 0000h when the node reported the end of all errors.
-  [[nodiscard]] std::uint16_t present_error() const noexcept { return present_error_; }
-  /// A request in operation that was refused or not answered.
-  [[nodiscard]] bool request_failed() const noexcept { return request_failed_; }
-  [[nodiscard]] ObjectAddress failed_address() const noexcept { return failed_address_; }
-  [[nodiscard]] SdoAbort failed_code() const noexcept { return failed_code_; }
   /// Forgets the latched emergency, failed request and what derived classes latch.
   virtual void clear_events() noexcept;
 
@@ -126,7 +159,18 @@ class RemoteNode {
   virtual void on_tpdo(int number, const can::StampedFrame& frame) noexcept = 0;
   /// The node is about to be booted: forget all samples.
   virtual void on_begin_boot() noexcept = 0;
+  /// What is wrong with the device's own state, a cause of much else.
+  [[nodiscard]] virtual std::optional<FaultCause> judge_state() const noexcept { return std::nullopt; }
+  /// What is wrong with the values it sends.
+  [[nodiscard]] virtual std::optional<FaultCause> judge_values(Time now) const noexcept = 0;
+  /// `what_is_missing` of a device whose TPDOs all come.
+  [[nodiscard]] virtual std::string what_samples_miss() const = 0;
+
   void latch_request_failure() noexcept;
+  /// Where the configuration leaves 1018h:1.
+  [[nodiscard]] std::uint32_t* vendor_place() noexcept { return &vendor_; }
+  /// 1018h:1 as the device told it at boot; 0 before.
+  [[nodiscard]] std::uint32_t vendor() const noexcept { return vendor_; }
 
  private:
   struct Tpdo {
@@ -138,10 +182,12 @@ class RemoteNode {
   [[nodiscard]] static std::size_t index_of(int number) noexcept {
     return static_cast<std::size_t>(number - 1);
   }
+  bool take(const can::StampedFrame& frame, Time now) noexcept;
   bool receive_tpdo(const can::StampedFrame& frame) noexcept;
   bool on_error_control(const can::StampedFrame& frame) noexcept;
-  [[nodiscard]] bool overdue(std::uint64_t since, std::uint64_t patience) const noexcept {
-    return syncs_ >= since && syncs_ - since < patience;
+  /// Due since the SYNC `since`, and no longer than `longest` SYNCs.
+  [[nodiscard]] bool overdue(std::uint64_t since, std::uint64_t longest) const noexcept {
+    return syncs_ >= since && syncs_ - since < longest;
   }
 
   NodeSettings settings_;
@@ -153,27 +199,17 @@ class RemoteNode {
   std::uint64_t syncs_ = 0;
   std::uint64_t reset_at_ = 0, request_at_ = 0;  // SYNCs sent before it
   Time heartbeat_at_{};
+  Time heard_at_ = Time::min();
+  int frames_since_sync_ = 0;
   std::uint64_t emergencies_ = 0;
-  std::optional<Emergency> emergency_;
-  std::uint16_t present_error_ = 0;
-
-  SdoAbort failed_code_{};
-  ObjectAddress failed_address_;
+  std::optional<EmcyMessage> emergency_;  // the first since `clear_events`
+  std::optional<cause::RequestFailed> request_failed_;
+  std::uint32_t vendor_ = 0;
   Stage stage_ = Stage::kAwaitingBootUp;
   NmtState nmt_state_ = NmtState::kBootUp;
   bool boot_up_ = false;
   bool reset_sent_ = false;
   bool operational_seen_ = false;
-  bool request_failed_ = false;
 };
-
-/// First steps of a node's configuration: `settings.identity`, with `device_type` where it has none.
-[[nodiscard]] std::vector<SdoStep> identity_steps_of(const NodeSettings& settings, std::uint32_t device_type);
-
-/// Heartbeat producer and consumer (1017h; 1016h:1, the master's), and the SYNC counter where there is one.
-[[nodiscard]] std::vector<SdoStep> supervision_steps(const NodeSettings& settings);
-
-/// `time` in milliseconds, rounded up.
-[[nodiscard]] std::uint32_t milliseconds_of(Time time);
 
 }  // namespace walkman::canopen

@@ -5,10 +5,10 @@
 #include <limits>
 #include <stdexcept>
 
-#include "drivers/can/fd_length.h"
+#include <fmt/format.h>
+
 #include "drivers/canopen/little_endian.h"
 #include "drivers/canopen/objects.h"
-#include "drivers/cia402/power_up.h"
 
 namespace walkman::cia402 {
 namespace {
@@ -28,6 +28,12 @@ constexpr double kImplausibleFactor = 4;
 constexpr double kImplausibleSlack = 0.02;  // rad
 
 constexpr auto kPositionMode = static_cast<std::uint32_t>(Mode::kCyclicSynchronousPosition);
+
+// A motor may stand this far outside its joint's limits: deflected spring, soft stop, calibration.
+constexpr double kReachMargin = 0.5;  // rad
+
+// Statusword bit 7.
+constexpr std::uint16_t kWarningBit = 0x0080;
 
 // 6007h: reaction of the drive to the loss of its master.
 constexpr std::uint32_t kQuickStopOnLoss = 3;
@@ -55,15 +61,35 @@ InterpolationPeriod interpolation_period(Time period) {
                            " ns cannot be written to 60C2h, expected 1 to 255 times a power of ten");
 }
 
+/// The controlword that brings a drive in `state` one transition nearer to operation enabled (CiA 402-2,
+/// state machine). In the fault state it alternates with `last`, because fault reset acts on bit 7's rising
+/// edge only.
+std::uint16_t next_controlword(State state, std::uint16_t last) noexcept {
+  switch (state) {
+    case State::kSwitchOnDisabled:
+      return controlword::kShutdown;
+    case State::kReadyToSwitchOn:
+      return controlword::kSwitchOn;
+    case State::kSwitchedOn:
+    case State::kOperationEnabled:
+      return controlword::kEnableOperation;
+    case State::kFault:
+      return (last & controlword::kFaultReset) != 0 ? controlword::kDisableVoltage : controlword::kFaultReset;
+    case State::kNotReadyToSwitchOn:
+    case State::kQuickStopActive:
+    case State::kFaultReactionActive:
+      return controlword::kDisableVoltage;
+  }
+  return controlword::kDisableVoltage;
+}
+
 }  // namespace
 
 std::vector<SdoStep> JointDrive::configuration_of(const DriveSettings& settings) {
   using Kind = SdoStep::Kind;
-  const auto [period, exponent] = interpolation_period(settings.node.cycle * pdos_.sync_divider());
-  std::vector<SdoStep> steps = canopen::identity_steps_of(settings.node, kServoDriveType);
-  const auto append = [&steps](const std::vector<SdoStep>& more) {
-    steps.insert(steps.end(), more.begin(), more.end());
-  };
+  const auto [period, exponent] = interpolation_period(settings.node.cycle * mapping_.sync_divider());
+  std::vector<SdoStep> steps = canopen::identity_steps(settings.node, kServoDriveType, vendor_place());
+  const auto append = [&steps](const std::vector<SdoStep>& more) { canopen::append(steps, more); };
   append({{Kind::kExpect, {object::kRatedTorque, 0}, 4, settings.rated_torque_mnm, "rated torque, mN·m"},
           {Kind::kNonZero,
            {object::kSeriesElastic, 3},
@@ -81,14 +107,14 @@ std::vector<SdoStep> JointDrive::configuration_of(const DriveSettings& settings)
   append({{Kind::kWrite, {object::kAbortConnection, 0}, 2, kQuickStopOnLoss, "abort connection option"},
           {Kind::kWrite, {object::kMaxTorque, 0}, 2, settings.max_torque_permille, "max torque, per mille"}});
   // A mode that no PDO carries is set and checked here.
-  if (!pdos_.has(DriveValue::kMode)) {
+  if (!mapping_.has(DriveValue::kMode)) {
     append({{Kind::kWrite, {object::kMode, 0}, 1, kPositionMode, "mode of operation"}});
   }
-  if (!pdos_.has(DriveValue::kModeDisplay)) {
+  if (!mapping_.has(DriveValue::kModeDisplay)) {
     append({{Kind::kExpect, {object::kModeDisplay, 0}, 1, kPositionMode, "mode of operation display"}});
   }
   for (std::size_t i = 0; i < kept_.size(); ++i) {
-    const canopen::MappedObject& kept = pdos_.kept()[i];
+    const canopen::MappingEntry& kept = mapping_.kept()[i];
     append({{Kind::kRead,
              {kept.index, kept.sub},
              static_cast<std::uint8_t>(kept.bits / 8),
@@ -102,9 +128,9 @@ std::vector<SdoStep> JointDrive::configuration_of(const DriveSettings& settings)
 
 JointDrive::JointDrive(const DriveSettings& settings)
     : RemoteNode(settings.node),
-      pdos_(settings.node.pdos),
-      kept_(pdos_.kept().size()),
-      max_velocity_(settings.max_velocity),
+      mapping_(settings.node.pdos),
+      kept_(mapping_.kept().size()),
+      limits_(settings.limits),
       configured_max_torque_(settings.max_torque_permille),
       wanted_max_torque_(settings.max_torque_permille),
       written_max_torque_(settings.max_torque_permille),
@@ -118,18 +144,19 @@ void JointDrive::on_begin_boot() noexcept {
   writing_max_torque_ = false;
   wanted_max_torque_ = written_max_torque_ = configured_max_torque_;
   sample_ = DriveSample{};
-  if (!pdos_.has(DriveValue::kModeDisplay)) sample_.mode = static_cast<std::int8_t>(kPositionMode);
+  if (!mapping_.has(DriveValue::kModeDisplay)) sample_.mode = static_cast<std::int8_t>(kPositionMode);
+  position_at_ = Time::min();
   counter_seen_ = false;
 }
 
 void JointDrive::begin_power_up() noexcept {
-  if (powered_up()) return;
+  if (in_operation()) return;
   controlword_ = controlword::kDisableVoltage;
   holding_ = false;
 }
 
 void JointDrive::power_up() noexcept {
-  if (!has_samples()) return;
+  if (!has_cyclic_data()) return;
   controlword_ = next_controlword(state(), controlword_);
   if (holding_) return;
   target_urad_ = to_micro(sample_.motor_position);
@@ -137,10 +164,35 @@ void JointDrive::power_up() noexcept {
   holding_ = controlword_ == controlword::kEnableOperation;
 }
 
-bool JointDrive::powered_up() const noexcept {
+void JointDrive::end_power_up() noexcept { goal_ = set_point_ = target_urad_ / kUnitsPerRad; }
+
+bool JointDrive::in_operation() const noexcept {
   // Without 6061h in a TPDO the mode was checked by the configuration.
-  return holding_ && has_samples() && state() == State::kOperationEnabled &&
-         (!pdos_.has(DriveValue::kModeDisplay) || sample_.mode == static_cast<std::int8_t>(kPositionMode));
+  return holding_ && has_cyclic_data() && state() == State::kOperationEnabled &&
+         (!mapping_.has(DriveValue::kModeDisplay) || sample_.mode == static_cast<std::int8_t>(kPositionMode));
+}
+
+double JointDrive::command(double link_position, double torque) noexcept {
+  const double position = std::clamp(link_position, limits_.lower, limits_.upper);
+  goal_ = position + deflection(std::clamp(torque, -limits_.effort, limits_.effort));
+  return position;
+}
+
+void JointDrive::command_travel(double share) noexcept {
+  goal_ = limits_.lower + std::clamp(share, 0.0, 1.0) * (limits_.upper - limits_.lower);
+}
+
+void JointDrive::hold() noexcept {
+  goal_ = set_point_;
+  set_target(set_point_, 0);
+}
+
+void JointDrive::advance() noexcept {
+  const double period = std::chrono::duration<double>(settings().cycle).count() * sync_divider();
+  const double longest = limits_.velocity * period;
+  const double step = std::clamp(goal_ - set_point_, -longest, longest);
+  set_point_ += step;
+  set_target(set_point_, step / period);
 }
 
 void JointDrive::set_target(double motor_position, double velocity) noexcept {
@@ -149,9 +201,7 @@ void JointDrive::set_target(double motor_position, double velocity) noexcept {
   target_velocity_urad_ = to_micro(velocity);
 }
 
-double JointDrive::target() const noexcept { return target_urad_ / kUnitsPerRad; }
-
-std::uint32_t JointDrive::command(const DriveField& field) const noexcept {
+std::uint32_t JointDrive::word_of(const DriveField& field) const noexcept {
   switch (field.value) {
     case DriveValue::kControlword:
       return controlword_;
@@ -179,15 +229,15 @@ bool JointDrive::rpdo(int number, can::Frame& out) const noexcept {
   out.id = pdo.cob_id_base + node_id();
   out.fd = bytes > 8;
   out.length = can::fd_length(bytes);
-  for (const DriveField& field : pdos_.receive(number)) {
-    const std::uint32_t value = command(field);
+  for (const DriveField& field : mapping_.receive(number)) {
+    const std::uint32_t value = word_of(field);
     std::memcpy(out.data.data() + field.offset, &value, std::min<std::size_t>(field.bytes, sizeof value));
   }
   return true;
 }
 
-bool JointDrive::carries_controlword(int number) const noexcept {
-  for (const DriveField& field : pdos_.receive(number)) {
+bool JointDrive::carries_stop(int number) const noexcept {
+  for (const DriveField& field : mapping_.receive(number)) {
     if (field.value == DriveValue::kControlword) return true;
   }
   return false;
@@ -195,12 +245,13 @@ bool JointDrive::carries_controlword(int number) const noexcept {
 
 void JointDrive::poll(Time now) noexcept {
   RemoteNode::poll(now);
+  sample_.age = canopen::age_of(cyclic_data_at(), now);
   if (stage() != Stage::kStarted) return;
   if (writing_max_torque_ && sdo().state() != canopen::SdoClient::State::kBusy) {
     writing_max_torque_ = false;
     if (sdo().state() == canopen::SdoClient::State::kFailed) latch_request_failure();
   }
-  if (pdos_.has(DriveValue::kMaxTorque)) return;
+  if (mapping_.has(DriveValue::kMaxTorque)) return;
   // A refused value is latched as a failed request and not asked for again.
   if (!writing_max_torque_ && sdo().pending() == nullptr && wanted_max_torque_ != written_max_torque_) {
     std::array<std::uint8_t, 2> bytes{};
@@ -218,7 +269,7 @@ void JointDrive::clear_events() noexcept {
 }
 
 void JointDrive::on_tpdo(int number, const can::StampedFrame& stamped) noexcept {
-  for (const DriveField& field : pdos_.transmit(number)) {
+  for (const DriveField& field : mapping_.transmit(number)) {
     const std::uint8_t* bytes = stamped.frame.data.data() + field.offset;
     switch (field.value) {
       case DriveValue::kStatusword:
@@ -229,7 +280,7 @@ void JointDrive::on_tpdo(int number, const can::StampedFrame& stamped) noexcept 
         break;
       case DriveValue::kTorque: {
         const auto permille = get<std::int16_t>(bytes);
-        sample_.torque = permille * kPermille * rated_torque();
+        sample_.torque = permille * kPermille * (rated_torque_mnm_ * kMilli);
         sample_.torque_out_of_range = permille == std::numeric_limits<std::int16_t>::min() ||
                                       permille == std::numeric_limits<std::int16_t>::max();
         break;
@@ -253,27 +304,28 @@ void JointDrive::on_tpdo(int number, const can::StampedFrame& stamped) noexcept 
         break;
     }
   }
+  sample_.link_position = sample_.motor_position - deflection(sample_.torque);
 }
 
 void JointDrive::on_position(double position, Time at) noexcept {
-  if (sample_.position_at != Time::min()) {
-    const Time period = settings().cycle * pdos_.sync_divider();
-    const Time elapsed = std::max(settings().cycle, at - sample_.position_at);
+  if (position_at_ != Time::min()) {
+    const Time period = settings().cycle * sync_divider();
+    const Time elapsed = std::max(settings().cycle, at - position_at_);
     const double allowed =
-        kImplausibleFactor * max_velocity_ * std::chrono::duration<double>(elapsed).count() +
+        kImplausibleFactor * limits_.velocity * std::chrono::duration<double>(elapsed).count() +
         kImplausibleSlack;
     const double step = position - sample_.motor_position;
     if (implausible_step_ == 0 && std::abs(step) > allowed) implausible_step_ = step;
     // Positions are sampled at SYNC, so they are whole periods apart whenever their frames came. Two PDOs of
     // one SYNC may both carry the position.
-    const auto periods = (at - sample_.position_at + period / 2) / period;
-    if (!pdos_.has(DriveValue::kVelocity) && periods >= 1) {
+    const auto periods = (at - position_at_ + period / 2) / period;
+    if (!mapping_.has(DriveValue::kVelocity) && periods >= 1) {
       const double seconds = std::chrono::duration<double>(period).count() * static_cast<double>(periods);
       sample_.motor_velocity = step / seconds;
     }
   }
   sample_.motor_position = position;
-  sample_.position_at = at;
+  position_at_ = at;
 }
 
 void JointDrive::on_counter(std::uint16_t counter, Time at) noexcept {
@@ -287,16 +339,89 @@ void JointDrive::on_counter(std::uint16_t counter, Time at) noexcept {
   }
 }
 
-double JointDrive::spring_constant() const noexcept { return spring_constant_mnm_ * kMilli; }
-
-double JointDrive::rated_torque() const noexcept { return rated_torque_mnm_ * kMilli; }
-
-double JointDrive::link_position() const noexcept {
-  return sample_.motor_position - (spring_constant_mnm_ > 0 ? sample_.torque / spring_constant() : 0.0);
+double JointDrive::deflection(double torque) const noexcept {
+  return spring_constant_mnm_ > 0 ? torque / (spring_constant_mnm_ * kMilli) : 0.0;
 }
 
-double JointDrive::motor_position_for(double link_position, double torque) const noexcept {
-  return link_position + (spring_constant_mnm_ > 0 ? torque / spring_constant() : 0.0);
+std::optional<canopen::FaultCause> JointDrive::judge_state() const noexcept {
+  if (!has_cyclic_data() || state() == State::kOperationEnabled) return std::nullopt;
+  return canopen::cause::DriveState{sample_.statusword, sample_.error_code, name_of(state()),
+                                    error_text(sample_.error_code)};
+}
+
+std::optional<canopen::FaultCause> JointDrive::judge_values(Time /*now*/) const noexcept {
+  namespace cause = canopen::cause;
+  if (counter_stuck_for_ > settings().heartbeat_timeout) {
+    return cause::CounterStuck{cycle_counter_, counter_stuck_for_};
+  }
+  if (implausible_step_ != 0) return cause::PositionJump{implausible_step_};
+  const bool below = sample_.motor_position < limits_.lower - kReachMargin;
+  if (below || sample_.motor_position > limits_.upper + kReachMargin) {
+    return cause::BeyondReach{sample_.motor_position, below ? limits_.lower : limits_.upper};
+  }
+  if (sample_.torque_out_of_range) return cause::OutOfRange{};
+  return std::nullopt;
+}
+
+std::string JointDrive::what_samples_miss() const {
+  if (state() != State::kOperationEnabled) {
+    return fmt::format("stays in state {} (statusword {:04X}h, error code {:04X}h), not operation enabled",
+                       name_of(state()), sample_.statusword, sample_.error_code);
+  }
+  if (!in_operation()) return fmt::format("mode of operation (6061h) is {}, not 8", sample_.mode);
+  return {};
+}
+
+std::string JointDrive::warning() const {
+  if (!has_cyclic_data() || (sample_.statusword & kWarningBit) == 0) return {};
+  return fmt::format("reports a warning (statusword {:04X}h, motor at {} degC)", sample_.statusword,
+                     sample_.motor_temperature_c);
+}
+
+std::string_view JointDrive::error_text(std::uint16_t code) const noexcept {
+  // CiA 402-2, error codes of the drive profile.
+  switch (code) {
+    case 0x2220:
+      return "continuous over-current inside the device";
+    case 0x2310:
+      return "continuous over-current at the output";
+    case 0x2320:
+      return "short circuit or earth leakage at the output";
+    case 0x2350:
+      return "thermal overload (i2t)";
+    case 0x3210:
+      return "DC link over-voltage";
+    case 0x3220:
+      return "DC link under-voltage";
+    case 0x4210:
+      return "drive over-temperature";
+    case 0x4310:
+      return "motor over-temperature";
+    case 0x5112:
+      return "logic supply low";
+    case 0x5530:
+      return "non-volatile memory";
+    case 0x6010:
+      return "software reset (watchdog)";
+    case 0x6320:
+      return "parameter error";
+    case 0x7121:
+      return "motor blocked";
+    case 0x7122:
+      return "motor error or commutation";
+    case 0x7305:
+      return "motor-side encoder failure";
+    case 0x7306:
+      return "link-side encoder failure";
+    case 0x8311:
+      return "torque limit exceeded";
+    case 0x8611:
+      return "following error";
+    case 0x8612:
+      return "position reference limit";
+    default:
+      return canopen::communication_error_text(code);
+  }
 }
 
 }  // namespace walkman::cia402

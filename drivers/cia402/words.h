@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <string_view>
 
 /// Controlword, statusword and modes of operation (CiA 402-2 = IEC 61800-7-201).
 namespace walkman::cia402 {
@@ -42,6 +43,29 @@ enum class State : std::uint8_t {
     default:
       return State::kNotReadyToSwitchOn;
   }
+}
+
+/// The standard's name, e.g. "switch on disabled".
+[[nodiscard]] constexpr std::string_view name_of(State state) noexcept {
+  switch (state) {
+    case State::kNotReadyToSwitchOn:
+      return "not ready to switch on";
+    case State::kSwitchOnDisabled:
+      return "switch on disabled";
+    case State::kReadyToSwitchOn:
+      return "ready to switch on";
+    case State::kSwitchedOn:
+      return "switched on";
+    case State::kOperationEnabled:
+      return "operation enabled";
+    case State::kQuickStopActive:
+      return "quick stop active";
+    case State::kFaultReactionActive:
+      return "fault reaction active";
+    case State::kFault:
+      return "fault";
+  }
+  return "unknown";
 }
 
 namespace controlword {

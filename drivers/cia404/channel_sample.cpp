@@ -8,24 +8,30 @@
 #include "drivers/canopen/little_endian.h"
 #include "drivers/canopen/objects.h"
 
-namespace walkman::canopen {
+namespace walkman::cia404 {
+
+namespace object = canopen::object;
+using canopen::DevicePdos;
+using canopen::get;
+using canopen::MappingEntry;
+using canopen::PdoSettings;
 
 ChannelSample::ChannelSample(const DevicePdos& pdos, std::size_t channels, Time cycle) : cycle_(cycle) {
   for (int number = 1; number <= 4; ++number) {
     const PdoSettings& settings = pdos.transmit[static_cast<std::size_t>(number - 1)];
     if (settings.cyclic()) take_mapping(number, settings, channels);
   }
-  std::vector<MappedObject> needed;
+  std::vector<MappingEntry> needed;
   for (std::size_t i = 0; i < channels; ++i) {
     needed.push_back({object::kProcessValueInt16, static_cast<std::uint8_t>(i + 1), 16});
   }
   needed.push_back({object::kCycleCounter, 1, 16});
   needed.push_back({object::kMeasuringStatus, 1, 8});
-  for (const MappedObject& object : needed) {
+  for (const MappingEntry& object : needed) {
     int times = 0;
     for (const PdoSettings& settings : pdos.transmit) {
       if (!settings.cyclic()) continue;
-      for (const MappedObject& mapped : settings.mapping) times += mapped == object ? 1 : 0;
+      for (const MappingEntry& mapped : settings.mapping) times += mapped == object ? 1 : 0;
     }
     if (times == 1) continue;
     throw std::runtime_error(
@@ -42,7 +48,7 @@ ChannelSample::ChannelSample(const DevicePdos& pdos, std::size_t channels, Time 
 void ChannelSample::take_mapping(int number, const PdoSettings& settings, std::size_t channels) {
   auto& fields = fields_[static_cast<std::size_t>(number - 1)];
   std::size_t offset = 0;
-  for (const MappedObject& object : settings.mapping) {
+  for (const MappingEntry& object : settings.mapping) {
     Field field;
     field.offset = static_cast<std::uint8_t>(offset);
     offset += object.bits / 8U;
@@ -70,7 +76,6 @@ void ChannelSample::reset() noexcept {
 bool ChannelSample::belongs(int number, Time at) noexcept {
   const unsigned bit = 1U << static_cast<unsigned>(number - 1);
   if (number == first_) {
-    if (taken_ != 0) ++unpaired_;
     taken_ = bit;
     taken_at_ = at;
     return true;
@@ -79,7 +84,6 @@ bool ChannelSample::belongs(int number, Time at) noexcept {
   const bool same_sync =
       taken_ != 0 && (taken_ & bit) == 0 && at >= taken_at_ && at - taken_at_ < cycle_ * 3 / 4;
   if (!same_sync) {
-    ++unpaired_;
     taken_ = 0;
     return false;
   }
@@ -110,18 +114,15 @@ bool ChannelSample::take(int number, const can::StampedFrame& stamped) noexcept 
   decode(number, stamped.frame);
   if (taken_ != all_) return false;
   taken_ = 0;
-  if (at_ != Time::min() && coming_.counter == complete_.counter) {
-    ++unpaired_;
-    return false;
-  }
+  if (at_ != Time::min() && coming_.counter == complete_.counter) return false;
   complete_ = coming_;
   at_ = taken_at_;
   return true;
 }
 
-bool ChannelSample::at_an_end(std::size_t channel) const noexcept {
+bool ChannelSample::out_of_range(std::size_t channel) const noexcept {
   return raw(channel) == std::numeric_limits<std::int16_t>::min() ||
          raw(channel) == std::numeric_limits<std::int16_t>::max();
 }
 
-}  // namespace walkman::canopen
+}  // namespace walkman::cia404

@@ -8,7 +8,7 @@
 #include "drivers/canopen/pdo_settings.h"
 #include "drivers/time.h"
 
-namespace walkman::canopen {
+namespace walkman::cia404 {
 
 /// The samples of a measuring device (CiA 404): process values 7130h:1..n as i16, a sample counter (2050h:1)
 /// and a status (6150h:1), spread over TPDOs as a mapping says. Puts together the frames that left the device
@@ -19,23 +19,22 @@ class ChannelSample {
 
   /// `cycle`: the SYNC period. Throws std::runtime_error with one sentence when one of the objects is in no
   /// TPDO of transmission type 1 to 240, or has the wrong size.
-  ChannelSample(const DevicePdos& pdos, std::size_t channels, Time cycle);
+  ChannelSample(const canopen::DevicePdos& pdos, std::size_t channels, Time cycle);
 
   /// Takes TPDO `number`. True when it completes a sample, which then is a new one: frames of one SYNC follow
   /// each other within the cycle, and the counter must have moved on.
   [[nodiscard]] bool take(int number, const can::StampedFrame& frame) noexcept;
-  /// Forgets everything but `unpaired`.
+  /// Forgets everything it has taken.
   void reset() noexcept;
 
+  /// Of the newest sample: process value of channel 0..n-1 in the device's unit, 2050h:1, 6150h:1.
   [[nodiscard]] std::int16_t raw(std::size_t channel) const noexcept { return complete_.raw[channel]; }
   [[nodiscard]] std::uint16_t counter() const noexcept { return complete_.counter; }
   [[nodiscard]] std::uint8_t status() const noexcept { return complete_.status; }
   /// Stamp of the oldest frame of the newest sample; `Time::min()` before the first.
   [[nodiscard]] Time at() const noexcept { return at_; }
-  /// A value at an end of its 16 bits: no measurement.
-  [[nodiscard]] bool at_an_end(std::size_t channel) const noexcept;
-  /// Frames that found no partner, or a counter that stood still.
-  [[nodiscard]] std::uint64_t unpaired() const noexcept { return unpaired_; }
+  /// A value that is the least or the greatest of its 16 bits: no measurement.
+  [[nodiscard]] bool out_of_range(std::size_t channel) const noexcept;
 
  private:
   struct Values {
@@ -49,7 +48,7 @@ class ChannelSample {
     std::uint8_t offset = 0;
     std::uint8_t channel = 0;
   };
-  void take_mapping(int number, const PdoSettings& settings, std::size_t channels);
+  void take_mapping(int number, const canopen::PdoSettings& settings, std::size_t channels);
   [[nodiscard]] bool belongs(int number, Time at) noexcept;
   void decode(int number, const can::Frame& frame) noexcept;
 
@@ -61,7 +60,6 @@ class ChannelSample {
   Time taken_at_{};
   Values coming_, complete_;
   Time at_ = Time::min();
-  std::uint64_t unpaired_ = 0;
 };
 
-}  // namespace walkman::canopen
+}  // namespace walkman::cia404

@@ -2,8 +2,12 @@
 
 #include <cmath>
 
-namespace walkman::imu {
+#include "drivers/canopen/objects.h"
+
+namespace walkman::cia404 {
 namespace {
+
+namespace object = canopen::object;
 
 constexpr double kForceUnit = 1e-3;  // m/s^2
 constexpr double kRateUnit = 1e-3;   // rad/s
@@ -14,42 +18,32 @@ constexpr double kLengthTolerance = 0.05;
 
 }  // namespace
 
-InertialUnit::InertialUnit(const canopen::NodeSettings& settings)
-    : RemoteNode(settings), channels_(settings.pdos, kChannels, settings.cycle) {
-  std::vector<canopen::SdoStep> steps = canopen::identity_steps_of(settings, kInertialUnitType);
-  for (const auto& more :
-       {canopen::supervision_steps(settings), canopen::pdo_steps(settings.pdos, settings.node_id)}) {
-    steps.insert(steps.end(), more.begin(), more.end());
-  }
-  set_configuration(std::move(steps));
+InertialUnit::InertialUnit(const canopen::NodeSettings& settings) : MeasuringDevice(settings, kChannels) {
+  set_measuring_steps({});
 }
 
-void InertialUnit::on_begin_boot() noexcept {
-  channels_.reset();
-  sample_ = InertialSample{};
-}
-
-void InertialUnit::on_tpdo(int number, const can::StampedFrame& stamped) noexcept {
-  if (!channels_.take(number, stamped)) return;
-  sample_.out_of_range = false;
-  for (std::size_t i = 0; i < kChannels; ++i) {
-    sample_.out_of_range = sample_.out_of_range || channels_.at_an_end(i);
-  }
+bool InertialUnit::decode(const ChannelSample& channels) noexcept {
   for (int i = 0; i < 3; ++i) {
     const auto channel = static_cast<std::size_t>(i);
-    sample_.specific_force[i] = channels_.raw(channel) * kForceUnit;
-    sample_.angular_velocity[i] = channels_.raw(channel + 3) * kRateUnit;
+    sample_.specific_force[i] = channels.raw(channel) * kForceUnit;
+    sample_.angular_velocity[i] = channels.raw(channel + 3) * kRateUnit;
   }
-  const Eigen::Quaterniond q(channels_.raw(6) * kQuaternionUnit, channels_.raw(7) * kQuaternionUnit,
-                             channels_.raw(8) * kQuaternionUnit, channels_.raw(9) * kQuaternionUnit);
-  if (std::abs(q.norm() - 1) < kLengthTolerance) {
-    sample_.R_WS = q.normalized();
-  } else {
-    sample_.out_of_range = true;
-  }
-  sample_.counter = channels_.counter();
-  sample_.status = channels_.status();
-  sample_.at = channels_.at();
+  const Eigen::Quaterniond q(channels.raw(6) * kQuaternionUnit, channels.raw(7) * kQuaternionUnit,
+                             channels.raw(8) * kQuaternionUnit, channels.raw(9) * kQuaternionUnit);
+  if (std::abs(q.norm() - 1) >= kLengthTolerance) return false;
+  sample_.R_WS = q.normalized();
+  return true;
 }
 
-}  // namespace walkman::imu
+canopen::DevicePdos InertialUnit::factory_pdos() {
+  canopen::DevicePdos pdos = canopen::predefined_pdos();
+  constexpr std::uint16_t kValue = object::kProcessValueInt16;
+  enable(pdos.transmit[0], 1,
+         {{kValue, 1, 16}, {kValue, 2, 16}, {kValue, 3, 16}, {object::kCycleCounter, 1, 16}});
+  enable(pdos.transmit[1], 1,
+         {{kValue, 4, 16}, {kValue, 5, 16}, {kValue, 6, 16}, {object::kMeasuringStatus, 1, 8}});
+  enable(pdos.transmit[2], 1, {{kValue, 7, 16}, {kValue, 8, 16}, {kValue, 9, 16}, {kValue, 10, 16}});
+  return pdos;
+}
+
+}  // namespace walkman::cia404

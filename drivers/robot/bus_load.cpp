@@ -5,15 +5,14 @@
 
 #include <fmt/format.h>
 
-#include "drivers/can/fd_length.h"
+#include "drivers/can/frame_time.h"
 
 namespace walkman::robot {
 namespace {
 
-constexpr std::size_t kClassicalBytes = 8;
-constexpr std::size_t kFdShortCrcBytes = 16;
-
 double seconds(Time time) { return std::chrono::duration<double>(time).count(); }
+
+can::BitRates rates_of(const Bus& bus) { return {bus.bit_rate, bus.data_bit_rate}; }
 
 /// Bus time of one direction's PDOs: what goes with every SYNC, and what goes by timers a second.
 struct Traffic {
@@ -29,7 +28,7 @@ void add(Traffic& traffic, const std::array<canopen::PdoSettings, 4>& pdos, bool
   }
   for (const canopen::PdoSettings& pdo : pdos) {
     if (!pdo.enabled) continue;
-    const double time = seconds(worst_frame_time(pdo.bytes(), bus.bit_rate, bus.data_bit_rate));
+    const double time = seconds(can::worst_frame_time(pdo.bytes(), rates_of(bus)));
     // The master sends a drive's commands together, whether they take effect at SYNC or at once.
     if (pdo.cyclic() || commands) {
       traffic.frames += pace;
@@ -42,37 +41,20 @@ void add(Traffic& traffic, const std::array<canopen::PdoSettings, 4>& pdos, bool
 
 }  // namespace
 
-Time worst_frame_time(std::size_t bytes, std::uint32_t bit_rate, std::uint32_t data_bit_rate) {
-  double time = 0;
-  if (bytes <= kClassicalBytes) {
-    // Start of frame to CRC sequence is stuffed; delimiters, acknowledgement, end and intermission are not.
-    const std::size_t stuffed = 34 + 8 * bytes;
-    time = static_cast<double>(stuffed + (stuffed - 1) / 4 + 13) / bit_rate;
-  } else {
-    const std::size_t padded = can::fd_length(bytes);
-    const std::size_t dynamic = 1 + 4 + 8 * padded;
-    const std::size_t crc = padded <= kFdShortCrcBytes ? 17 + 6 : 21 + 7;
-    const std::size_t data_bits = dynamic + dynamic / 4 + 4 + crc + 1;
-    constexpr std::size_t kNominalBits = 17 + 4 + 12;
-    time = static_cast<double>(kNominalBits) / bit_rate + static_cast<double>(data_bits) / data_bit_rate;
-  }
-  return Time(std::llround(time * 1e9));
-}
-
 std::vector<BusLoad> bus_loads(const DeviceTable& table, const PdoLayout& layout, Time cycle,
                                Time heartbeat) {
   std::vector<BusLoad> loads;
   for (const Bus& bus : table.buses) {
     Traffic traffic;
     traffic.frames = 1;
-    traffic.cyclic = seconds(worst_frame_time(0, bus.bit_rate, bus.data_bit_rate));
+    traffic.cyclic = seconds(can::worst_frame_time(0, rates_of(bus)));
     for (const Device& device : bus.devices) {
       const canopen::DevicePdos& pdos = layout.of(device.kind);
       add(traffic, pdos.receive, true, bus);
       add(traffic, pdos.transmit, false, bus);
     }
     const auto beats = static_cast<double>(bus.devices.size() + 1) / seconds(heartbeat);
-    traffic.by_events += beats * seconds(worst_frame_time(1, bus.bit_rate, bus.data_bit_rate));
+    traffic.by_events += beats * seconds(can::worst_frame_time(1, rates_of(bus)));
     BusLoad load;
     load.bus = bus.name;
     load.frames = static_cast<int>(std::lround(traffic.frames));

@@ -11,19 +11,14 @@ namespace walkman::robot {
 /// What a robot's cyclic traffic asks of one bus, with worst-case bit stuffing in every frame.
 struct BusLoad {
   std::string bus;
-  int frames = 0;           ///< a cycle: SYNC and the PDOs that go with it
+  int frames = 0;           ///< per cycle: SYNC and the PDOs that go with it
   Time cyclic{};            ///< bus time of these
   double load = 0;          ///< their share of the cycle; above 1 they do not fit
   double with_events = 0;   ///< and heartbeats and timed TPDOs on top
   int highest_rate_hz = 0;  ///< at which the cyclic traffic still fits
 };
 
-/// Longest time a data frame of `bytes` may take, with 11-bit identifier and intermission (ISO 11898-1): up
-/// to 8 bytes as a classical frame at `bit_rate`, more as a CAN FD frame with its data phase at
-/// `data_bit_rate`.
-[[nodiscard]] Time worst_frame_time(std::size_t bytes, std::uint32_t bit_rate, std::uint32_t data_bit_rate);
-
-/// One entry a bus of `table`, exchanging the PDOs of `layout` every `cycle`. PDOs of transmission type n
+/// One entry per bus of `table`, exchanging the PDOs of `layout` every `cycle`. PDOs of transmission type n
 /// count as an n-th of a frame.
 [[nodiscard]] std::vector<BusLoad> bus_loads(const DeviceTable& table, const PdoLayout& layout, Time cycle,
                                              Time heartbeat);

@@ -1,6 +1,7 @@
 #include "drivers/robot/identities.h"
 
-#include <utility>
+#include <string>
+#include <vector>
 
 #include <fmt/format.h>
 
@@ -18,17 +19,15 @@ canopen::ExpectedIdentity Identities::of(DeviceKind kind, std::uint8_t node_id) 
 
 Identities load_identities(const std::filesystem::path& yaml_file) {
   constexpr std::uint32_t kMax = 0xFFFFFFFF;
-  const std::pair<const char*, DeviceKind> kinds[] = {{"joint_drive", DeviceKind::kJointDrive},
-                                                      {"hand_drive", DeviceKind::kHandDrive},
-                                                      {"force_torque", DeviceKind::kForceTorque},
-                                                      {"imu", DeviceKind::kInertialUnit}};
-  const YamlMap top(yaml_file.string(), parse_yaml_file(yaml_file), "",
-                    {"joint_drive", "hand_drive", "force_torque", "imu", "serials"});
+  std::vector<std::string> keys;
+  for (const DeviceKindName& kind : kDeviceKinds) keys.emplace_back(kind.name);
+  keys.emplace_back("serials");
+  const YamlMap top(yaml_file.string(), parse_yaml_file(yaml_file), "", keys);
   Identities identities;
-  for (const auto& [key, kind] : kinds) {
-    if (!top.has(key)) continue;
-    const YamlMap map = top.map(key, {"device_type", "vendor", "product", "revision"});
-    canopen::ExpectedIdentity& identity = identities.kinds[kind];
+  for (const DeviceKindName& kind : kDeviceKinds) {
+    if (!top.has(kind.name)) continue;
+    const YamlMap map = top.map(kind.name, {"device_type", "vendor", "product", "revision"});
+    canopen::ExpectedIdentity& identity = identities.kinds[kind.kind];
     identity.device_type = read_hexadecimal(map, "device_type", 1, kMax);
     if (map.has("vendor")) identity.vendor = read_hexadecimal(map, "vendor", 1, kMax);
     if (map.has("product")) identity.product = read_hexadecimal(map, "product", 0, kMax);

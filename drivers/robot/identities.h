@@ -3,7 +3,7 @@
 #include <filesystem>
 #include <map>
 
-#include "drivers/canopen/identity.h"
+#include "drivers/canopen/node_settings.h"
 #include "urdf/reader/device_table.h"
 
 namespace walkman::robot {

@@ -6,28 +6,25 @@
 
 #include <fmt/format.h>
 
-#include "drivers/cia404/channel_sample.h"
-#include "drivers/canopen/factory_pdos.h"
-#include "drivers/cia402/drive_pdos.h"
+#include "drivers/robot/device_kinds.h"
 #include "drivers/robot/yaml_numbers.h"
 
 namespace walkman::robot {
 namespace {
 
 using canopen::DevicePdos;
-using canopen::MappedObject;
+using canopen::MappingEntry;
 using canopen::PdoDirection;
 using canopen::PdoSettings;
 
-constexpr std::uint8_t kHandSyncs = 1;
 constexpr std::size_t kClassicalBytes = 8;
 constexpr std::size_t kFdBytes = 64;
 
 // Dummy types 0001h..0007h and their bits (CiA 301, table 44).
 constexpr int kDummyBits[] = {0, 1, 8, 16, 32, 8, 16, 32};
 
-MappedObject read_object(const YamlMap& map, PdoDirection direction) {
-  MappedObject object;
+MappingEntry read_object(const YamlMap& map, PdoDirection direction) {
+  MappingEntry object;
   object.index = static_cast<std::uint16_t>(read_hexadecimal(map, "index", 1, 0xFFFF));
   if (map.has("sub")) object.sub = static_cast<std::uint8_t>(map.integer("sub", 0, 254));
   object.bits = static_cast<std::uint8_t>(map.integer("bits", 8, 64));
@@ -117,33 +114,18 @@ std::array<PdoSettings, 4> read_pdos(const YamlMap& device, const char* key, Pdo
   return pdos;
 }
 
-void check(DeviceKind kind, const DevicePdos& pdos) {
-  switch (kind) {
-    case DeviceKind::kJointDrive:
-    case DeviceKind::kHandDrive:
-      static_cast<void>(cia402::DrivePdos(pdos));
-      return;
-    case DeviceKind::kForceTorque:
-      static_cast<void>(canopen::ChannelSample(pdos, 6, std::chrono::milliseconds(1)));
-      return;
-    case DeviceKind::kInertialUnit:
-      static_cast<void>(canopen::ChannelSample(pdos, 10, std::chrono::milliseconds(1)));
-      return;
-  }
-}
-
-DevicePdos read_device(const YamlMap& top, const std::string& key, DeviceKind kind, bool fd) {
-  const bool drive = kind == DeviceKind::kJointDrive || kind == DeviceKind::kHandDrive;
-  const YamlMap map = drive ? top.map(key, {"rpdos", "tpdos"}) : top.map(key, {"tpdos"});
+DevicePdos read_device(const YamlMap& top, const DeviceKindName& kind, bool fd) {
+  if (!kind.drive && !top.has(kind.name)) return driver_of(kind.kind).factory_pdos();
+  const YamlMap map = kind.drive ? top.map(kind.name, {"rpdos", "tpdos"}) : top.map(kind.name, {"tpdos"});
   DevicePdos pdos;
-  if (drive) {
+  if (kind.drive) {
     pdos.receive = read_pdos(map, "rpdos", PdoDirection::kReceive, fd);
     pdos.write_receive = true;
   }
   pdos.transmit = read_pdos(map, "tpdos", PdoDirection::kTransmit, fd);
   pdos.write_transmit = true;
   try {
-    check(kind, pdos);
+    driver_of(kind.kind).check(pdos);
   } catch (const std::runtime_error& error) {
     map.fail("", error.what());
   }
@@ -152,41 +134,24 @@ DevicePdos read_device(const YamlMap& top, const std::string& key, DeviceKind ki
 
 }  // namespace
 
-const DevicePdos& PdoLayout::of(DeviceKind kind) const noexcept {
-  switch (kind) {
-    case DeviceKind::kHandDrive:
-      return hand_drive;
-    case DeviceKind::kForceTorque:
-      return force_torque;
-    case DeviceKind::kInertialUnit:
-      return imu;
-    case DeviceKind::kJointDrive:
-      break;
-  }
-  return joint_drive;
-}
-
 PdoLayout factory_layout() {
-  return {"factory",
-          false,
-          canopen::factory_drive_pdos(1),
-          canopen::factory_drive_pdos(kHandSyncs),
-          canopen::factory_force_torque_pdos(),
-          canopen::factory_inertial_pdos()};
+  PdoLayout layout;
+  layout.name = "factory";
+  for (const DeviceKindName& kind : kDeviceKinds)
+    layout.kinds[kind.kind] = driver_of(kind.kind).factory_pdos();
+  return layout;
 }
 
 PdoLayout load_pdo_layout(const std::filesystem::path& yaml_file) {
-  const YamlMap top(yaml_file.string(), parse_yaml_file(yaml_file), "",
-                    {"name", "can_fd", "joint_drive", "hand_drive", "force_torque", "imu"});
+  std::vector<std::string> keys{"name", "can_fd"};
+  for (const DeviceKindName& kind : kDeviceKinds) keys.emplace_back(kind.name);
+  const YamlMap top(yaml_file.string(), parse_yaml_file(yaml_file), "", keys);
   PdoLayout layout;
   layout.name = top.text("name");
   const std::string fd = top.text("can_fd");
   if (fd != "yes" && fd != "no") top.fail("can_fd", fmt::format("found \"{}\", expected yes or no", fd));
   layout.fd = fd == "yes";
-  layout.joint_drive = read_device(top, "joint_drive", DeviceKind::kJointDrive, layout.fd);
-  layout.hand_drive = read_device(top, "hand_drive", DeviceKind::kHandDrive, layout.fd);
-  layout.force_torque = read_device(top, "force_torque", DeviceKind::kForceTorque, layout.fd);
-  layout.imu = read_device(top, "imu", DeviceKind::kInertialUnit, layout.fd);
+  for (const DeviceKindName& kind : kDeviceKinds) layout.kinds[kind.kind] = read_device(top, kind, layout.fd);
   return layout;
 }
 

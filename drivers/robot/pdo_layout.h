@@ -1,6 +1,7 @@
 #pragma once
 
 #include <filesystem>
+#include <map>
 #include <string>
 
 #include "drivers/canopen/pdo_settings.h"
@@ -13,15 +14,16 @@ namespace walkman::robot {
 struct PdoLayout {
   std::string name;
   bool fd = false;  ///< PDOs may exceed 8 bytes and then travel in CAN FD frames
-  canopen::DevicePdos joint_drive, hand_drive, force_torque, imu;
+  std::map<DeviceKind, canopen::DevicePdos> kinds;  ///< one of every kind
 
-  [[nodiscard]] const canopen::DevicePdos& of(DeviceKind kind) const noexcept;
+  [[nodiscard]] const canopen::DevicePdos& of(DeviceKind kind) const { return kinds.at(kind); }
 };
 
 /// The devices' factory mapping, layout A: nothing is written to them.
 [[nodiscard]] PdoLayout factory_layout();
 
 /// Reads a layout from a YAML file (`drivers/robot/pdo_layouts/`); the master writes it to the nodes at boot.
+/// A sensor it does not name keeps its factory mapping.
 /// Throws std::runtime_error with file, line, place, what was found and what was expected.
 [[nodiscard]] PdoLayout load_pdo_layout(const std::filesystem::path& yaml_file);
 

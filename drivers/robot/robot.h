@@ -3,106 +3,27 @@
 #include <cstdint>
 #include <memory>
 #include <optional>
+#include <ranges>
+#include <span>
 #include <string>
 #include <vector>
 
-#include <Eigen/Geometry>
-
 #include "drivers/can/interface.h"
-#include "drivers/robot/identities.h"
-#include "drivers/robot/pdo_layout.h"
+#include "drivers/cia402/joint_drive.h"
+#include "drivers/cia404/force_torque_sensor.h"
+#include "drivers/robot/boot.h"
+#include "drivers/robot/fault.h"
+#include "drivers/robot/robot_bus.h"
+#include "drivers/robot/robot_options.h"
 #include "urdf/reader/device_table.h"
-#include "urdf/reader/wrench.h"
+#include "urdf/reader/robot_model.h"
 
 namespace walkman::robot {
-
-/// Newest state of one drive. SI units, joint side of the gearbox.
-struct JointState {
-  double motor_position = 0;     ///< 6064h: motor-side encoder, reflected to the joint, rad
-  double motor_velocity = 0;     ///< 606Ch, or the change of 6064h where no PDO has it, rad/s
-  double torque = 0;             ///< 6077h: series-spring torque on the link, N·m
-  double link_position = 0;      ///< motor position less the spring's deflection at `torque`, rad
-  std::uint16_t statusword = 0;  ///< 6041h
-  std::int8_t mode = 0;          ///< 6061h
-  Time age = Time::max();        ///< of the oldest of the TPDOs that come with SYNC
-};
-
-/// Newest sample of one force/torque sensor: the load on the sensor, about and in the sensor frame.
-struct ForceTorqueState {
-  Wrench F_So_S;
-  std::uint16_t sample_counter = 0;  ///< 2050h; equal for both TPDOs of a sample
-  std::uint8_t status = 0;           ///< 6150h: bit 0 invalid, 1 positive, 2 negative overload
-  Time age = Time::max();
-};
-
-/// Newest sample of one inertial unit, in its own frame S.
-struct InertialState {
-  Eigen::Vector3d specific_force = Eigen::Vector3d::Zero();    ///< m/s²: acceleration less gravity's
-  Eigen::Vector3d angular_velocity = Eigen::Vector3d::Zero();  ///< rad/s
-  Eigen::Quaterniond R_WS = Eigen::Quaterniond::Identity();    ///< orientation in the world
-  std::uint16_t sample_counter = 0;                            ///< 2050h
-  std::uint8_t status = 0;                                     ///< 6150h: bit 0 invalid
-  Time age = Time::max();
-};
 
 /// Set-point of one drive for the next SYNC.
 struct JointCommand {
   double link_position = 0;       ///< rad; the driver adds the spring's deflection at `feedforward_torque`
   double feedforward_torque = 0;  ///< expected static torque on the link, N·m
-};
-
-enum class FaultKind {
-  kBootFailed,        ///< no boot-up, wrong identity, SDO abort or time-out while configuring
-  kDataStale,         ///< cyclic data older than the limit
-  kHeartbeatLost,     ///< no heartbeat within the consumer time
-  kUnexpectedBootUp,  ///< boot-up message in operation
-  kDriveFault,        ///< statusword fault bit, or left operation enabled unasked
-  kNmtState,          ///< left NMT operational unasked
-  kEmergency,         ///< EMCY received
-  kSensorInvalid,     ///< F/T status bit set
-  kNotFinite,         ///< a value that is not a number, or outside what the device can measure
-  kLimit,             ///< a command outside joint limits (clamped) by more than the tolerance
-  kInterfaceDown,     ///< frames cannot be sent: interface down, queue full for several cycles, frame refused
-  kRequestFailed,     ///< an SDO request in operation (tare, torque limit) was refused or not answered
-  kBusOff,            ///< the computer's CAN controller is bus-off
-  kReceiveOverflow,   ///< received frames were lost because nobody fetched them in time
-};
-
-/// The first thing that went wrong. Stays until `Robot::clear_fault`.
-struct Fault {
-  FaultKind kind{};
-  std::string device;  ///< URDF joint or frame
-  std::uint8_t node_id = 0;
-  Time time{};
-  std::string text;  ///< one sentence for people
-};
-
-struct RobotOptions {
-  Time cycle = std::chrono::milliseconds(5);  ///< SYNC period
-  int stale_after_cycles = 3;                 ///< cyclic data older than this many cycles is a fault
-  Time heartbeat_producer = std::chrono::milliseconds(100);
-  Time heartbeat_timeout = std::chrono::milliseconds(250);
-  Time boot_timeout = std::chrono::seconds(5);
-  double max_joint_velocity =
-      6.0;  ///< rad/s, between consecutive set-points; the URDF's limit where it is lower
-  double limit_tolerance = 0.01;  ///< rad beyond a position limit that are clamped without a fault
-  PdoLayout layout = factory_layout();
-  Identities identities;
-  bool allow_overload = false;    ///< take a cycle that the frames of a bus do not fit into, for tests
-  int sync_counter_overflow = 0;  ///< 1019h: 2 to 240, SYNC carries a counter; 0: it does not
-};
-
-/// Progress of `Robot::tare`.
-enum class TareState { kIdle, kBusy, kDone, kFailed };
-
-/// Where one node stands, for people.
-struct NodeStatus {
-  std::string name;  ///< URDF joint or frame
-  std::string interface;
-  std::uint8_t node_id = 0;
-  std::string state;             ///< e.g. "awaiting boot-up", "configuring 3/10", "operation enabled"
-  std::uint16_t error_code = 0;  ///< of the newest EMCY; 0000h when there was none or the node is rid of it
-  Time heartbeat_age = Time::max();
 };
 
 /// What has passed since construction, over all buses.
@@ -117,16 +38,16 @@ struct Counters {
   std::uint64_t controller_reports = 0;  ///< error frames of the computer's own controllers
 };
 
-/// Where one bus stands.
-struct BusStatus {
-  std::string interface;
-  can::LinkState link = can::LinkState::kActive;  ///< of the computer's controller
-  Counters counters;
-};
+/// The newest samples of devices of one class, as a view of them.
+template <typename DeviceClass>
+[[nodiscard]] auto samples_of(const std::vector<DeviceClass*>& devices) noexcept {
+  return std::views::transform(
+      std::span<DeviceClass* const>(devices),
+      [](const DeviceClass* device) -> const auto& { return device->sample(); });
+}
 
-/// The robot as its control computer sees it: every drive and sensor of a device table, over one CAN
-/// interface a bus. Holds no thread and no clock. Once booted, `read`, `write` and `sync` neither allocate
-/// nor throw.
+/// The robot as its control computer sees it: every device of a device table, over one CAN interface per bus.
+/// Holds no thread and no clock. Once booted, `read`, `write` and `sync` neither allocate nor throw.
 class Robot {
  public:
   /// `interfaces` in the order of `table.buses`; they must outlive the robot.
@@ -134,7 +55,6 @@ class Robot {
   /// the number of interfaces does not fit, or the options do not.
   Robot(const RobotModel& model, const DeviceTable& table, const std::vector<can::Interface*>& interfaces,
         const RobotOptions& options = {});
-  ~Robot();
   Robot(const Robot&) = delete;
   Robot& operator=(const Robot&) = delete;
 
@@ -162,7 +82,7 @@ class Robot {
   /// In lock-step: everything has come that the SYNCs sent so far bring about: the due TPDOs of every started
   /// node, the answers to SDO requests sent before the last SYNC, the boot-up after an NMT reset. What fails
   /// to come several times over is not waited for any more; judging that is `read`'s business.
-  [[nodiscard]] bool settled() const noexcept;
+  [[nodiscard]] bool cycle_complete() const noexcept;
 
   /// Takes in everything received, judges ages and states. Returns false once a fault is latched; from then
   /// on the drives hold their last set-points and `write` is without effect until `clear_fault`.
@@ -175,11 +95,8 @@ class Robot {
   void write(const std::vector<JointCommand>& commands) noexcept;
 
   /// Hand drives: target in 0 (open) .. 1 (closed) of the motor's travel, torque limit in 0..1 of rated.
+  /// Values outside are clamped; one that is not finite, or a hand that is not there, is a fault.
   void write_hand(int hand, double closure, double torque_limit) noexcept;
-
-  /// Asks a sensor to take its present load as zero (6139h), in the background of the following cycles.
-  void tare(int sensor) noexcept;
-  [[nodiscard]] TareState tare_state(int sensor) const noexcept;
 
   /// Sends SYNC on every bus, then the set-points as RPDOs; the devices take them at the next SYNC.
   void sync(Time now) noexcept;
@@ -187,14 +104,21 @@ class Robot {
   /// Quick stop on every drive and NMT stop on every bus.
   void stop() noexcept;
 
-  [[nodiscard]] const std::vector<std::string>& joint_names() const;  ///< body joints, table order
-  [[nodiscard]] const std::vector<JointState>& joints() const;
-  [[nodiscard]] const std::vector<std::string>& hand_names() const;
-  [[nodiscard]] const std::vector<JointState>& hands() const;
-  [[nodiscard]] const std::vector<std::string>& sensor_names() const;
-  [[nodiscard]] const std::vector<ForceTorqueState>& sensors() const;
-  [[nodiscard]] const std::vector<std::string>& imu_names() const;
-  [[nodiscard]] const std::vector<InertialState>& imus() const;  ///< empty on a robot without
+  /// Newest samples of the body's drives, of the hands' and of the force/torque sensors, element i that of
+  /// name i; table order. Views of the devices' own samples, valid as long as the robot.
+  [[nodiscard]] auto joints() const noexcept { return samples_of(joints_); }
+  [[nodiscard]] auto hands() const noexcept { return samples_of(hands_); }
+  [[nodiscard]] auto sensors() const noexcept { return samples_of(sensors_); }
+  [[nodiscard]] const std::vector<std::string>& joint_names() const noexcept { return joint_names_; }
+  [[nodiscard]] const std::vector<std::string>& hand_names() const noexcept { return hand_names_; }
+  [[nodiscard]] const std::vector<std::string>& sensor_names() const noexcept { return sensor_names_; }
+
+  /// The device of a class by its URDF joint or frame, e.g. `find<cia404::InertialUnit>("imu_link")`; null
+  /// when there is none. Valid as long as the robot; for setting up, not for the cycle.
+  template <typename DeviceClass>
+  [[nodiscard]] const DeviceClass* find(const std::string& name) const {
+    return dynamic_cast<const DeviceClass*>(find_device(name));
+  }
 
   /// The latched fault. Words are made when it is first asked for, outside the cycle.
   [[nodiscard]] const std::optional<Fault>& fault() const;
@@ -204,15 +128,38 @@ class Robot {
   void clear_fault();
 
   [[nodiscard]] Counters counters() const noexcept;
-  [[nodiscard]] std::vector<NodeStatus> nodes() const;  ///< table order
-  [[nodiscard]] std::vector<BusStatus> buses() const;   ///< table order
   /// What is not well but no fault, one sentence each: controllers with raised error counters, drives with
-  /// their warning bit set.
+  /// their warning bit set, buses that others leave no room, another master's commands with their COB-IDs.
   [[nodiscard]] std::vector<std::string> warnings() const;
 
  private:
-  struct Impl;
-  std::unique_ptr<Impl> impl_;
+  enum class State { kIdle, kBooting, kRunning, kStopped };
+
+  void add(const RobotModel& model, const Device& device, const Bus& bus, RobotBus& robot_bus);
+  [[nodiscard]] const canopen::RemoteNode* find_device(const std::string& name) const noexcept;
+  [[nodiscard]] canopen::NodeSettings node_settings(const Device& device, const RobotBus& bus) const;
+
+  bool step(Time now);
+  void receive(Time now) noexcept;
+  void judge(Time now) noexcept;
+  [[nodiscard]] FaultRecord of_all_buses(const FaultRecord& record, Time now) const noexcept;
+  void latch(const FaultRecord& candidate) noexcept;
+  void latch_command(const canopen::FaultCause& cause, const canopen::RemoteNode* device) noexcept;
+  void send_cycle(Time now) noexcept;
+
+  RobotOptions options_;
+  std::vector<std::unique_ptr<RobotBus>> buses_;
+  std::vector<cia402::JointDrive*> joints_, hands_;
+  std::vector<cia404::ForceTorqueSensor*> sensors_;
+  std::vector<std::string> joint_names_, hand_names_, sensor_names_;
+  Boot boot_{buses_, options_};
+
+  State state_ = State::kIdle;
+  Time now_{};
+  Time read_at_ = Time::min();  // the last `read` of a running robot
+  std::uint64_t syncs_ = 0;
+  std::optional<FaultRecord> fault_;
+  mutable std::optional<Fault> described_;
 };
 
 }  // namespace walkman::robot

@@ -5,7 +5,7 @@
 
 #include <fmt/format.h>
 
-#include "drivers/can/fd_length.h"
+#include "drivers/can/frame.h"
 #include "emulator/datasheets/object_names.h"
 #include "emulator/datasheets/wire_unit.h"
 #include "emulator/nodes/cia301/communication_table.h"

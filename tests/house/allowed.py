@@ -3,8 +3,7 @@
 CLOCK = {
     "drivers/can/receive_batch.cpp": "SocketCAN: the kernel's time stamps are read on the host's two clocks",
     "drivers/can/socket_can.cpp": "SocketCAN: stamps a frame's arrival; pauses while an interface starts again",
-    "drivers/robot/lockstep_cycle.cpp": "gives up on an emulator that has gone; no result depends on it",
-    "drivers/robot/real_time_cycle.cpp": "the driver side's own pace on a real robot",
+    "drivers/robot/kernel_cycle.cpp": "the driver side's own pace on a real robot; in lock-step it gives up on an emulator that has gone",
     "emulator/gateways/socketcand_server.cpp": "time-outs of clients and the beacon's period are the host's: its timer",
     "adaptation/perception/stage_one.cpp": "reports how long the computation took",
 }
@@ -13,9 +12,6 @@ OPEN = {
     "folders": set(),
     "names": {
         "kinematics.h",
-        "lockstep_cycle.h",
-        "JointState",
-        "TareState",
     },
     "sizes": {
         "adaptation/perception/random_source.h",
@@ -25,11 +21,6 @@ OPEN = {
         "apps/shared/commands.h",
         "apps/shared/exit_code.h",
         "apps/shared/lockstep_cycle.h",
-        "drivers/can/fd_length.h",
-        "drivers/canopen/cob_id.h",
-        "drivers/canopen/nmt.h",
-        "drivers/robot/cycle.h",
-        "drivers/robot/master_bus.h",
         "urdf/reader/urdf_screen.h",
         "urdf/reader/wrench.h",
     },

@@ -69,7 +69,7 @@ class LayoutRun {
   /// RElbj by `kMove` and as long again at rest; everything else holds. False with a fault.
   bool move() {
     std::vector<robot::JointCommand> commands;
-    for (const robot::JointState& joint : robot_->joints())
+    for (const cia402::DriveSample& joint : robot_->joints())
       commands.push_back({joint.link_position, joint.torque});
     const auto& names = robot_->joint_names();
     const auto elbow =

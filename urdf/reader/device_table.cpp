@@ -46,29 +46,33 @@ void check_frame(const YamlMap& map, const std::string& key, const Device& devic
                             did_you_mean(device.name, frames)));
 }
 
-std::string kind_key(const YamlMap& map) {
-  std::string found;
-  for (const char* key : {"joint", "hand", "force_torque", "imu"}) {
-    if (!map.has(key)) continue;
-    if (!found.empty()) map.fail(key, fmt::format("\"{}\" is there too, expected one of them", found));
-    found = key;
+const DeviceKindName& kind_of(const YamlMap& map) {
+  const DeviceKindName* found = nullptr;
+  std::vector<std::string> keys;
+  for (const DeviceKindName& kind : kDeviceKinds) {
+    keys.emplace_back(kind.key);
+    if (!map.has(kind.key)) continue;
+    if (found != nullptr) {
+      map.fail(kind.key, fmt::format("\"{}\" is there too, expected one of them", found->key));
+    }
+    found = &kind;
   }
-  if (found.empty()) map.fail("", "expected one of the keys joint, hand, force_torque, imu");
-  return found;
+  if (found == nullptr) map.fail("", fmt::format("expected one of the keys {}", fmt::join(keys, ", ")));
+  return *found;
 }
 
 Device read_device(const YamlMap& map, const RobotModel& model, Used& used) {
   Device device;
-  const std::string key = kind_key(map);
+  const DeviceKindName& kind = kind_of(map);
+  const std::string key = kind.key;
+  device.kind = kind.kind;
   device.name = map.text(key);
   device.node_id = static_cast<std::uint8_t>(map.integer("node", 1, 127));
-  if (key == "force_torque" || key == "imu") {
-    device.kind = key == "imu" ? DeviceKind::kInertialUnit : DeviceKind::kForceTorque;
+  if (!kind.drive) {
     check_frame(map, key, device, model);
     for (const char* drive_key : {"actuator", "rated_torque_mnm"})
       if (map.has(drive_key)) map.fail(drive_key, "a sensor has none, expected it with a drive only");
   } else {
-    device.kind = key == "hand" ? DeviceKind::kHandDrive : DeviceKind::kJointDrive;
     check_joint(map, key, device, model);
     device.actuator = map.text("actuator");
     device.rated_torque_mnm = static_cast<std::uint32_t>(
@@ -121,6 +125,8 @@ DeviceTable load_device_table(const std::filesystem::path& yaml_file, const Robo
   Used used;
   std::set<std::string> bus_names;
   std::set<std::string> interfaces;
+  std::vector<std::string> device_keys{"node", "actuator", "rated_torque_mnm"};
+  for (const DeviceKindName& kind : kDeviceKinds) device_keys.emplace_back(kind.key);
   for (const YamlMap& map :
        top.list("buses", {"name", "interface", "bit_rate", "fd", "data_bit_rate", "devices"})) {
     Bus bus;
@@ -133,8 +139,7 @@ DeviceTable load_device_table(const std::filesystem::path& yaml_file, const Robo
     if (!interfaces.insert(bus.interface).second)
       map.fail("interface", fmt::format("\"{}\" is used before", bus.interface));
     read_bit_rates(map, bus);
-    for (const YamlMap& device : map.list(
-             "devices", {"node", "joint", "hand", "force_torque", "imu", "actuator", "rated_torque_mnm"}))
+    for (const YamlMap& device : map.list("devices", device_keys))
       bus.devices.push_back(read_device(device, model, used));
     if (bus.devices.empty()) map.fail("devices", "the list is empty, expected a device");
     table.buses.push_back(std::move(bus));

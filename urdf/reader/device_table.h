@@ -11,6 +11,22 @@ namespace walkman {
 
 enum class DeviceKind { kJointDrive, kHandDrive, kForceTorque, kInertialUnit };
 
+/// What a kind of device is called in files.
+struct DeviceKindName {
+  DeviceKind kind;
+  const char* key;   ///< in a device table: the key whose value is the URDF joint or frame
+  const char* name;  ///< in identities and PDO layouts
+  bool drive;        ///< it drives a joint of the URDF; else it measures in a frame
+};
+
+/// Every kind there is.
+inline constexpr DeviceKindName kDeviceKinds[] = {
+    {DeviceKind::kJointDrive, "joint", "joint_drive", true},
+    {DeviceKind::kHandDrive, "hand", "hand_drive", true},
+    {DeviceKind::kForceTorque, "force_torque", "force_torque", false},
+    {DeviceKind::kInertialUnit, "imu", "imu", false},
+};
+
 /// One CANopen node of the robot: what it is, where it sits, which part of the URDF it drives or measures.
 struct Device {
   DeviceKind kind = DeviceKind::kJointDrive;

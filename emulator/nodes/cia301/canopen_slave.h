@@ -5,7 +5,7 @@
 #include <memory>
 #include <string>
 
-#include "drivers/canopen/nmt.h"
+#include "drivers/canopen/cob_id.h"
 #include "emulator/bus/participant.h"
 #include "emulator/nodes/cia301/emergency_producer.h"
 #include "emulator/nodes/cia301/guarding.h"

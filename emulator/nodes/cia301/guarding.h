@@ -2,7 +2,7 @@
 
 #include <cstdint>
 
-#include "drivers/canopen/nmt.h"
+#include "drivers/canopen/cob_id.h"
 #include "emulator/nodes/cia301/object_dictionary.h"
 #include "emulator/nodes/cia301/outbox.h"
 

@@ -3,7 +3,7 @@
 #include <array>
 #include <cstdint>
 
-#include "drivers/canopen/nmt.h"
+#include "drivers/canopen/cob_id.h"
 #include "drivers/time.h"
 #include "emulator/nodes/cia301/object_dictionary.h"
 #include "emulator/nodes/cia301/outbox.h"

@@ -2,8 +2,6 @@
 
 #include <algorithm>
 
-#include "drivers/can/fd_length.h"
-
 namespace walkman::nodes {
 
 ReceivePdo::ReceivePdo(ObjectDictionary& dictionary, int number, std::uint32_t cob_id,

@@ -3,8 +3,6 @@
 #include <algorithm>
 #include <cstring>
 
-#include "drivers/can/fd_length.h"
-
 namespace walkman::nodes {
 
 TransmitPdo::TransmitPdo(ObjectDictionary& dictionary, Outbox& outbox, int number, std::uint32_t cob_id,

@@ -178,15 +178,6 @@ TEST(Boot, MasterHeartbeatComesEvery100Ms) {
   EXPECT_EQ(beats.front(), "77F#05");
 }
 
-TEST(Boot, NodesTellWhereTheyStand) {
-  Rig rig;
-  rig.script_all();
-  rig.boot(6);
-  EXPECT_THAT(rig.robot->nodes().front().state, HasSubstr("configuring"));
-  ASSERT_TRUE(rig.boot());
-  for (const robot::NodeStatus& node : rig.robot->nodes()) EXPECT_EQ(node.state, "in operation") << node.name;
-}
-
 TEST(Construction, UnknownJointAndInterfaceCountAreNamed) {
   Rig rig;
   EXPECT_THROW(robot::Robot(rig.model, rig.table, {}, {}), std::runtime_error);

@@ -5,6 +5,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "drivers/can/frame_time.h"
 #include "urdf/reader/robot_model.h"
 
 namespace walkman::robot {
@@ -15,14 +16,14 @@ using std::chrono::microseconds;
 TEST(WorstFrameTime, ClassicalFramesAtOneMegabit) {
   const std::array<int, 9> bits = {55, 65, 75, 85, 95, 105, 115, 125, 135};
   for (std::size_t n = 0; n < bits.size(); ++n) {
-    EXPECT_EQ(worst_frame_time(n, 1'000'000, 5'000'000), microseconds(bits[n])) << n;
+    EXPECT_EQ(can::worst_frame_time(n, {1'000'000, 5'000'000}), microseconds(bits[n])) << n;
   }
-  EXPECT_EQ(worst_frame_time(8, 125'000, 5'000'000), microseconds(8 * 135));
+  EXPECT_EQ(can::worst_frame_time(8, {125'000, 5'000'000}), microseconds(8 * 135));
 }
 
 TEST(WorstFrameTime, FdFramesSwitchTheBitRate) {
   const auto us = [](std::size_t bytes, std::uint32_t data_rate) {
-    return static_cast<double>(worst_frame_time(bytes, 1'000'000, data_rate).count()) / 1000;
+    return static_cast<double>(can::worst_frame_time(bytes, {1'000'000, data_rate}).count()) / 1000;
   };
   EXPECT_NEAR(us(16, 5'000'000), 71.8, 0.05);
   EXPECT_NEAR(us(24, 5'000'000), 88.8, 0.05);

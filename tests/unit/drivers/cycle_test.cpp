@@ -33,7 +33,7 @@ class CycleTest : public ::testing::Test {
 
 TEST_F(CycleTest, StateComesInSiUnits) {
   ASSERT_TRUE(rig.cycle()) << rig.fault_text();
-  const robot::JointState& joint = rig.robot->joints().at(0);
+  const cia402::DriveSample& joint = rig.robot->joints()[0];
   EXPECT_DOUBLE_EQ(joint.motor_position, 0.5);
   EXPECT_DOUBLE_EQ(joint.motor_velocity, -0.01);
   EXPECT_DOUBLE_EQ(joint.torque, 30.0);            // 250 per mille of 120 N·m
@@ -162,7 +162,7 @@ TEST_F(CycleTest, RefusedTorqueLimitIsAFault) {
 
 TEST_F(CycleTest, ForcesAndTorquesComeInSiUnits) {
   ASSERT_TRUE(rig.cycle());
-  const robot::ForceTorqueState& sensor = rig.robot->sensors().at(0);
+  const cia404::ForceTorqueSample& sensor = rig.robot->sensors()[0];
   EXPECT_TRUE(sensor.F_So_S.force.isApprox(Eigen::Vector3d(10, -20, 30)));
   EXPECT_TRUE(sensor.F_So_S.torque.isApprox(Eigen::Vector3d(1, -2, 3)));
   EXPECT_EQ(sensor.status, 0);
@@ -185,39 +185,13 @@ TEST_F(CycleTest, ForceAndTorqueOfDifferentSamplesAreNeverMixed) {
   std::vector<int> counters;
   for (int i = 0; i < 8; ++i) {
     rig.cycle();
-    const robot::ForceTorqueState& sensor = rig.robot->sensors().at(0);
+    const cia404::ForceTorqueSample& sensor = rig.robot->sensors()[0];
     if (n < 1) continue;
     EXPECT_NEAR(sensor.F_So_S.force.x(), 0.1 * sensor.sample_counter, 1e-12);
     EXPECT_NEAR(sensor.F_So_S.torque.x(), 0.01 * sensor.sample_counter, 1e-12);
     counters.push_back(sensor.sample_counter);
   }
   EXPECT_THAT(counters, ElementsAre(0, 0, 0, 3, 3, 5, 6));
-}
-
-TEST_F(CycleTest, TareWritesTheSignatureToEveryChannel) {
-  for (int channel = 1; channel <= 6; ++channel) {
-    const std::string sub{'0', static_cast<char>('0' + channel)};
-    rig.sensor.expect("612#23 39 61 " + sub + " 74 61 72 61").answer("592#60 39 61 " + sub + " 00 00 00 00");
-  }
-  EXPECT_EQ(rig.robot->tare_state(0), robot::TareState::kIdle);
-  rig.robot->tare(0);
-  EXPECT_EQ(rig.robot->tare_state(0), robot::TareState::kBusy);
-  rig.cycles(6);
-  EXPECT_EQ(rig.robot->tare_state(0), robot::TareState::kBusy);
-  rig.cycles(1);
-  EXPECT_EQ(rig.robot->tare_state(0), robot::TareState::kDone);
-  EXPECT_EQ(rig.complaints(), "");
-  EXPECT_FALSE(rig.robot->fault());
-}
-
-TEST_F(CycleTest, UnansweredTareFails) {
-  rig.sensor.expect("612#23 39 61 01 74 61 72 61").expect("612#80 39 61 01 00 00 04 05");
-  rig.robot->tare(0);
-  rig.cycles(45);
-  EXPECT_EQ(rig.robot->tare_state(0), robot::TareState::kFailed);
-  EXPECT_EQ(rig.fault_text(),
-            "F/T sensor r_arm_ft (node 18 on can_rarm): SDO write of 6139h:1 failed: SDO protocol timed out "
-            "(0504 0000h)");
 }
 
 TEST_F(CycleTest, StopSendsQuickStopThenNmtStop) {

@@ -52,13 +52,12 @@ TEST(Fuzz, GarbageInOperationLeavesStatesFinite) {
   rig.commands = {{0.4, 10}};
   for (int i = 0; i < 3000; ++i) {
     for (int k = 0; k < 30; ++k) rig.bus.inject(random_frame(random), rig.now);
-    if (i % 50 == 0) rig.robot->tare(0);
     rig.robot->write_hand(0, 0.001 * (i % 1000), 0.5 + 0.001 * (i % 300));
     rig.cycle();
-    for (const robot::JointState& joint : rig.robot->joints()) {
+    for (const cia402::DriveSample& joint : rig.robot->joints()) {
       EXPECT_TRUE(std::isfinite(joint.motor_position) && std::isfinite(joint.link_position));
     }
-    for (const robot::ForceTorqueState& sensor : rig.robot->sensors()) {
+    for (const cia404::ForceTorqueSample& sensor : rig.robot->sensors()) {
       EXPECT_TRUE(sensor.F_So_S.force.allFinite() && sensor.F_So_S.torque.allFinite());
     }
     if (i % 10 == 0 && rig.robot->fault()) {

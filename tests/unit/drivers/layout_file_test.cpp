@@ -93,26 +93,28 @@ TEST(LayoutFiles, MappingsAreThoseOfTheTable) {
   const std::vector<std::uint32_t> command{0x60400010, 0x607A0020, 0x60B20010};
   const std::vector<std::uint32_t> status{0x60410010, 0x60640020, 0x60770010};
   for (const auto* layout : {&b, &c}) {
-    EXPECT_EQ(entries(layout->joint_drive.receive[3]), command);
-    EXPECT_EQ(layout->joint_drive.receive[3].cob_id_base, 0x500U);
-    EXPECT_EQ(entries(layout->joint_drive.transmit[0]), status);
-    EXPECT_FALSE(layout->joint_drive.receive[0].enabled);
-    EXPECT_FALSE(layout->joint_drive.receive[1].enabled);
+    EXPECT_EQ(entries(layout->of(DeviceKind::kJointDrive).receive[3]), command);
+    EXPECT_EQ(layout->of(DeviceKind::kJointDrive).receive[3].cob_id_base, 0x500U);
+    EXPECT_EQ(entries(layout->of(DeviceKind::kJointDrive).transmit[0]), status);
+    EXPECT_FALSE(layout->of(DeviceKind::kJointDrive).receive[0].enabled);
+    EXPECT_FALSE(layout->of(DeviceKind::kJointDrive).receive[1].enabled);
   }
-  EXPECT_EQ(entries(b.joint_drive.transmit[1]), (std::vector<std::uint32_t>{0x60640020, 0x606C0020}));
-  EXPECT_FALSE(c.joint_drive.transmit[1].enabled);
+  EXPECT_EQ(entries(b.of(DeviceKind::kJointDrive).transmit[1]),
+            (std::vector<std::uint32_t>{0x60640020, 0x606C0020}));
+  EXPECT_FALSE(c.of(DeviceKind::kJointDrive).transmit[1].enabled);
   EXPECT_TRUE(d.fd);
-  EXPECT_EQ(entries(d.joint_drive.receive[0]),
+  EXPECT_EQ(entries(d.of(DeviceKind::kJointDrive).receive[0]),
             (std::vector<std::uint32_t>{0x60400010, 0x60600008, 0x607A0020, 0x60FF0020, 0x60B20010,
                                         0x20110110, 0x20110210}));
-  EXPECT_EQ(entries(d.joint_drive.transmit[0]),
+  EXPECT_EQ(entries(d.of(DeviceKind::kJointDrive).transmit[0]),
             (std::vector<std::uint32_t>{0x60410010, 0x60610008, 0x60640020, 0x606C0020, 0x60770010,
                                         0x60E40120, 0x20200220}));
-  EXPECT_EQ(d.joint_drive.receive[0].bytes(), 17U);
-  EXPECT_EQ(d.joint_drive.transmit[0].bytes(), 21U);
-  EXPECT_EQ(d.force_torque.transmit[0].bytes(), 15U);
+  EXPECT_EQ(d.of(DeviceKind::kJointDrive).receive[0].bytes(), 17U);
+  EXPECT_EQ(d.of(DeviceKind::kJointDrive).transmit[0].bytes(), 21U);
+  EXPECT_EQ(d.of(DeviceKind::kForceTorque).transmit[0].bytes(), 15U);
   for (const auto* layout : {&b, &c, &d}) {
-    for (const auto* pdos : {&layout->hand_drive.receive, &layout->hand_drive.transmit}) {
+    for (const auto* pdos :
+         {&layout->of(DeviceKind::kHandDrive).receive, &layout->of(DeviceKind::kHandDrive).transmit}) {
       for (const PdoSettings& pdo : *pdos) {
         EXPECT_TRUE(!pdo.cyclic() || pdo.type == (layout == &b ? 1 : 4));
       }

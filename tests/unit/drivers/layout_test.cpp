@@ -1,6 +1,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "drivers/cia404/inertial_unit.h"
 #include "tests/unit/drivers/layout_rig.h"
 
 namespace walkman::test {
@@ -42,18 +43,20 @@ TEST_P(EveryLayout, BootsMovesAndMeasures) {
   EXPECT_EQ(static_cast<std::int32_t>(rig.waist.value(0x607A)), -200000);
   EXPECT_EQ(rig.drive.value(0x6060), 8U);
   EXPECT_EQ(rig.drive.value(0x60B2), 0U);
-  const robot::JointState& joint = rig.robot->joints().at(0);
+  const cia402::DriveSample& joint = rig.robot->joints()[0];
   EXPECT_DOUBLE_EQ(joint.motor_position, 0.6);
   EXPECT_DOUBLE_EQ(joint.torque, 30);
   EXPECT_NEAR(joint.link_position, 0.597, 1e-12);
   EXPECT_EQ(joint.mode, 8);
   EXPECT_EQ(joint.statusword, 0x1237);
   EXPECT_LE(joint.age, std::chrono::milliseconds(5));
-  const robot::ForceTorqueState& force = rig.robot->sensors().at(0);
+  const cia404::ForceTorqueSample& force = rig.robot->sensors()[0];
   EXPECT_NEAR(force.F_So_S.force.x(), 10.0, 1e-12);
   EXPECT_NEAR(force.F_So_S.torque.z(), -3.0, 1e-12);
-  ASSERT_THAT(rig.robot->imu_names(), ElementsAre("imu_link"));
-  const robot::InertialState& imu = rig.robot->imus().at(0);
+  const auto* unit = rig.robot->find<cia404::InertialUnit>("imu_link");
+  ASSERT_NE(unit, nullptr);
+  EXPECT_EQ(rig.robot->find<cia404::InertialUnit>("r_arm_ft"), nullptr) << "of another class";
+  const cia404::InertialSample& imu = unit->sample();
   EXPECT_NEAR(imu.specific_force.z(), 9.807, 1e-12);
   EXPECT_NEAR(imu.angular_velocity.y(), -0.5, 1e-12);
   // A quarter turn about z.
@@ -260,7 +263,9 @@ TEST(InertialUnit, IsJudgedLikeASensor) {
   rig.imu.set(0x7130, 7, 100);  // no unit quaternion
   EXPECT_GT(rig.cycles_to_fault(), 0);
   EXPECT_EQ(rig.robot->fault()->kind, FaultKind::kNotFinite);
-  EXPECT_TRUE(rig.robot->imus()[0].R_WS.isApprox(Eigen::Quaterniond::Identity()));
+  EXPECT_TRUE(rig.robot->find<cia404::InertialUnit>("imu_link")
+                  ->sample()
+                  .R_WS.isApprox(Eigen::Quaterniond::Identity()));
 }
 
 }  // namespace

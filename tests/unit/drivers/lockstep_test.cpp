@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include "drivers/can/restamped_interface.h"
+#include "drivers/cia404/inertial_unit.h"
 #include "tests/unit/drivers/layout_rig.h"
 
 namespace walkman::test {
@@ -49,10 +50,10 @@ struct Bench {
     rarm_restamped.set_time(rig.now);
     torso_restamped.set_time(rig.now);
   }
-  /// Lets frame after frame through until the robot is settled. How many that took; -1: it never was.
-  int settle() {
+  /// Lets frame after frame through until the cycle is complete. How many that took; -1: it never was.
+  int complete() {
     for (int i = 0; i < 200; ++i) {
-      if (rig.robot->settled()) return i;
+      if (rig.robot->cycle_complete()) return i;
       rarm.let_through = 1;
       torso.let_through = 1;
       rig.robot->collect(rig.now);
@@ -67,7 +68,7 @@ struct Bench {
       rig.robot->read(rig.now);
       rig.robot->sync(rig.now);
     }
-    EXPECT_GE(settle(), 0);
+    EXPECT_GE(complete(), 0);
     return booted;
   }
   bool cycle() {
@@ -90,30 +91,30 @@ struct Bench {
 
 class Lockstep : public ::testing::Test, public Bench {};
 
-TEST_F(Lockstep, SettledBeforeAnythingWasSent) { EXPECT_TRUE(rig.robot->settled()); }
+TEST_F(Lockstep, CompleteBeforeAnythingWasSent) { EXPECT_TRUE(rig.robot->cycle_complete()); }
 
 TEST_F(Lockstep, WaitsForTheBootUpsAfterReset) {
   begin_cycle();
   EXPECT_FALSE(rig.robot->boot(rig.now));
-  EXPECT_FALSE(rig.robot->settled()) << "five boot-ups are due";
+  EXPECT_FALSE(rig.robot->cycle_complete()) << "five boot-ups are due";
   rarm.let_through = 3;
   torso.let_through = 1;
   rig.robot->collect(rig.now);
-  EXPECT_FALSE(rig.robot->settled());
+  EXPECT_FALSE(rig.robot->cycle_complete());
   torso.let_through = 1;
   rig.robot->collect(rig.now);
-  EXPECT_TRUE(rig.robot->settled());
+  EXPECT_TRUE(rig.robot->cycle_complete());
 }
 
 TEST_F(Lockstep, WaitsForSdoAnswersFromTheNextSyncOn) {
   boot_cycle();
   begin_cycle();
   EXPECT_FALSE(rig.robot->boot(rig.now));  // sends the first requests after its SYNC
-  EXPECT_TRUE(rig.robot->settled()) << "their answers come with the next SYNC";
+  EXPECT_TRUE(rig.robot->cycle_complete()) << "their answers come with the next SYNC";
   begin_cycle();
   EXPECT_FALSE(rig.robot->boot(rig.now));
-  EXPECT_FALSE(rig.robot->settled());
-  EXPECT_GT(settle(), 0);
+  EXPECT_FALSE(rig.robot->cycle_complete());
+  EXPECT_GT(complete(), 0);
 }
 
 TEST_F(Lockstep, WaitsForTheTpdosOfEveryStartedNodeThatAreDue) {
@@ -121,7 +122,7 @@ TEST_F(Lockstep, WaitsForTheTpdosOfEveryStartedNodeThatAreDue) {
   for (int i = 1; i <= 12; ++i) {
     ASSERT_TRUE(cycle()) << rig.fault_text();
     // Drive and sensor: two each; the hand's two every fourth SYNC. Waist: two, inertial unit: three.
-    const int frames = settle();
+    const int frames = complete();
     EXPECT_GE(frames, 5);
     EXPECT_LE(frames, 8);
   }
@@ -131,23 +132,23 @@ TEST_F(Lockstep, AgesAreWholeCyclesWhateverTheWallClockDid) {
   ASSERT_TRUE(boot());
   for (int i = 0; i < 20; ++i) {
     ASSERT_TRUE(cycle()) << rig.fault_text();
-    settle();
+    complete();
     if (i < 4) continue;
     EXPECT_EQ(rig.robot->joints()[0].age, milliseconds(5));
     EXPECT_EQ(rig.robot->sensors()[0].age, milliseconds(5));
-    EXPECT_EQ(rig.robot->imus()[0].age, milliseconds(5));
+    EXPECT_EQ(rig.robot->find<cia404::InertialUnit>("imu_link")->sample().age, milliseconds(5));
   }
 }
 
 TEST_F(Lockstep, AMissingTpdoIsNotWaitedForForever) {
   ASSERT_TRUE(boot());
   cycle();
-  settle();
+  complete();
   rig.sensor.mute = true;
   int waits = 0;
   for (int i = 0; i < 20; ++i) {
     cycle();
-    if (settle() < 0) ++waits;
+    if (complete() < 0) ++waits;
   }
   EXPECT_EQ(waits, 3);
   EXPECT_TRUE(rig.robot->fault());
@@ -156,7 +157,7 @@ TEST_F(Lockstep, AMissingTpdoIsNotWaitedForForever) {
 TEST_F(Lockstep, CollectingJudgesNothing) {
   ASSERT_TRUE(boot());
   cycle();
-  settle();
+  complete();
   rig.drive.fault(0x2310);
   begin_cycle();
   rarm.let_through = torso.let_through = 100;
@@ -192,7 +193,7 @@ std::string all_sent(bool at_once) {
       bench.rarm.let_through = bench.torso.let_through = 1000;
       bench.rig.robot->collect(bench.rig.now);
     }
-    bench.settle();
+    bench.complete();
   }
   EXPECT_TRUE(booted) << bench.rig.fault_text();
   std::string all;

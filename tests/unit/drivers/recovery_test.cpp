@@ -69,7 +69,6 @@ TEST_F(Recovery, ADriveFaultIsResetByAnEdgeWithoutNmt) {
   ASSERT_GT(rig.cycles_to_fault(), 0);
   EXPECT_EQ(kind(), FaultKind::kEmergency);
   EXPECT_THAT(rig.fault_text(), HasSubstr("emergency 2310h"));
-  EXPECT_EQ(rig.robot->nodes()[0].error_code, 0x2310);
   rig.cycles(20);
   EXPECT_EQ(rig.drive.fault_resets, 0) << "a fault is not reset unasked";
   forget();
@@ -226,14 +225,12 @@ TEST_F(Recovery, ARestartedMasterTakesOverNodesLeftOperational) {
   expect_in_operation();
 }
 
-TEST_F(Recovery, LostFramesAreANamedFaultAndAreCountedPerBus) {
+TEST_F(Recovery, LostFramesAreANamedFaultAndAreCounted) {
   rig.torso.overflows = 3;
   EXPECT_FALSE(rig.cycle());
   EXPECT_EQ(kind(), FaultKind::kReceiveOverflow);
   EXPECT_EQ(rig.fault_text(), "can_torso: 3 received frames were lost because the receive queue was full");
   EXPECT_EQ(rig.robot->counters().receive_overflows, 3U);
-  EXPECT_EQ(rig.robot->buses()[0].counters.receive_overflows, 0U);
-  EXPECT_EQ(rig.robot->buses()[1].counters.receive_overflows, 3U);
   ASSERT_TRUE(rig.recover());
   EXPECT_TRUE(rig.cycles(10)) << rig.fault_text();
   rig.torso.overflows = 4;
@@ -245,7 +242,6 @@ TEST_F(Recovery, ErrorPassiveIsAWarningOnly) {
   EXPECT_THAT(rig.robot->warnings(), IsEmpty());
   rig.rarm.state = LinkState::kPassive;
   EXPECT_TRUE(rig.cycles(20)) << rig.fault_text();
-  EXPECT_EQ(rig.robot->buses()[0].link, LinkState::kPassive);
   EXPECT_THAT(
       rig.robot->warnings(),
       ElementsAre("can_rarm: controller is error-passive, frames are being lost to errors on the bus"));

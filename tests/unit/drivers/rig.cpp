@@ -1,6 +1,6 @@
 #include "tests/unit/drivers/rig.h"
 
-#include "drivers/canopen/factory_pdos.h"
+#include "drivers/cia402/drive_mapping.h"
 
 namespace walkman::test {
 namespace {
@@ -51,7 +51,7 @@ Rig::Rig() {
                  device(DeviceKind::kForceTorque, 18, "r_arm_ft", 0),
                  device(DeviceKind::kHandDrive, 19, "r_handj", 5000)};
   table.buses.push_back(arm);
-  options.layout.hand_drive = canopen::factory_drive_pdos(kHandSyncs);
+  options.layout.kinds[DeviceKind::kHandDrive] = cia402::factory_drive_pdos(kHandSyncs);
   bus.attach(drive);
   bus.attach(sensor);
   bus.attach(hand);

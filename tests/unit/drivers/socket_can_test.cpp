@@ -3,9 +3,6 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "drivers/can/error_report.h"
-#include "drivers/can/fd_length.h"
-#include "drivers/can/link_info.h"
 #include "drivers/can/restamped_interface.h"
 #include "drivers/can/stamp_clock.h"
 #include "tests/unit/drivers/fake_node.h"
@@ -36,20 +33,6 @@ TEST(SocketCan, MissingInterfaceIsNamed) {
 TEST(SocketCan, ImpossibleNamesAreRefused) {
   EXPECT_THAT(error_of("sixteen_letters_"), HasSubstr("has 16 characters, expected 1 to 15"));
   EXPECT_THAT(error_of(""), HasSubstr("has 0 characters"));
-}
-
-TEST(SocketCan, MasterFiltersPassWhatDevicesSendOnly) {
-  const auto passes = [](std::uint32_t id) {
-    for (const can::IdFilter& filter : can::canopen_master_filters()) {
-      if ((id & filter.mask) == (filter.id & filter.mask)) return true;
-    }
-    return false;
-  };
-  for (const std::uint32_t id : {0x08BU, 0x18BU, 0x28BU, 0x38BU, 0x48BU, 0x58BU, 0x70BU})
-    EXPECT_TRUE(passes(id));
-  for (const std::uint32_t id : {0x000U, 0x100U, 0x20BU, 0x30BU, 0x40BU, 0x50BU, 0x60BU, 0x7E4U}) {
-    EXPECT_FALSE(passes(id)) << std::hex << id;
-  }
 }
 
 TEST(StampClock, ConvertsWallStampsToMonotonic) {
@@ -116,27 +99,6 @@ TEST(FdLength, NextLengthThatExists) {
                                       {64, 64}}) {
     EXPECT_EQ(can::fd_length(static_cast<std::size_t>(bytes)), length);
   }
-}
-
-TEST(LinkInfo, LoopbackIsDescribed) {
-  const can::LinkInfo info = can::read_link_info("lo");
-  EXPECT_EQ(info.index, 1);
-  EXPECT_GT(info.mtu, 1000U);
-  EXPECT_FALSE(info.bit_rate);
-  EXPECT_FALSE(info.controller);
-}
-
-TEST(LinkInfo, MissingInterfaceAndImpossibleNameAreNamed) {
-  const auto error_of_name = [](const std::string& name) -> std::string {
-    try {
-      return can::describe(can::read_link_info(name));
-    } catch (const std::runtime_error& error) {
-      return error.what();
-    }
-  };
-  EXPECT_EQ(error_of_name("can_nowhere"), "can_nowhere: no such network interface (No such device)");
-  EXPECT_THAT(error_of_name("sixteen_letters_"), HasSubstr("has 16 characters, expected 1 to 15"));
-  EXPECT_EQ(can::request_bit_rate("can_nowhere", 1000000).text, "can_nowhere: no such network interface");
 }
 
 TEST(RestampedInterface, FramesCarryTheTimeThatWasSet) {

@@ -51,7 +51,7 @@ TEST_F(WatchdogTest, StaleExactlyAfterTheLimit) {
   const Time heard = rig.now;
   rig.bus.inject(frame(rig.drive_tpdo1), heard);
   rig.bus.inject(frame(rig.drive_tpdo2), heard);
-  for (const can::Frame& one : sensor_tpdos(77)) rig.bus.inject(one, heard + milliseconds(1));
+  for (const can::Frame& one : sensor_tpdos(77)) rig.bus.inject(one, heard + milliseconds(8));
   EXPECT_TRUE(rig.robot->read(heard + milliseconds(15))) << rig.fault_text();
   EXPECT_EQ(rig.robot->joints()[0].age, milliseconds(15));
   EXPECT_FALSE(rig.robot->read(heard + milliseconds(15) + std::chrono::nanoseconds(1)));

@@ -1,7 +1,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "drivers/can/fd_length.h"
+#include "drivers/can/frame.h"
 #include "tests/unit/nodes/conversation.h"
 #include "tests/unit/nodes/test_slave.h"
 

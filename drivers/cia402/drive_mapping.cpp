@@ -1,4 +1,4 @@
-#include "drivers/cia402/drive_pdos.h"
+#include "drivers/cia402/drive_mapping.h"
 
 #include <stdexcept>
 #include <string>
@@ -11,13 +11,13 @@ namespace walkman::cia402 {
 namespace {
 
 namespace object = canopen::object;
-using canopen::MappedObject;
+using canopen::MappingEntry;
 using canopen::PdoDirection;
 using canopen::PdoSettings;
 
 struct KnownObject {
   PdoDirection direction;
-  MappedObject object;
+  MappingEntry object;
   DriveValue value;
   const char* name;
   bool needed;
@@ -43,7 +43,7 @@ constexpr KnownObject kKnown[] = {
     {kIn, {object::kMaxTorque, 0, 16}, DriveValue::kMaxTorque, "max torque", false},
 };
 
-const KnownObject* find(PdoDirection direction, const MappedObject& object) {
+const KnownObject* find(PdoDirection direction, const MappingEntry& object) {
   for (const KnownObject& known : kKnown) {
     if (known.direction == direction && known.object.index == object.index &&
         known.object.sub == object.sub) {
@@ -55,7 +55,7 @@ const KnownObject* find(PdoDirection direction, const MappedObject& object) {
 
 bool maps(const PdoSettings& settings, const KnownObject& known) {
   if (!settings.enabled) return false;
-  for (const MappedObject& object : settings.mapping) {
+  for (const MappingEntry& object : settings.mapping) {
     if (object.index == known.object.index && object.sub == known.object.sub) return true;
   }
   return false;
@@ -63,7 +63,7 @@ bool maps(const PdoSettings& settings, const KnownObject& known) {
 
 }  // namespace
 
-DrivePdos::DrivePdos(const canopen::DevicePdos& pdos) {
+DriveMapping::DriveMapping(const canopen::DevicePdos& pdos) {
   for (std::size_t i = 0; i < 4; ++i) {
     take(kIn, pdos.receive[i], receive_[i]);
     take(kOut, pdos.transmit[i], transmit_[i]);
@@ -72,10 +72,11 @@ DrivePdos::DrivePdos(const canopen::DevicePdos& pdos) {
   check_dividers(pdos);
 }
 
-void DrivePdos::take(PdoDirection direction, const PdoSettings& settings, std::vector<DriveField>& fields) {
+void DriveMapping::take(PdoDirection direction, const PdoSettings& settings,
+                        std::vector<DriveField>& fields) {
   if (!settings.enabled) return;
   std::size_t offset = 0;
-  for (const MappedObject& object : settings.mapping) {
+  for (const MappingEntry& object : settings.mapping) {
     DriveField field;
     field.offset = static_cast<std::uint8_t>(offset);
     field.bytes = object.bits / 8;
@@ -102,7 +103,7 @@ void DrivePdos::take(PdoDirection direction, const PdoSettings& settings, std::v
   }
 }
 
-void DrivePdos::check_presence(const canopen::DevicePdos& pdos) const {
+void DriveMapping::check_presence(const canopen::DevicePdos& pdos) const {
   for (const KnownObject& known : kKnown) {
     if (!known.needed) continue;
     bool mapped = false;
@@ -122,7 +123,7 @@ void DrivePdos::check_presence(const canopen::DevicePdos& pdos) const {
   }
 }
 
-void DrivePdos::check_dividers(const canopen::DevicePdos& pdos) {
+void DriveMapping::check_dividers(const canopen::DevicePdos& pdos) {
   int divider = 0;
   for (const auto* all : {&pdos.receive, &pdos.transmit}) {
     for (const PdoSettings& settings : *all) {
@@ -136,6 +137,20 @@ void DrivePdos::check_dividers(const canopen::DevicePdos& pdos) {
     }
   }
   sync_divider_ = divider;
+}
+
+canopen::DevicePdos factory_drive_pdos(std::uint8_t n) {
+  canopen::DevicePdos pdos = canopen::predefined_pdos();
+  enable(pdos.receive[0], 255,
+         {{object::kControlword, 0, 16}, {object::kMode, 0, 8}, {object::kTargetTorque, 0, 16}});
+  enable(pdos.receive[1], n, {{object::kTargetPosition, 0, 32}, {object::kTargetVelocity, 0, 32}});
+  enable(pdos.transmit[0], n,
+         {{object::kStatusword, 0, 16}, {object::kModeDisplay, 0, 8}, {object::kTorqueActual, 0, 16}});
+  enable(pdos.transmit[1], n, {{object::kPositionActual, 0, 32}, {object::kVelocityActual, 0, 32}});
+  enable(pdos.transmit[3], 255,
+         {{object::kErrorCode, 0, 16}, {object::kTemperatureCompact, 1, 8}, {object::kCycleCounter, 1, 16}});
+  pdos.transmit[3].event_ms = 100;
+  return pdos;
 }
 
 }  // namespace walkman::cia402

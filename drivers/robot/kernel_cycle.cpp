@@ -1,11 +1,17 @@
-#include "drivers/robot/real_time_cycle.h"
+#include "drivers/robot/kernel_cycle.h"
 
 #include <cerrno>
+#include <chrono>
 
+#include <poll.h>
 #include <time.h>
 
-namespace walkman::apps {
+namespace walkman::robot {
 namespace {
+
+using Host = std::chrono::steady_clock;
+
+constexpr int kWaitMs = 100;  // between two looks at whether the run is to end
 
 Time monotonic_now() {
   timespec t{};
@@ -14,6 +20,30 @@ Time monotonic_now() {
 }
 
 }  // namespace
+
+Time KernelLockstepCycle::next() {
+  if (interrupted_()) throw Interrupted();
+  now_ += period_;
+  for (const auto& bus : buses_) {
+    bus->restamped.flush();
+    bus->restamped.set_time(now_);
+  }
+  robot_.collect(now_);
+  const auto deadline = Host::now() + kLongestWait;
+  std::vector<pollfd> waits;
+  while (!robot_.cycle_complete()) {
+    if (Host::now() >= deadline) {
+      ++incomplete_;
+      break;
+    }
+    waits.clear();
+    for (const auto& bus : buses_) waits.push_back({bus->socket->descriptor(), POLLIN, 0});
+    (void)poll(waits.data(), waits.size(), kWaitMs);
+    if (interrupted_()) throw Interrupted();
+    robot_.collect(now_);
+  }
+  return now_;
+}
 
 KernelRealTimeCycle::KernelRealTimeCycle(MasterBuses& buses, Time period, std::function<bool()> interrupted)
     : buses_(buses), period_(period), interrupted_(std::move(interrupted)), now_(monotonic_now()) {}
@@ -40,4 +70,4 @@ Time KernelRealTimeCycle::next() {
   return now_;
 }
 
-}  // namespace walkman::apps
+}  // namespace walkman::robot

@@ -36,32 +36,34 @@ struct DriveField {
   DriveValue value{};
   std::uint8_t offset = 0;
   std::uint8_t bytes = 0;
-  std::uint8_t kept = 0;  ///< number among `DrivePdos::kept`
+  std::uint8_t kept = 0;  ///< number among `DriveMapping::kept`
 };
 
 /// Where a drive's values lie in its PDOs, worked out once from the mapping so that the cycle only copies
 /// bytes.
-class DrivePdos {
+class DriveMapping {
  public:
   /// Throws std::runtime_error with one sentence: the mapping lacks what the driver needs (6040h and 607Ah;
   /// 6041h, 6064h and 6077h in TPDOs that come with SYNC), an object has another size than CiA 402 gives it,
   /// or the PDOs that go with SYNC go with different ones.
-  explicit DrivePdos(const canopen::DevicePdos& pdos);
+  explicit DriveMapping(const canopen::DevicePdos& pdos);
 
+  /// Fields of TPDO `number` 1..4.
   [[nodiscard]] std::span<const DriveField> transmit(int number) const noexcept {
     return transmit_[static_cast<std::size_t>(number - 1)];
   }
-  /// Empty for an RPDO that is off.
+  /// Fields of RPDO `number` 1..4; empty for one that is off.
   [[nodiscard]] std::span<const DriveField> receive(int number) const noexcept {
     return receive_[static_cast<std::size_t>(number - 1)];
   }
+  /// Some PDO carries the value.
   [[nodiscard]] bool has(DriveValue value) const noexcept {
     return (present_ >> static_cast<unsigned>(value) & 1U) != 0;
   }
   /// The PDOs travel with every n-th SYNC.
   [[nodiscard]] int sync_divider() const noexcept { return sync_divider_; }
   /// Mapped objects the driver has no value for.
-  [[nodiscard]] const std::vector<canopen::MappedObject>& kept() const noexcept { return kept_; }
+  [[nodiscard]] const std::vector<canopen::MappingEntry>& kept() const noexcept { return kept_; }
 
  private:
   void take(canopen::PdoDirection direction, const canopen::PdoSettings& settings,
@@ -70,9 +72,13 @@ class DrivePdos {
   void check_presence(const canopen::DevicePdos& pdos) const;
 
   std::array<std::vector<DriveField>, 4> transmit_, receive_;
-  std::vector<canopen::MappedObject> kept_;
+  std::vector<canopen::MappingEntry> kept_;
   std::uint32_t present_ = 0;
   int sync_divider_ = 1;
 };
+
+/// A drive's factory mapping, layout A of docs/protocol.md: what it has after NMT reset when nobody writes
+/// anything to it. `sync_divider`: the synchronous PDOs travel with every n-th SYNC.
+[[nodiscard]] canopen::DevicePdos factory_drive_pdos(std::uint8_t sync_divider);
 
 }  // namespace walkman::cia402

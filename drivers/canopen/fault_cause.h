@@ -1,0 +1,145 @@
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <string_view>
+#include <variant>
+
+#include "drivers/canopen/cob_id.h"
+#include "drivers/canopen/emcy_message.h"
+#include "drivers/canopen/sdo.h"
+#include "drivers/time.h"
+
+namespace walkman::canopen {
+
+/// What went wrong, coarsely enough to decide by.
+enum class FaultKind {
+  kDataStale,         ///< cyclic data of one device older than the limit
+  kHeartbeatLost,     ///< no heartbeat of one device within the consumer time
+  kBusSilent,         ///< no device of a bus is heard any more
+  kBusFlooded,        ///< frames of nobody's business leave the bus's own traffic no room
+  kCycleLate,         ///< this computer's own control cycle came too late
+  kUnexpectedBootUp,  ///< boot-up message in operation
+  kDriveFault,        ///< statusword fault bit, or left operation enabled unasked
+  kNmtState,          ///< left NMT operational unasked
+  kEmergency,         ///< EMCY received
+  kSensorInvalid,     ///< measuring status bit set
+  kNotFinite,         ///< a value that is not a number, or outside what the device can measure
+  kLimit,             ///< a command outside joint limits (clamped) by more than the tolerance
+  kInterfaceDown,     ///< frames cannot be sent: interface down, queue full for several cycles, frame refused
+  kRequestFailed,     ///< an SDO request in operation (torque limit) was refused or not answered
+  kBusOff,            ///< the computer's CAN controller is bus-off
+  kReceiveOverflow,   ///< received frames were lost because nobody fetched them in time
+};
+
+/// Everything that can be wrong, each with what its sentence says. Plain values: writing one down allocates
+/// nothing.
+namespace cause {
+
+// Of a device.
+struct NoTpdo {
+  int number = 0;  ///< 1..4
+  Time age{};      ///< `Time::max()`: none since the start
+  Time limit{};
+};
+struct CounterStuck {
+  std::uint16_t counter = 0;  ///< 2050h
+  Time age{};
+};
+struct NoHeartbeat {
+  Time age{};
+  Time limit{};
+};
+struct BootUp {};
+struct LeftOperational {
+  NmtState state{};
+};
+struct Emcy {
+  EmcyMessage message;
+  std::string_view meaning;  ///< the sending device's word for it; empty: device-specific, unknown here
+};
+struct DriveState {
+  std::uint16_t statusword = 0;
+  std::uint16_t error_code = 0;  ///< 603Fh
+  std::string_view state;        ///< the standard's name of it
+  std::string_view meaning;      ///< of the error code; empty: unknown here
+};
+struct MeasuringStatus {
+  std::uint8_t status = 0;  ///< 6150h
+};
+struct OutOfRange {};  ///< a raw value that is the least or the greatest of its 16 bits
+struct BeyondReach {
+  double position = 0;  ///< rad
+  double limit = 0;     ///< rad, the one it passed
+};
+struct PositionJump {
+  double step = 0;  ///< rad
+};
+struct RequestFailed {
+  ObjectAddress object;
+  SdoAbort code{};
+};
+
+// Of a command.
+struct CommandNotFinite {};
+struct CommandBeyondLimit {
+  double command = 0;  ///< rad
+  double limit = 0;    ///< rad
+};
+struct CommandCount {
+  std::size_t given = 0;
+  std::size_t expected = 0;
+};
+struct NoSuchHand {
+  int hand = 0;
+  std::size_t hands = 0;  ///< how many there are
+};
+
+// Of a bus, or of this computer.
+struct InterfaceDown {};
+struct BusOff {};
+struct FrameRefused {};
+struct QueueFull {
+  int cycles = 0;
+};
+struct ReceiveOverflow {
+  std::uint64_t frames = 0;
+};
+struct BusFlooded {
+  double foreign_load = 0;  ///< share of the bus time that frames nobody asked for take
+  double own_load = 0;      ///< share that the bus's own traffic needs at most
+  std::uint32_t id = 0;     ///< the most frequent identifier among them
+  bool extended = false;    ///< that has 29 bits
+  double rate_hz = 0;       ///< frames of nobody's business per second
+};
+struct BusSilent {
+  int devices = 0;     ///< how many are silent
+  int buses = 1;       ///< on how many buses; more than 1: all of the robot's
+  Time age{};          ///< since any of them was heard
+  bool heard = false;  ///< they are, but no TPDO of theirs: SYNC does not reach them
+};
+struct CycleLate {
+  Time gap{};  ///< between two control cycles
+  Time period{};
+};
+
+}  // namespace cause
+
+using FaultCause =
+    std::variant<cause::NoTpdo, cause::CounterStuck, cause::NoHeartbeat, cause::BootUp,
+                 cause::LeftOperational, cause::Emcy, cause::DriveState, cause::MeasuringStatus,
+                 cause::OutOfRange, cause::BeyondReach, cause::PositionJump, cause::RequestFailed,
+                 cause::CommandNotFinite, cause::CommandBeyondLimit, cause::CommandCount, cause::NoSuchHand,
+                 cause::InterfaceDown, cause::BusOff, cause::FrameRefused, cause::QueueFull,
+                 cause::ReceiveOverflow, cause::BusFlooded, cause::BusSilent, cause::CycleLate>;
+
+[[nodiscard]] FaultKind kind_of(const FaultCause& cause) noexcept;
+
+/// Half a sentence for people, to follow the name of what it is about: "no TPDO1 for 19.8 ms (limit 15 ms)".
+[[nodiscard]] std::string sentence(const FaultCause& cause);
+
+/// True of what a bus without room, without nodes or without SYNC brings about in a device that is well:
+/// missing data and heartbeats, and the communication errors (CiA 301, 81xxh and 82xxh) it reports itself.
+[[nodiscard]] bool may_follow_from_the_bus(const FaultCause& cause) noexcept;
+
+}  // namespace walkman::canopen

@@ -1,0 +1,55 @@
+#pragma once
+
+#include <cstdint>
+
+#include "drivers/canopen/remote_node.h"
+#include "drivers/cia404/channel_sample.h"
+
+namespace walkman::cia404 {
+
+/// Device type 1000h of an analogue input device: device profile 404, type 2.
+inline constexpr std::uint32_t kAnalogueInputType = 0x00020194;
+
+/// What every sample of a measuring device carries beside its values. One sample is all TPDOs of one SYNC.
+struct MeasuringSample {
+  std::uint16_t sample_counter = 0;  ///< 2050h:1; equal for all TPDOs of a sample
+  std::uint8_t status = 0;           ///< 6150h:1: bit 0 invalid, 1 positive, 2 negative overload
+  bool out_of_range = false;  ///< a channel has the least or the greatest of its 16 bits: no measurement
+  Time age = Time::max();     ///< of the oldest of its frames, at the last `poll`
+};
+
+/// A sensor that sends its channels as process values (7130h) with a counter and a status, by the TPDOs that
+/// `settings.pdos` map them to. A class derived from it says how many channels there are and what they mean.
+class MeasuringDevice : public canopen::RemoteNode {
+ public:
+  void poll(Time now) noexcept override;
+  /// A complete sample has come.
+  [[nodiscard]] bool in_operation() const noexcept override { return channels_.at() != Time::min(); }
+  [[nodiscard]] std::string_view error_text(std::uint16_t code) const noexcept override;
+
+ protected:
+  /// `extra`: steps of the configuration after supervision and before the PDOs.
+  /// Throws std::runtime_error when the PDO mapping lacks what a sample needs (see `ChannelSample`).
+  MeasuringDevice(const canopen::NodeSettings& settings, std::size_t channels);
+  /// To be called by the derived constructor.
+  void set_measuring_steps(const std::vector<canopen::SdoStep>& extra);
+
+  /// A new sample is complete: `channels` into SI units. The counter, status and age are taken care of; true
+  /// when the values are a measurement, false when they cannot be one.
+  [[nodiscard]] virtual bool decode(const ChannelSample& channels) noexcept = 0;
+  /// The derived class's sample, and back to its initial values.
+  [[nodiscard]] virtual MeasuringSample& newest() noexcept = 0;
+  virtual void reset_sample() noexcept = 0;
+
+ private:
+  void on_tpdo(int number, const can::StampedFrame& frame) noexcept final;
+  void on_begin_boot() noexcept final;
+  [[nodiscard]] std::optional<canopen::FaultCause> judge_values(Time now) const noexcept final;
+  [[nodiscard]] std::string what_samples_miss() const final;
+
+  std::size_t count_;
+  ChannelSample channels_;
+  bool out_of_range_ = false;
+};
+
+}  // namespace walkman::cia404

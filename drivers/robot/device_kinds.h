@@ -1,0 +1,33 @@
+#pragma once
+
+#include <memory>
+
+#include "drivers/canopen/remote_node.h"
+#include "urdf/reader/device_table.h"
+#include "urdf/reader/robot_model.h"
+
+namespace walkman::robot {
+
+/// What a device is made from.
+struct DeviceSpec {
+  const Device& device;     ///< its entry of the device table
+  const RobotModel& model;  ///< has the limits of its joint
+  double max_velocity;      ///< rad/s, of a drive's set-point; the joint's own limit where it is lower
+  canopen::NodeSettings node;
+};
+
+/// What the drivers know of one kind of device before they have met one.
+struct DeviceKindDriver {
+  DeviceKind kind;
+  const char* noun;                       ///< what it is in texts, e.g. "F/T sensor"
+  canopen::DevicePdos (*factory_pdos)();  ///< layout A of docs/protocol.md
+  /// Throws std::runtime_error with one sentence when a mapping lacks what the driver needs.
+  void (*check)(const canopen::DevicePdos& pdos);
+  /// Throws std::runtime_error with one sentence when the entry does not fit the model.
+  std::unique_ptr<canopen::RemoteNode> (*make)(const DeviceSpec& spec);
+};
+
+/// The driver of a kind; there is one for every kind of the device table.
+[[nodiscard]] const DeviceKindDriver& driver_of(DeviceKind kind);
+
+}  // namespace walkman::robot

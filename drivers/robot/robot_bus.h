@@ -1,0 +1,81 @@
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "drivers/canopen/master.h"
+#include "drivers/canopen/remote_node.h"
+#include "drivers/robot/fault.h"
+#include "drivers/robot/robot_options.h"
+
+namespace walkman::robot {
+
+/// One bus of the robot: its master, the devices on it, and the judgement over all of them together. A device
+/// is blamed only for what the bus as a whole does not explain. Once it is set up nothing in it allocates but
+/// `warnings`.
+class RobotBus {
+ public:
+  /// `own_load`: share of the bus time that the bus's own traffic needs at most (`BusLoad::with_events`).
+  /// `interface` must outlive this.
+  RobotBus(can::Interface& interface, const can::BitRates& rates, double own_load,
+           const RobotOptions& options);
+
+  void add(std::unique_ptr<canopen::RemoteNode> device);
+
+  [[nodiscard]] canopen::Master& master() noexcept { return master_; }
+  [[nodiscard]] const canopen::Master& master() const noexcept { return master_; }
+  /// Table order.
+  [[nodiscard]] std::span<const std::unique_ptr<canopen::RemoteNode>> devices() const noexcept {
+    return devices_;
+  }
+  /// Name of the interface.
+  [[nodiscard]] std::string name() const { return std::string(master_.interface().name()); }
+
+  /// Takes in what was received.
+  void receive(Time now) noexcept;
+  /// RPDOs of the devices whose turn it is after so many SYNCs.
+  void send_rpdos(std::uint64_t syncs) noexcept;
+  /// A device's PDOs go with the SYNC that is next after so many.
+  [[nodiscard]] static bool has_turn(const canopen::RemoteNode& device, std::uint64_t syncs) noexcept {
+    return syncs % static_cast<std::uint64_t>(device.sync_divider()) == 0;
+  }
+
+  /// First thing wrong with the link, what it cannot be blamed for itself replaced by its cause.
+  [[nodiscard]] std::optional<FaultRecord> judge_link(Time now) const noexcept;
+  /// First thing wrong with the devices, likewise.
+  [[nodiscard]] std::optional<FaultRecord> judge_devices(Time now) const noexcept;
+  /// The link first, then the devices.
+  [[nodiscard]] std::optional<FaultRecord> judge(Time now) const noexcept;
+  /// Time since any of the devices was heard.
+  [[nodiscard]] Time quiet_for(Time now) const noexcept;
+  /// As long as that must be before the bus is silent: no device skips so many of its turns.
+  [[nodiscard]] Time quiet_limit() const noexcept { return cycle_ * (stale_after_cycles_ - 1); }
+  /// Frames of nobody's business leave the bus's own traffic no room.
+  [[nodiscard]] std::optional<canopen::cause::BusFlooded> flood() const noexcept;
+
+  /// What is not well but no fault, one sentence each.
+  [[nodiscard]] std::vector<std::string> warnings() const;
+
+  // Where the bus stands in a boot or recovery; `Boot` keeps them.
+  bool commanded = false;      ///< the NMT command of the present phase has been sent
+  bool reset = false;          ///< is booted from NMT reset in the boot under way
+  bool power_up = false;       ///< its drives are walked up in the boot under way
+  bool link_was_lost = false;  ///< since the last boot of this bus
+
+ private:
+  [[nodiscard]] FaultRecord record(const canopen::FaultCause& cause, Time now) const noexcept;
+  [[nodiscard]] FaultRecord explained(const FaultRecord& symptom, Time now) const noexcept;
+  [[nodiscard]] bool several_overdue(Time now) const noexcept;
+  [[nodiscard]] std::string meaning_of(std::uint32_t cob_id) const;
+
+  canopen::Master master_;
+  std::vector<std::unique_ptr<canopen::RemoteNode>> devices_;
+  double own_load_;
+  Time cycle_;
+  int stale_after_cycles_;
+};
+
+}  // namespace walkman::robot
