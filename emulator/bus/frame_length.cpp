@@ -2,7 +2,6 @@
 
 #include <cassert>
 
-#include "drivers/can/fd_length.h"
 #include "emulator/bus/wire_coding.h"
 
 namespace walkman::bus {

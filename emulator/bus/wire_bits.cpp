@@ -1,6 +1,5 @@
 #include "emulator/bus/wire_bits.h"
 
-#include "drivers/can/fd_length.h"
 #include "emulator/bus/wire_coding.h"
 
 namespace walkman::bus {

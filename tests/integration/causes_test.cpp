@@ -53,7 +53,7 @@ class CausesOnTheBus : public ::testing::Test {
 };
 
 TEST_F(CausesOnTheBus, AFloodOfTheHighestPriorityStarvesAllAndIsNamed) {
-  bus::ComputerEnd& babbler = arm().add_end();
+  bus::ComputerPort& babbler = arm().add_port();
   const std::string text = fault_with([&] {
     for (int k = 0; k < 60; ++k) static_cast<void>(babbler.send(can::Frame(0x001, {0, 0, 0, 0, 0, 0, 0, 0})));
   });
@@ -62,7 +62,7 @@ TEST_F(CausesOnTheBus, AFloodOfTheHighestPriorityStarvesAllAndIsNamed) {
 
 TEST_F(CausesOnTheBus, ACutBusIsNamed) {
   for (bus::Participant* one : arm().participants()) {
-    if (one != &arm().computer_end()) arm().cut(*one);
+    if (one != &arm().computer_port()) arm().cut(*one);
   }
   EXPECT_THAT(fault_with([] {}), StartsWith("can_rarm: none of its 9 devices is heard for"));
 }
@@ -75,7 +75,7 @@ TEST_F(CausesOnTheBus, ARobotThatStandsStillInTimeIsNamed) {
 }
 
 TEST_F(CausesOnTheBus, AnotherMastersSetPointIsAWarning) {
-  bus::ComputerEnd& other = arm().add_end();
+  bus::ComputerPort& other = arm().add_port();
   // At the end of a cycle: at the same instant as the robot's own it would be a collision.
   nodes.advance(nodes.now() + std::chrono::milliseconds(4));
   static_cast<void>(other.send(can::Frame(0x30B, {0, 0, 0, 0, 0, 0, 0, 0})));
