@@ -6,8 +6,8 @@
 
 #include <gtest/gtest.h>
 
-#include "tests/peers/twin.h"
 #include "emulator/scene/scene.h"
+#include "tests/peers/twin.h"
 
 namespace walkman::peers {
 namespace {

@@ -8,9 +8,9 @@
 #include <btBulletDynamicsCommon.h>
 
 #include "emulator/plant/dynamics/plant_world.h"
-#include "emulator/plant/probes/wrench_probe.h"
 #include "emulator/plant/dynamics/row_space_solver.h"
 #include "emulator/plant/dynamics/world_objects.h"
+#include "emulator/plant/probes/wrench_probe.h"
 #include "tests/peers/mujoco_model.h"
 #include "urdf/reader/device_table.h"
 

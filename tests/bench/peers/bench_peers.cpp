@@ -11,9 +11,9 @@
 #include <stdexcept>
 #include <string>
 
+#include "emulator/scene/scene.h"
 #include "tests/bench/peers/step_times.h"
 #include "tests/peers/twin.h"
-#include "emulator/scene/scene.h"
 
 namespace {
 

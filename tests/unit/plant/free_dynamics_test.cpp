@@ -7,9 +7,9 @@
 
 #include <gtest/gtest.h>
 
-#include "emulator/plant/plant.h"
 #include "emulator/plant/dynamics/plant_world.h"
 #include "emulator/plant/dynamics/row_space_solver.h"
+#include "emulator/plant/plant.h"
 #include "tests/unit/plant/momentum.h"
 
 namespace walkman::plant {
