@@ -6,9 +6,9 @@
 #include "apps/shared/commands.h"
 #include "apps/shared/data_directory.h"
 #include "apps/shared/exit_code.h"
-#include "emulator/emulator.h"
 #include "emulator/datasheets/device_files.h"
 #include "emulator/datasheets/object_tables.h"
+#include "emulator/emulator.h"
 
 namespace walkman::apps {
 namespace {
@@ -42,8 +42,8 @@ int run_export(const Options& options, Writer write) {
   return kOk;
 }
 
-void add_format(CLI::App& command, std::function<int()>& run, const char* name, const char* help, Writer write,
-                const char* out = "Folder for the files; created if it is not there") {
+void add_format(CLI::App& command, std::function<int()>& run, const char* name, const char* help,
+                Writer write, const char* out = "Folder for the files; created if it is not there") {
   auto options = std::make_shared<Options>();
   CLI::App* format = command.add_subcommand(name, help);
   format->add_option("--out", options->out, out)->required();
@@ -64,9 +64,10 @@ void add_export_command(CLI::App& app, std::function<int()>& run) {
              &datasheets::write_eds_files);
   add_format(*command, run, "dbc", "CAN database of each bus, from the PDO mapping of its devices",
              &datasheets::write_dbc_files);
-  add_format(*command, run, "tables",
-             "Rewrite the generated tables of objects and PDOs in a Markdown document, as docs/protocol.md has them",
-             &datasheets::update_object_tables, "Document to rewrite");
+  add_format(
+      *command, run, "tables",
+      "Rewrite the generated tables of objects and PDOs in a Markdown document, as docs/protocol.md has them",
+      &datasheets::update_object_tables, "Document to rewrite");
 }
 
 }  // namespace walkman::apps

@@ -40,7 +40,8 @@ inline constexpr const char* kComputer = "computer";
 [[nodiscard]] std::string identifier(const std::string& name);
 
 /// The PDOs of a device, as its dictionary maps them at this moment; RPDOs as the device sees them. Those
-/// that are off are left out; a signal that repeats one of an earlier PDO has the PDO's number behind its name. `device` is an identifier.
+/// that are off are left out; a signal that repeats one of an earlier PDO has the PDO's number behind its
+/// name. `device` is an identifier.
 [[nodiscard]] std::vector<DbcMessage> pdo_messages(const std::string& device,
                                                    const nodes::ObjectDictionary& dictionary);
 

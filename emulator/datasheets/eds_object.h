@@ -26,7 +26,8 @@ struct ObjectEntries {
 /// The lines of one object (CiA 306): section [IIII], and [IIIIsubS] for each sub-index of an array or
 /// record. `devices` are of one type. A default or limit that is not the same in all of them is left out; a
 /// COB-ID that contains the node-ID is told with $NODEID. So are defaults of process data left out, which
-/// have none, and those of REAL32 values, for which readers want one form or another. Throws std::runtime_error when a device lacks an entry the first one has.
+/// have none, and those of REAL32 values, for which readers want one form or another. Throws
+/// std::runtime_error when a device lacks an entry the first one has.
 void append_object(std::vector<std::string>& lines, const ObjectEntries& object,
                    std::span<const EdsDevice> devices);
 

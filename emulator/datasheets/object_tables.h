@@ -9,8 +9,8 @@ namespace walkman::datasheets {
 
 /// A Markdown document with its generated tables as the devices are: what stands between a line
 /// `<!-- generated: NAME -->` and the next line `<!-- end -->` is replaced. NAME is `objects of every node`,
-/// `objects of a drive`, `objects of a measuring device`, or `PDOs of KIND` with a device kind of `buses`. Throws
-/// std::runtime_error for another name, and for a table without its end.
+/// `objects of a drive`, `objects of a measuring device`, or `PDOs of KIND` with a device kind of `buses`.
+/// Throws std::runtime_error for another name, and for a table without its end.
 [[nodiscard]] std::string with_object_tables(const std::string& document, const std::vector<WiredBus>& buses);
 
 /// The same with a file, which is rewritten. Throws as above, and when the file cannot be read or written.

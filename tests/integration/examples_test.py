@@ -172,8 +172,7 @@ class PythonCan(unittest.TestCase):
                 self.assertIn("node 30 does not boot", refused.stdout)
             finally:
                 emulator.send_signal(signal.SIGINT)
-                emulator.stdout.read()
-                emulator.wait(timeout=60)
+                emulator.communicate(timeout=60)
 
 
 class PythonCanopen(unittest.TestCase):

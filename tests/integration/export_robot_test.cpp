@@ -5,10 +5,10 @@
 
 #include <gtest/gtest.h>
 
-#include "emulator/emulator.h"
 #include "emulator/datasheets/dbc_model.h"
 #include "emulator/datasheets/device_files.h"
 #include "emulator/datasheets/object_names.h"
+#include "emulator/emulator.h"
 #include "emulator/logs/state_log.h"
 
 namespace walkman::datasheets {

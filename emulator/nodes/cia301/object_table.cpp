@@ -57,7 +57,8 @@ ObjectRow record(std::uint16_t index, std::string_view name, std::vector<EntryRo
   return structured(index, ObjectCode::kRecord, name, std::move(entries));
 }
 
-ObjectRow array_of(std::uint16_t index, std::string_view name, const EntryRow& each, std::uint8_t highest_sub) {
+ObjectRow array_of(std::uint16_t index, std::string_view name, const EntryRow& each,
+                   std::uint8_t highest_sub) {
   ObjectRow row{index, ObjectCode::kArray, name};
   row.zero = count(highest_sub);
   row.each = each;

@@ -87,7 +87,7 @@ template <typename T>
 }
 
 inline constexpr double kMicro = 1e-6;  ///< urad, urad/s
-inline constexpr double kMilli = 1e-3;  ///< mN m, mV, per mille
+inline constexpr double kMilli = 1e-3;  ///< mN·m, mV, per mille
 inline constexpr double kDeci = 0.1;    ///< 0.1 degC, 0.1 N
 
 template <typename T>
@@ -101,9 +101,9 @@ template <typename T>
   if constexpr (std::is_same_v<T, float>) return DataType::kReal32;
 }
 
-/// One sub-index as the table of objects has it. Dictionary, EDS, DBC and the tables of docs/protocol.md are made of
-/// it. Made by `read_only`, `read_write`, `write_only`, `constant`, `text`, `string` and `domain` below, and refined by
-/// its own functions, each of which returns the row.
+/// One sub-index as the table of objects has it. Dictionary, EDS, DBC and the tables of docs/protocol.md are
+/// made of it. Made by `read_only`, `read_write`, `write_only`, `constant`, `text`, `string` and `domain`
+/// below, and refined by its own functions, each of which returns the row.
 struct EntryRow {
   std::string_view name = {};
   DataType type = DataType::kUnsigned8;
@@ -114,14 +114,17 @@ struct EntryRow {
   bool with_node_id = false;  ///< the factory setting is `factory` plus the node-ID
   std::int64_t lowest = 0;    ///< limits of an integer that may be written
   std::int64_t highest = 0;
-  std::uint64_t allowed = 0;  ///< one bit for each of the numbers 0..63 that may be written; 0: all within the limits
-  std::size_t longest = 0;    ///< bytes a string may be given
+  std::uint64_t allowed =
+      0;  ///< one bit for each of the numbers 0..63 that may be written; 0: all within the limits
+  std::size_t longest = 0;  ///< bytes a string may be given
   Quantity quantity = Quantity::kPlain;
-  std::string_view symbol = {};   ///< word for signal names, at most 15 characters; empty: made from the names
+  std::string_view symbol = {};  ///< word for signal names, at most 15 characters; empty: made from the names
   std::string_view meaning = {};  ///< one line for people; empty where the name says it
 
   /// PDOs may carry it.
-  [[nodiscard]] EntryRow pdo() const { return with([](EntryRow& row) { row.mappable = Mappable::kYes; }); }
+  [[nodiscard]] EntryRow pdo() const {
+    return with([](EntryRow& row) { row.mappable = Mappable::kYes; });
+  }
   [[nodiscard]] EntryRow in(Quantity value) const {
     return with([&](EntryRow& row) { row.quantity = value; });
   }
@@ -192,8 +195,8 @@ struct ObjectRow {
   std::vector<EntryRow> entries = {};
   /// Where it has a name, every sub-index from 1 on is so, "{}" replaced by it.
   EntryRow each = {};
-  std::uint16_t objects = 1;     ///< how many there are
-  std::uint8_t each_count = 0;   ///< sub-indices of `each`, where the table knows
+  std::uint16_t objects = 1;      ///< how many there are
+  std::uint8_t each_count = 0;    ///< sub-indices of `each`, where the table knows
   std::string_view meaning = {};  ///< of the whole object, one line for people
 
   [[nodiscard]] bool simple() const noexcept {

@@ -115,7 +115,7 @@ Refusal DriveNode::take_mode(std::int8_t value) noexcept {
   if (modes_.find(wanted) == nullptr) return SdoAbort::kValue;
   requested_mode_ = wanted;
   // A stop is not disturbed; the mode then becomes active when it has ended.
-  if (power_.stopping() || !settle_mode()) return std::nullopt;
+  if (power_.stopping() || !take_up_mode()) return std::nullopt;
   if (power_.state() == State::kOperationEnabled) {
     refresh_settings();
     law_.restart();
@@ -127,7 +127,7 @@ Refusal DriveNode::take_mode(std::int8_t value) noexcept {
   return std::nullopt;
 }
 
-bool DriveNode::settle_mode() noexcept {
+bool DriveNode::take_up_mode() noexcept {
   if (requested_mode_ == mode()) return false;
   mode_ = modes_.find(requested_mode_);
   objects_.mode_display.set(static_cast<std::int8_t>(requested_mode_));
@@ -167,7 +167,7 @@ void DriveNode::command_operation(std::uint16_t last, std::uint16_t word, bool w
   }
   if (was_leaving || (was_halted && !halted())) {
     law_.restart();
-    settle_mode() ? mode_->enter(stop_.motion()) : mode_->resume(stop_.motion());
+    take_up_mode() ? mode_->enter(stop_.motion()) : mode_->resume(stop_.motion());
   }
   if (halted() && !was_halted) stop(objects_.halt_option.get());
   mode_->controlword(last, word);
@@ -208,7 +208,7 @@ void DriveNode::state_changed(State before) noexcept {
   const State now = power_.state();
   if (now == before) return;
   refresh_settings();
-  if (!power_.stopping() && settle_mode()) announce(objects_.mode_display.entry());
+  if (!power_.stopping() && take_up_mode()) announce(objects_.mode_display.entry());
   if (now == State::kOperationEnabled) {
     law_.restart();
     // Enabling starts from standstill where the motor is; leaving quick stop goes on from its ramp.
@@ -285,7 +285,7 @@ void DriveNode::on_reset() noexcept {
   settings_stale_ = true;
   refresh_settings();
   requested_mode_ = static_cast<Mode>(objects_.mode.get());
-  static_cast<void>(settle_mode());
+  static_cast<void>(take_up_mode());
   unpowered_step();
   unpublished_ = true;
   update_statusword();

@@ -31,7 +31,7 @@ class DriveNode : public CanopenSlave {
   explicit DriveNode(const DriveParameters& parameters);
 
   /// One control step of `dt` seconds: takes the sensors, judges limits and faults, moves the set-point on.
-  /// Returns the motor's torque on the joint side, N m; 0 while the brake is on.
+  /// Returns the motor's torque on the joint side, N·m; 0 while the brake is on.
   double control(const ServoFeedback& feedback, double dt) noexcept;
 
   /// The power stage is off and the brake holds the motor where it is.
@@ -60,7 +60,7 @@ class DriveNode : public CanopenSlave {
   void forward_targets();
   void take_controlword(std::uint16_t word) noexcept;
   [[nodiscard]] Refusal take_mode(std::int8_t value) noexcept;
-  [[nodiscard]] bool settle_mode() noexcept;
+  [[nodiscard]] bool take_up_mode() noexcept;
   void take_target(TargetObject object, std::int32_t value) noexcept;
   void take_feedback(const ServoFeedback& feedback) noexcept;
   void refresh_settings() noexcept;
@@ -111,7 +111,7 @@ class DriveNode : public CanopenSlave {
   Supervision supervision_;
 
   Demand demand_;
-  double torque_ = 0;  // of the last step, N m
+  double torque_ = 0;  // of the last step, N·m
   std::uint16_t fault_code_ = 0;
   bool halt_ = false;                                 // controlword bit 8
   double following_error_for_ = 0, blocked_for_ = 0;  // s

@@ -5,14 +5,14 @@
 #include <functional>
 #include <vector>
 
-#include "emulator/nodes/drive/drive_parameters.h"
 #include "emulator/nodes/cia301/object_dictionary.h"
+#include "emulator/nodes/drive/drive_parameters.h"
 #include "emulator/nodes/drive/servo_law.h"
 
 namespace walkman::nodes {
 
 /// The application objects of a drive (CiA 402-2 and the manufacturer area 2xxxh), with their units on the
-/// wire: urad, urad/s, urad/s^2, mN m, per mille of 6076h and 6075h, 0.1 degC, mV.
+/// wire: urad, urad/s, urad/s², mN·m, per mille of 6076h and 6075h, 0.1 degC, mV.
 struct DriveObjects {
   DriveObjects(ObjectDictionary& dictionary, const DriveParameters& parameters, const ServoGains& factory);
   DriveObjects(const DriveObjects&) = delete;
@@ -23,15 +23,15 @@ struct DriveObjects {
   /// `hook` is called before a client reads one of the values the servo measures or computes.
   void on_measurement_read(const std::function<void()>& hook);
 
-  Object<std::uint32_t> stiffness, damping;                ///< 2010h:1-2, mN m/rad, mN m s/rad
+  Object<std::uint32_t> stiffness, damping;                ///< 2010h:1-2, mN·m/rad, mN·m·s/rad
   Object<std::uint32_t> stiffness_actual, damping_actual;  ///< 2010h:3-4, the gains in use
-  Object<std::uint16_t> stiffness_pdo, damping_pdo;        ///< 2011h:1-2, 0.1 N m/rad, 0.01 N m s/rad
+  Object<std::uint16_t> stiffness_pdo, damping_pdo;        ///< 2011h:1-2, 0.1 N·m/rad, 0.01 N·m·s/rad
   Object<std::int32_t> deflection, spring_torque;          ///< 2020h:1-2
   Object<std::int16_t> motor_temperature, board_temperature, temperature_warning,
       temperature_trip;                                 ///< 2030h
   Object<std::int8_t> temperature_compact;              ///< 2031h:1, degC
   Object<std::uint32_t> lowest_supply, highest_supply;  ///< 2032h:1-2, mV
-  /// 2040h, 2041h, 2042h: P, I, D in mN m and rad, s; of the torque loop P and I are per mille.
+  /// 2040h, 2041h, 2042h: P, I, D in mN·m and rad, s; of the torque loop P and I are per mille.
   std::array<Object<std::uint32_t>, 3> position_gains, velocity_gains, torque_gains;
   Object<std::uint16_t> cycle_counter;  ///< 2050h:1, SYNCs seen since boot
 

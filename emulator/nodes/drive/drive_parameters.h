@@ -12,10 +12,10 @@ struct DriveParameters {
   std::string name;
   std::uint32_t product_code = 1;  ///< 1018h:2
   std::uint32_t serial = 0;
-  double rated_torque = 0;     ///< 6076h, N m
-  double peak_torque = 0;      ///< N m
-  double spring_constant = 0;  ///< of the series spring, N m/rad
-  double motor_inertia = 0;    ///< reflected to the joint, kg m^2
+  double rated_torque = 0;     ///< 6076h, N·m
+  double peak_torque = 0;      ///< N·m
+  double spring_constant = 0;  ///< of the series spring, N·m/rad
+  double motor_inertia = 0;    ///< reflected to the joint, kg·m²
   double position_bandwidth_hz = 25;
   double lower = 0, upper = 0;  ///< software limits 607Dh, rad
   double max_velocity = 0;      ///< 607Fh and 6080h, rad/s

@@ -31,7 +31,8 @@ constexpr u32 kTurn = 6'283'185;  // µrad
 
 constexpr u32 kAcceleration10 = 10'000'000;  // µrad/s²
 constexpr u32 kMost = UINT32_MAX;
-constexpr std::string_view kStops = "0 coast, 1 slow-down ramp 6084h, 2 quick-stop ramp 6085h, 3 torque limit, 4 voltage limit";
+constexpr std::string_view kStops =
+    "0 coast, 1 slow-down ramp 6084h, 2 quick-stop ramp 6085h, 3 torque limit, 4 voltage limit";
 
 /// A value that the drive measures or computes.
 template <typename T>
@@ -49,7 +50,8 @@ Rows manufacturer_rows() {
       record(0x2000, "Emulator identity",
              {read_only<u32>("Build", 0x00010000), read_only<u32>("Model hash").of_the_device(),
               read_only<u16>("Joint number").of_the_device(), read_only<u16>("Bus number").of_the_device()})
-          .means("hash of the robot description; the joint's place in it and the bus's in the device table, from 1"),
+          .means("hash of the robot description; the joint's place in it and the bus's in the device table, "
+                 "from 1"),
       record(object::kImpedance, "Impedance",
              {read_write<u32>("Stiffness").of_the_device().in(kStiffness),
               read_write<u32>("Damping").of_the_device().in(kDamping),
@@ -102,21 +104,27 @@ Rows state_rows() {
       variable(0x605A, read_write<i16>("Quick stop option code", 2)
                            .one_of({0, 1, 2, 3, 4, 5, 6, 7, 8})
                            .means("0–4 as 605Eh; 5–8 as 1–4, staying in quick stop active")),
-      variable(0x605B, read_write<i16>("Shutdown option code", 0).one_of({0, 1}).means("0 coast, 1 slow-down ramp")),
-      variable(0x605C,
-               read_write<i16>("Disable operation option code", 1).one_of({0, 1}).means("0 coast, 1 slow-down ramp")),
+      variable(0x605B,
+               read_write<i16>("Shutdown option code", 0).one_of({0, 1}).means("0 coast, 1 slow-down ramp")),
+      variable(0x605C, read_write<i16>("Disable operation option code", 1)
+                           .one_of({0, 1})
+                           .means("0 coast, 1 slow-down ramp")),
       variable(0x605D, read_write<i16>("Halt option code", 1).one_of({1, 2, 3, 4}).means("as 605Eh")),
-      variable(0x605E, read_write<i16>("Fault reaction option code", 2).one_of({0, 1, 2, 3, 4}).means(kStops)),
-      variable(object::kMode, read_write<i8>("Modes of operation", kFactoryMode)
-                                  .pdo()
-                                  .called("mode")
-                                  .means("another than those offered: 0609 0030 over SDO, ignored over PDO; 0 no change")),
-      variable(object::kModeDisplay, read_only<i8>("Modes of operation display", kFactoryMode).pdo().called("mode_display")),
+      variable(0x605E,
+               read_write<i16>("Fault reaction option code", 2).one_of({0, 1, 2, 3, 4}).means(kStops)),
+      variable(object::kMode,
+               read_write<i8>("Modes of operation", kFactoryMode)
+                   .pdo()
+                   .called("mode")
+                   .means("another than those offered: 0609 0030 over SDO, ignored over PDO; 0 no change")),
+      variable(object::kModeDisplay,
+               read_only<i8>("Modes of operation display", kFactoryMode).pdo().called("mode_display")),
       variable(0x6079, measured<u32>("DC link circuit voltage", kMilliVolt, "dc_link_voltage")),
       variable(0x60FD, measured<u32>("Digital inputs", kPlain, "digital_inputs")
                            .means("bit 0 negative limit, 1 positive limit, 2 home; shown, not acted on")),
       array(0x60FE, "Digital outputs",
-            {target<u32>("Physical outputs", kPlain, "digital_outputs"), target<u32>("Bit mask", kPlain, "output_mask")}),
+            {target<u32>("Physical outputs", kPlain, "digital_outputs"),
+             target<u32>("Bit mask", kPlain, "output_mask")}),
       variable(0x6402, read_only<u16>("Motor type", 10).means("10 sinusoidal, brushless")),
       variable(object::kSupportedModes, read_only<u32>("Supported drive modes", kSupportedModes)),
   };
@@ -161,11 +169,16 @@ Rows profile_rows() {
                            .in(kVelocity)
                            .called("profile_vel")
                            .means("1 rad/s, or 607Fh where that is less")),
-      variable(0x6083,
-               read_write<u32>("Profile acceleration", kAcceleration10).within(1, kMost).in(kAcceleration).called("profile_accel")),
-      variable(0x6084,
-               read_write<u32>("Profile deceleration", kAcceleration10).within(1, kMost).in(kAcceleration).called("profile_decel")),
-      variable(0x6085, read_write<u32>("Quick stop deceleration", 40'000'000).within(1, kMost).in(kAcceleration)),
+      variable(0x6083, read_write<u32>("Profile acceleration", kAcceleration10)
+                           .within(1, kMost)
+                           .in(kAcceleration)
+                           .called("profile_accel")),
+      variable(0x6084, read_write<u32>("Profile deceleration", kAcceleration10)
+                           .within(1, kMost)
+                           .in(kAcceleration)
+                           .called("profile_decel")),
+      variable(0x6085,
+               read_write<u32>("Quick stop deceleration", 40'000'000).within(1, kMost).in(kAcceleration)),
       variable(0x6086, read_write<i16>("Motion profile type").one_of({0}).means("0 linear ramps")),
   };
 }
@@ -198,8 +211,9 @@ Rows homing_rows() {
                            .in(kAcceleration)
                            .means("without effect")),
       [] {
-        ObjectRow row = array(0x60E3, "Supported homing methods",
-                              {read_only<i8>("Supported homing method 1", 35), read_only<i8>("Supported homing method 2", 37)});
+        ObjectRow row = array(
+            0x60E3, "Supported homing methods",
+            {read_only<i8>("Supported homing method 1", 35), read_only<i8>("Supported homing method 2", 37)});
         return row.means("35 and 37: the present position");
       }(),
   };
@@ -234,17 +248,21 @@ Rows velocity_rows() {
 Rows torque_rows() {
   return {
       variable(object::kTargetTorque, target<i16>("Target torque", kTorquePerMille, "target_torque")),
-      variable(object::kMaxTorque,
-               target<u16>("Max torque", kTorquePerMille, "max_torque").of_the_device().means("the peak torque")),
-      variable(0x6073, read_write<u16>("Max current").of_the_device().in(kCurrentPerMille).called("max_current")),
+      variable(
+          object::kMaxTorque,
+          target<u16>("Max torque", kTorquePerMille, "max_torque").of_the_device().means("the peak torque")),
+      variable(0x6073,
+               read_write<u16>("Max current").of_the_device().in(kCurrentPerMille).called("max_current")),
       variable(0x6074, measured<i16>("Torque demand value", kTorquePerMille, "torque_demand")),
       variable(0x6075, read_only<u32>("Motor rated current").of_the_device().in(kMilliAmpere)),
-      variable(object::kRatedTorque, read_only<u32>("Motor rated torque").of_the_device().in(kMilliNewtonMetre)),
+      variable(object::kRatedTorque,
+               read_only<u32>("Motor rated torque").of_the_device().in(kMilliNewtonMetre)),
       variable(object::kTorqueActual, measured<i16>("Torque actual value", kTorquePerMille, "torque_actual")
                                           .means("of the series spring on the link")),
       variable(0x6078, measured<i16>("Current actual value", kCurrentPerMille, "current_actual")),
-      variable(0x6087,
-               read_write<u32>("Torque slope", 10'000).within(1, kMost).in(kTorqueSlope).called("torque_slope")),
+      variable(
+          0x6087,
+          read_write<u32>("Torque slope", 10'000).within(1, kMost).in(kTorqueSlope).called("torque_slope")),
       variable(0x6088, read_write<i16>("Torque profile type").one_of({0}).means("0 linear ramp")),
   };
 }
@@ -254,8 +272,8 @@ Rows torque_rows() {
 ObjectTable drive_table() {
   static const Rows kRows = [] {
     Rows all;
-    for (const Rows& part : {manufacturer_rows(), state_rows(), position_rows(), profile_rows(), cyclic_rows(),
-                             homing_rows(), scale_rows(), velocity_rows(), torque_rows()}) {
+    for (const Rows& part : {manufacturer_rows(), state_rows(), position_rows(), profile_rows(),
+                             cyclic_rows(), homing_rows(), scale_rows(), velocity_rows(), torque_rows()}) {
       all.insert(all.end(), part.begin(), part.end());
     }
     return all;

@@ -19,7 +19,7 @@ class Interpolator {
   void go_on(double position, double velocity, double deceleration) noexcept {
     velocity == 0 ? hold(position) : brake(position, velocity, deceleration);
   }
-  /// Slow down to rest from `position` and `velocity` with the given deceleration, rad/s^2.
+  /// Slow down to rest from `position` and `velocity` with the given deceleration, rad/s².
   void brake(double position, double velocity, double deceleration) noexcept;
 
   void step(double dt) noexcept;

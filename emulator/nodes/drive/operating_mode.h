@@ -48,7 +48,7 @@ struct Demand {
   Loop loop = Loop::kPosition;
   double position = 0;  ///< rad; of the link with `kImpedance`
   double velocity = 0;  ///< rad/s
-  double torque = 0;    ///< N m: wanted in the spring with `kTorque`, else fed forward
+  double torque = 0;    ///< N·m: wanted in the spring with `kTorque`, else fed forward
 };
 
 /// What every mode works on. The drive keeps it up to date before it calls into a mode.

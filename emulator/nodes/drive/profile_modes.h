@@ -42,7 +42,7 @@ class ProfilePosition final : public OperatingMode {
 };
 
 /// The velocity after `dt` on a ramp to `target`: away from zero by the acceleration, towards it by the
-/// deceleration; exact where it passes zero or arrives. Units rad/s, rad/s^2, s.
+/// deceleration; exact where it passes zero or arrives. Units rad/s, rad/s², s.
 [[nodiscard]] double ramped(double velocity, double target, double acceleration, double deceleration,
                             double dt) noexcept;
 
@@ -75,7 +75,7 @@ class ProfileTorque final : public OperatingMode {
   [[nodiscard]] std::uint16_t status() const noexcept override;
 
  private:
-  double torque_ = 0, target_ = 0;  // N m
+  double torque_ = 0, target_ = 0;  // N·m
 };
 
 }  // namespace walkman::nodes

@@ -14,7 +14,7 @@ struct ServoFeedback {
   double motor_velocity = 0;
   double link_position = 0;
   double link_velocity = 0;
-  double spring_torque = 0;  ///< of the series spring on the link, N m
+  double spring_torque = 0;  ///< of the series spring on the link, N·m
   double motor_temperature_c = 25;
   double board_temperature_c = 25;
   double supply_voltage = 48;
@@ -28,18 +28,18 @@ struct LoopGains {
   double p = 0, i = 0, d = 0;
 };
 
-/// Gains of the three loops (2040h-2042h). Position: N m/rad, N m/(rad s), N m s/rad. Velocity: N m s/rad,
-/// N m/rad, N m s^2/rad. Torque: 1, 1/s, N m s/rad.
+/// Gains of the three loops (2040h-2042h). Position: N·m/rad, N·m/(rad s), N·m·s/rad. Velocity: N·m·s/rad,
+/// N·m/rad, N·m·s²/rad. Torque: 1, 1/s, N·m·s/rad.
 struct ServoGains {
   LoopGains position, velocity, torque;
 
-  /// Critically damped loops of `bandwidth_hz` around the inertia J (kg m^2) of the motor reflected to the
+  /// Critically damped loops of `bandwidth_hz` around the inertia J (kg·m²) of the motor reflected to the
   /// joint: with w the bandwidth, position P = J w^2 and D = 2 J w, velocity P = 2 J w and I = J w^2. Torque
-  /// D = 1.4 sqrt(J K_s) with the spring's K_s in N m/rad: damping ratio 0.7 with the link held.
+  /// D = 1.4 sqrt(J K_s) with the spring's K_s in N·m/rad: damping ratio 0.7 with the link held.
   [[nodiscard]] static ServoGains factory(double inertia, double spring, double bandwidth_hz) noexcept;
 };
 
-/// The control laws of a series elastic joint drive. All torques in N m on the joint side; the motor follows
+/// The control laws of a series elastic joint drive. All torques in N·m on the joint side; the motor follows
 /// J q_m'' = tau - tau_s, with the spring torque tau_s on the link, which position and velocity loops feed
 /// forward: it takes the load off them.
 class ServoLaw {
@@ -71,7 +71,7 @@ class ServoLaw {
   [[nodiscard]] double integrated(double gain, double error, double dt) noexcept;
 
   ServoGains gains_;
-  double integral_ = 0;  // N m
+  double integral_ = 0;  // N·m
   double cut_ = 0;       // the last torque when it was cut, else 0
   double last_error_ = 0;
   bool has_last_error_ = false;

@@ -25,8 +25,8 @@ struct ServoSettings {
   double velocity_threshold_time = 0;                    ///< 6070h
   double torque_limit = 0;                               ///< least of the peak, 6072h and 6073h
   double peak_torque = 0;                                ///< of the power stage
-  double torque_slope = 0;                               ///< 6087h, N m/s
-  double per_mille = 0;                                  ///< N m in one per mille of 6076h
+  double torque_slope = 0;                               ///< 6087h, N·m/s
+  double per_mille = 0;                                  ///< N·m in one per mille of 6076h
   double rated_torque = 0, rated_current = 0;            ///< 6076h, 6075h
   double max_current = 0;                                ///< 6073h, A
   double stiffness = 0, damping = 0;                     ///< 2010h:3-4

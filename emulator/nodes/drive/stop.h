@@ -20,7 +20,7 @@ class Stop {
     return static_cast<Method>((option - 1) % 4 + 1);
   }
 
-  /// `torque`: fed forward while stopping, N m.
+  /// `torque`: fed forward while stopping, N·m.
   void begin(Method method, const Motion& from, double torque, const ServoSettings& settings) noexcept;
   Demand step(const ServoFeedback& feedback, double dt) noexcept;
 

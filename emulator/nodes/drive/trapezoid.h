@@ -5,7 +5,7 @@
 
 namespace walkman::nodes {
 
-/// What bounds a profiled motion, all positive: rad/s, rad/s^2.
+/// What bounds a profiled motion, all positive: rad/s, rad/s².
 struct ProfileBounds {
   double velocity = 1;
   double acceleration = 1;

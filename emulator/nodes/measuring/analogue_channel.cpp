@@ -114,7 +114,7 @@ void AnalogueChannel::bind_adjustment(ObjectDictionary& d) {
 
 std::uint8_t AnalogueChannel::sample(double reading) noexcept {
   if (!on() || !std::isfinite(reading)) {
-    settled_ = false;
+    has_reading_ = false;
     return measuring_status::kInvalid;
   }
   const double range = description_.range;
@@ -125,7 +125,7 @@ std::uint8_t AnalogueChannel::sample(double reading) noexcept {
   const double step = description_.resolution;
   const double resolved = step > 0 ? std::round(inside / step) * step : inside;
   filter(resolved);
-  settled_ = true;
+  has_reading_ = true;
   fresh_ = true;
   publish();
   return status;
@@ -133,7 +133,7 @@ std::uint8_t AnalogueChannel::sample(double reading) noexcept {
 
 void AnalogueChannel::filter(double resolved) noexcept {
   const bool on = description_.adjustable && filter_type_.get() != 0 && filter_constant_.get() > 0;
-  if (!on || !settled_) {
+  if (!on || !has_reading_) {
     first_stage_ = filtered_ = resolved;
     return;
   }
@@ -174,7 +174,7 @@ bool AnalogueChannel::event() noexcept {
 }
 
 void AnalogueChannel::reset() noexcept {
-  settled_ = fresh_ = false;
+  has_reading_ = fresh_ = false;
   status_.set(measuring_status::kInvalid);
 }
 

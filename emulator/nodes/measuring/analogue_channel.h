@@ -47,10 +47,10 @@ class AnalogueChannel {
   AnalogueChannel(const AnalogueChannel&) = delete;
   AnalogueChannel& operator=(const AnalogueChannel&) = delete;
 
-  /// Adds the objects of `channels` channels: `digits` and `adjustable` of them, which come first, have a number of
-  /// digits, and the objects of adjustment.
+  /// Adds the objects of `channels` channels: `digits` and `adjustable` of them, which come first, have a
+  /// number of digits, and the objects of adjustment.
   static void add_objects(ObjectDictionary& dictionary, std::uint8_t channels, std::uint8_t digits,
-                         std::uint8_t adjustable);
+                          std::uint8_t adjustable);
 
   /// Takes a reading and returns the measuring status. One that is not finite, and any while the channel is
   /// off (6112h), is invalid; the last values stay.
@@ -88,10 +88,10 @@ class AnalogueChannel {
   Object<std::uint16_t> filter_constant_;
 
   double first_stage_ = 0, filtered_ = 0;
-  bool settled_ = false;  // the filter has a value to start from
-  bool fresh_ = false;    // a sample has come since the last question for an event
-  float last_event_ = 0;  // process value
-  int zone_ = 0;          // -1 below the lower limit, 1 above the upper
+  bool has_reading_ = false;  // the filter has a value to start from
+  bool fresh_ = false;        // a sample has come since the last question for an event
+  float last_event_ = 0;      // process value
+  int zone_ = 0;              // -1 below the lower limit, 1 above the upper
 };
 
 }  // namespace walkman::nodes

@@ -41,7 +41,8 @@ ForceTorqueNode::ForceTorqueNode(const ForceTorqueParameters& parameters)
                     describe(parameters), parameters.sample_period_us),
       transducer_(parameters.transducer, parameters.sample_period_us * kMicro) {
   objects().add(sensor_temperature_table());
-  temperature_ = objects().object<std::int16_t>(object::kSensorTemperature, 1).factory(wire_temperature(transducer_));
+  temperature_ =
+      objects().object<std::int16_t>(object::kSensorTemperature, 1).factory(wire_temperature(transducer_));
   constexpr std::uint16_t kValue = object::kProcessValueInt16;
   PdoSet transmit;
   transmit[0] = {true,

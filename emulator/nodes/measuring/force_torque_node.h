@@ -10,7 +10,7 @@
 
 namespace walkman::nodes {
 
-/// One channel of a force/torque sensor: full scale and effective resolution, in N or N m.
+/// One channel of a force/torque sensor: full scale and effective resolution, in N or N·m.
 struct ChannelRating {
   double range = 0;       ///< infinity: none
   double resolution = 0;  ///< 0: none
@@ -29,7 +29,7 @@ struct ForceTorqueParameters {
 };
 
 /// A six-axis force/torque sensor (CiA 404, device type 00020194h). Sub-index = channel, Fx Fy Fz Tx Ty Tz,
-/// in N and N m; 7130h and 9130h in 0.1 N and 0.01 N m.
+/// in N and N·m; 7130h and 9130h in 0.1 N and 0.01 N·m.
 ///
 /// A sample goes through the `ForceTorqueTransducer`, then each component through its `AnalogueChannel`.
 /// TPDO1: 7130h:1-3 and the sample counter 2050h:1; TPDO2: 7130h:4-6 and the status 6150h:1; every SYNC.

@@ -10,7 +10,7 @@
 
 namespace walkman::nodes {
 
-using Vector6 = Eigen::Matrix<double, 6, 1>;  ///< Fx, Fy, Fz in N, then Tx, Ty, Tz in N m
+using Vector6 = Eigen::Matrix<double, 6, 1>;  ///< Fx, Fy, Fz in N, then Tx, Ty, Tz in N·m
 using Matrix6 = Eigen::Matrix<double, 6, 6>;
 
 /// What one force/torque sensor makes of the load on it before its converter reads it. As it stands, nothing:
@@ -20,7 +20,7 @@ struct TransducerParameters {
   double ambient_c = 25;                       ///< of the air and of the sensor when it is switched on, degC
   double warm_up = 0;                          ///< final rise over the air, K; off: 0
   double warm_up_time = 1;                     ///< its time constant, s
-  Vector6 drift_per_kelvin = Vector6::Zero();  ///< of the zero, N/K and N m/K; off: 0
+  Vector6 drift_per_kelvin = Vector6::Zero();  ///< of the zero, N/K and N·m/K; off: 0
   Vector6 bias = Vector6::Zero();              ///< reading of the unloaded sensor at ambient_c; off: 0
   Vector6 noise = Vector6::Zero();             ///< standard deviation of a reading; off: 0
   double low_pass_hz = 0;                      ///< corner of the amplifier's first-order filter; off: 0

@@ -26,8 +26,8 @@ MeasuringNode::MeasuringNode(DeviceIdentity identity, std::span<const ChannelDes
     return static_cast<std::uint8_t>(std::count_if(channels.begin(), channels.end(), has));
   };
   AnalogueChannel::add_objects(objects(), static_cast<std::uint8_t>(channels.size()),
-                              count([](const ChannelDescription& c) { return c.digits.has_value(); }),
-                              count([](const ChannelDescription& c) { return c.adjustable; }));
+                               count([](const ChannelDescription& c) { return c.digits.has_value(); }),
+                               count([](const ChannelDescription& c) { return c.adjustable; }));
   for (const ChannelDescription& description : channels) {
     const auto number = static_cast<std::uint8_t>(channels_.size() + 1);
     channels_.push_back(std::make_unique<AnalogueChannel>(objects(), number, description, sample_period_us));

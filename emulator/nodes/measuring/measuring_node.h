@@ -5,8 +5,8 @@
 #include <span>
 #include <vector>
 
-#include "emulator/nodes/measuring/analogue_channel.h"
 #include "emulator/nodes/cia301/canopen_slave.h"
+#include "emulator/nodes/measuring/analogue_channel.h"
 
 namespace walkman::nodes {
 

@@ -26,7 +26,9 @@ EntryRow fixed() {
 
 /// A value in the unit of 6131h.
 EntryRow real() { return read_only<float>(kChannelName).of_the_device().in(kMeasuredReal); }
-EntryRow real_setting(float factory = 0) { return read_write<float>(kChannelName, factory).in(kMeasuredReal); }
+EntryRow real_setting(float factory = 0) {
+  return read_write<float>(kChannelName, factory).in(kMeasuredReal);
+}
 
 template <typename T>
 EntryRow measured() {
@@ -44,9 +46,11 @@ ObjectRow called(ObjectRow row, std::string_view word) {
 ObjectTable channel_table() {
   static const Rows kRows{
       channels(0x6110, "AI sensor type", fixed<u16>())
-          .means("10000 force, 10001 torque, 10501 specific force, 10401 angular velocity, 10601 orientation (the "
+          .means("10000 force, 10001 torque, 10501 specific force, 10401 angular velocity, 10601 orientation "
+                 "(the "
                  "manufacturer's range)"),
-      channels(0x6112, "AI operating mode", read_write<u8>(kChannelName, 1).within(0, 1)).means("1 on, 0 off"),
+      channels(0x6112, "AI operating mode", read_write<u8>(kChannelName, 1).within(0, 1))
+          .means("1 on, 0 off"),
       channels(0x6114, "AI ADC sample rate", fixed<u32>().in(kMicroSecond)).means("the sample period; 1000"),
       called(channels(object::kProcessValueReal, "AI input PV", measured<float>()), "real")
           .means("process value 6126 · 6100 + 6127 + 6124 − 6138"),
@@ -83,26 +87,32 @@ ObjectTable adjustment_table() {
       channels(0x6126, "AI scaling factor", read_write<float>(kChannelName, 1)),
       channels(0x6127, "AI scaling offset", real_setting()),
       channels(object::kTare, "AI tare zero", real_setting()),
-      channels(object::kAutoTare, "AI auto tare", write_only<u32>(kChannelName)).means("\"tara\" 61726174h tares"),
+      channels(object::kAutoTare, "AI auto tare", write_only<u32>(kChannelName))
+          .means("\"tara\" 61726174h tares"),
       called(channels(0x6140, "AI net PV", measured<float>()), "net").means("the same as 6130h"),
       channels(0x61A0, "AI filter type", read_write<u8>(kChannelName).within(0, 2))
           .means("0 none, 1 first-order low-pass, 2 two of them in a row"),
       channels(0x61A1, "AI filter constant", read_write<u16>(kChannelName, 10).in(kMilliSecond)),
-      called(channels(0x7100, "AI input FV as i16", measured<std::int16_t>()), "field").means("6100h in wire units"),
+      called(channels(0x7100, "AI input FV as i16", measured<std::int16_t>()), "field")
+          .means("6100h in wire units"),
   };
   return kRows;
 }
 
 ObjectTable sample_counter_table() {
-  static const Rows kRows{record(object::kCycleCounter, "Cycle counter",
-                                 {read_only<u16>("Counter").pdo().called("counter").means("samples since boot")})};
+  static const Rows kRows{
+      record(object::kCycleCounter, "Cycle counter",
+             {read_only<u16>("Counter").pdo().called("counter").means("samples since boot")})};
   return kRows;
 }
 
 ObjectTable sensor_temperature_table() {
-  static const Rows kRows{record(
-      object::kSensorTemperature, "Sensor temperatures",
-      {read_only<std::int16_t>("Sensor temperature").of_the_device().pdo().in(kDeciCelsius).called("sensor_temp")})};
+  static const Rows kRows{record(object::kSensorTemperature, "Sensor temperatures",
+                                 {read_only<std::int16_t>("Sensor temperature")
+                                      .of_the_device()
+                                      .pdo()
+                                      .in(kDeciCelsius)
+                                      .called("sensor_temp")})};
   return kRows;
 }
 

@@ -78,10 +78,12 @@ TEST(DbcWriter, TakesTheMappingOfTheMoment) {
     return row;
   };
   ObjectDictionary d;
-  d.add(record(0x1800, "TPDO", {read_write<std::uint32_t>("COB-ID", 0x40000185), read_write<std::uint8_t>("Type", 4)}));
+  d.add(record(0x1800, "TPDO",
+               {read_write<std::uint32_t>("COB-ID", 0x40000185), read_write<std::uint8_t>("Type", 4)}));
   d.add(mapping(0x1A00, 0, {read_write<std::uint32_t>("Mapped", 0x61300120)}));
   d.add(array_of(0x6130, "AI input PV", read_only<float>(kChannelName).pdo(), 1));
-  d.add(record(0x1400, "RPDO", {read_write<std::uint32_t>("COB-ID", 0x205), read_write<std::uint8_t>("Type", 255)}));
+  d.add(record(0x1400, "RPDO",
+               {read_write<std::uint32_t>("COB-ID", 0x205), read_write<std::uint8_t>("Type", 255)}));
   d.add(mapping(0x1600, 2,
                 {read_write<std::uint32_t>("Mapped", 0x00060010),  // 16 bits for somebody else
                  read_write<std::uint32_t>("Mapped", 0x60400010)}));
@@ -90,8 +92,9 @@ TEST(DbcWriter, TakesTheMappingOfTheMoment) {
   EXPECT_THAT(bus_of("a", 5, d), Not(HasSubstr("a_TPDO1")));
   count.set(1);
   const std::string text = bus_of("a", 5, d);
-  EXPECT_THAT(text,
-              HasSubstr("BO_ 389 a_TPDO1: 4 a\n SG_ a_ai_input_pv_Channel_1 : 0|32@1- (1,0) [0|0] \"\" computer\n"));
+  EXPECT_THAT(
+      text,
+      HasSubstr("BO_ 389 a_TPDO1: 4 a\n SG_ a_ai_input_pv_Channel_1 : 0|32@1- (1,0) [0|0] \"\" computer\n"));
   EXPECT_THAT(text, HasSubstr("SIG_VALTYPE_ 389 a_ai_input_pv_Channel_1 : 1;\n"));
   EXPECT_THAT(text, HasSubstr("CM_ BO_ 389 \"TPDO1 of a, every 4. SYNC\";\n"));
   EXPECT_THAT(text, HasSubstr("BO_ 517 a_RPDO1: 4 computer\n SG_ a_controlword : 16|16@1+"));
