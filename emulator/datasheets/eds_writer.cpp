@@ -39,9 +39,10 @@ void append_comments(std::vector<std::string>& lines, const nodes::ObjectDiction
       "Values without a default differ from device to device of this type.",
       "REAL32 values have no default here: readers do not agree on how it is written."};
   if (dictionary.find(0x607A, 0) != nullptr) {
-    comments.insert(comments.end(),
-                    {"A joint does not start at 0. In mode 8 read 6064h first and write it to 607Ah,",
-                     "and enable operation then; a first target of 0 ends in a following error (8611h)."});
+    comments.insert(
+        comments.end(),
+        {"A joint does not start at 0. In mode 8 read 6064h first and write it to 607Ah,",
+         "and enable operation then; a first target of 0 is a step, run at 607Fh or ended by 8611h."});
   }
   lines.insert(lines.end(), {"", "[Comments]", fmt::format("Lines={}", comments.size())});
   for (std::size_t i = 0; i < comments.size(); ++i)
