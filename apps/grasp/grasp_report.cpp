@@ -45,6 +45,7 @@ std::string to_text(const GraspResult& result) {
                       result.counters.receive_overflows, result.counters.emergencies);
   text += result.pacing == Pacing::kLockstep ? fmt::format("{} incomplete cycles\n", result.incomplete)
                                              : fmt::format("{} overruns\n", result.overruns);
+  for (const std::string& warning : result.warnings) text += "warning: " + warning + "\n";
   return text;
 }
 
@@ -71,6 +72,7 @@ std::string to_json_text(const GraspResult& result) {
   json["frames_not_sent"] = result.counters.frames_not_sent;
   json["receive_overflows"] = result.counters.receive_overflows;
   json["emergencies"] = result.counters.emergencies;
+  json["warnings"] = result.warnings;
   return json.dump(2) + "\n";
 }
 

@@ -147,6 +147,7 @@ GraspResult run_grasp(const GraspOptions& options, StopSignals& signals, const G
     result.outcome = "stopped";
     result.reason = stop.what();
   }
+  result.warnings = robot.warnings();
   // Quick stop and NMT stop, and a SYNC behind them: in lock-step it is what makes them happen.
   robot.stop();
   robot.sync(lockstep ? lockstep->now() : real_time->now());

@@ -31,6 +31,7 @@ struct GraspResult {
   std::uint64_t overruns = 0;    ///< real time: cycles begun too late
   std::uint64_t incomplete = 0;  ///< lock-step: cycles in which not everything came
   std::vector<regrasp::Weighing> weighings;
+  std::vector<std::string> warnings;  ///< what was not well at the end and no fault, one sentence each
   robot::Counters counters;
 };
 

@@ -30,7 +30,6 @@ OPEN = {
         "walkman::perception::Quadric::value",
         "walkman::robot::Robot::recover",
         "walkman::robot::Robot::clear_fault",
-        "walkman::robot::Robot::warnings",
         "walkman::wrench::WrenchAverage::deviation",
     },
 }
