@@ -26,6 +26,4 @@ install(DIRECTORY "${WALKMAN_ROOT}/urdf/" DESTINATION "${share}/urdf"
 install(FILES "${WALKMAN_ROOT}/adaptation/parameters.yaml" DESTINATION "${share}/adaptation")
 install(DIRECTORY "${WALKMAN_ROOT}/emulator/plant/actuators" DESTINATION "${share}/emulator/plant" FILES_MATCHING PATTERN "*.yaml")
 install(DIRECTORY "${WALKMAN_ROOT}/emulator/nodes/measuring" DESTINATION "${share}/emulator/nodes" FILES_MATCHING PATTERN "*.yaml")
-install(FILES "${WALKMAN_ROOT}/drivers/robot/identities.yaml" DESTINATION "${share}/drivers/robot")
-install(DIRECTORY "${WALKMAN_ROOT}/drivers/robot/pdo_layouts" DESTINATION "${share}/drivers/robot")
 install(DIRECTORY "${datasheets}/eds" "${datasheets}/dbc" DESTINATION "${share}")

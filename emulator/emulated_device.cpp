@@ -72,14 +72,15 @@ nodes::ForceTorqueParameters force_torque_parameters(const Device& device, const
   return parameters;
 }
 
-/// A sensor nothing hangs below sits in a foot.
+/// The kind that the device table names: a file of the folder of kinds.
 ForceTorqueKind force_torque_kind(const DeviceSurroundings& s, const Device& device) {
-  const int link = s.robot.link_index(device.name);
-  const bool foot = std::none_of(s.robot.joints.begin(), s.robot.joints.end(),
-                                 [&](const Joint& joint) { return joint.parent_link == link; });
   const std::filesystem::path folder =
       s.options.sensors.empty() ? s.options.actuators / "../../nodes/measuring" : s.options.sensors;
-  return load_force_torque_kind(folder / (foot ? "force_torque_ankle.yaml" : "force_torque_45mm.yaml"));
+  const std::filesystem::path file = (folder / (device.sensor + ".yaml")).lexically_normal();
+  if (!std::filesystem::exists(file))
+    throw std::runtime_error("sensor " + device.name + ": there is no kind '" + device.sensor +
+                             "', expected " + file.string());
+  return load_force_torque_kind(file);
 }
 
 // Errors of an inertial unit, uniform within plus or minus, and noise of a sample: estimates in the range of

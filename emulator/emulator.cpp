@@ -11,7 +11,6 @@ namespace walkman {
 namespace {
 
 constexpr double kSubStep = plant::Plant::kStep / plant::Plant::kSubSteps;
-constexpr const char* kOpticalFrame = "multisense/left_camera_optical_frame";
 
 /// FNV-1a of a file's bytes; of none when it cannot be read.
 std::uint32_t hash_of(const std::filesystem::path& file) {
@@ -41,9 +40,9 @@ Emulator::Impl::Impl(const RobotModel& robot, const DeviceTable& table, const Sc
                      const EmulatorOptions& options,
                      const std::map<std::string, plant::ActuatorParameters>& actuators)
     : plant(robot, scene, table, actuators),
-      multisense(robot, scene, robot.link_index(kOpticalFrame), options.camera, options.camera_rate_hz,
+      multisense(robot, scene, robot.link_index(scene.robot.optical_frame), options.camera, options.camera_rate_hz,
                  options.seed) {
-  const DeviceSurroundings surroundings{table, robot, options, actuators, hash_of(scene.robot_urdf), plant};
+  const DeviceSurroundings surroundings{table, robot, options, actuators, hash_of(scene.robot.urdf), plant};
   for (const Bus& wiring : table.buses) {
     buses.push_back(std::make_unique<bus::CanBus>(
         wiring.name, wiring.interface,

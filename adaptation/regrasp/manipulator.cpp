@@ -12,9 +12,9 @@ namespace {
 
 constexpr double kOpenTorque = 0.2;  // share of rated: enough to let the ligaments open the hand
 
-motion::HandMotionOptions motion_options(const HandSide& side) {
+motion::HandMotionOptions motion_options(const HandParts& hand) {
   motion::HandMotionOptions options;
-  options.hand_link = side.grasp_frame;
+  options.hand_link = hand.frame;
   return options;
 }
 
@@ -30,11 +30,11 @@ Manipulator::Manipulator(const RobotModel& model, Session& session, const StageT
     : session_(session),
       parameters_(parameters),
       model_(model),
-      hand_weight_(model, session.side().sensor_frame) {}
+      hand_weight_(model, session.hand().force_torque) {}
 
 void Manipulator::start() {
   const std::vector<std::string>& joints = session_.joint_names();
-  const motion::HandMotionOptions options = motion_options(session_.side());
+  const motion::HandMotionOptions options = motion_options(session_.hand());
   if (const auto& stance = session_.stance()) {
     motion_.emplace(model_, joints, *stance, options);
   } else {

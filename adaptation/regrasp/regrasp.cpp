@@ -40,14 +40,14 @@ double nearest_along(const Eigen::Vector3d& centre, const Eigen::Vector3d& axis,
 }  // namespace
 
 struct Regrasp::Impl {
-  Impl(const RobotModel& model, robot::Robot& robot, robot::Cycle& cycle, camera::RangeCamera& range_camera,
+  Impl(const KnownRobot& known, robot::Robot& robot, robot::Cycle& cycle, camera::RangeCamera& range_camera,
        const Parameters& all, Observer& watcher, Thinking when)
       : parameters(all),
         thinking(when),
         camera(range_camera),
         observer(watcher),
-        session(model, robot, cycle, watcher),
-        manipulator(model, session, all.stage_two) {}
+        session(known, robot, cycle, watcher),
+        manipulator(known.model, session, all.stage_two) {}
 
   void look();
   [[nodiscard]] perception::StageOneResult evaluate();
@@ -138,10 +138,10 @@ Candidate Regrasp::Impl::least_torque(const CarriedLine& carried, const Eigen::I
   return best;
 }
 
-Regrasp::Regrasp(const RobotModel& model, robot::Robot& robot, robot::Cycle& cycle,
+Regrasp::Regrasp(const KnownRobot& known, robot::Robot& robot, robot::Cycle& cycle,
                  camera::RangeCamera& camera, const Parameters& parameters, Observer& observer,
                  Thinking thinking)
-    : impl_(std::make_unique<Impl>(model, robot, cycle, camera, parameters, observer, thinking)) {}
+    : impl_(std::make_unique<Impl>(known, robot, cycle, camera, parameters, observer, thinking)) {}
 
 Regrasp::~Regrasp() = default;
 

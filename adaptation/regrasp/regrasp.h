@@ -40,7 +40,7 @@ struct Report {
 /// Knows the robot only through its drivers, the camera and the URDF.
 class Regrasp {
  public:
-  Regrasp(const RobotModel& model, robot::Robot& robot, robot::Cycle& cycle, camera::RangeCamera& camera,
+  Regrasp(const KnownRobot& known, robot::Robot& robot, robot::Cycle& cycle, camera::RangeCamera& camera,
           const Parameters& parameters, Observer& observer, Thinking thinking = Thinking::kBetweenCycles);
   ~Regrasp();
 

@@ -13,43 +13,39 @@ namespace {
 constexpr double kStandingShare = 0.5;
 constexpr double kFallen = 0.25;  // rad between what the inertial unit and the feet call upright
 
-std::optional<std::size_t> find(const std::vector<std::string>& names, const std::string& name) {
-  const auto found = std::find(names.begin(), names.end(), name);
-  if (found == names.end()) return std::nullopt;
-  return static_cast<std::size_t>(found - names.begin());
-}
-
 std::size_t place_of(const std::vector<std::string>& names, const std::string& name, const char* what) {
-  const auto found = find(names, name);
-  if (!found) throw std::runtime_error(std::string("the device table has no ") + what + " '" + name + "'");
-  return *found;
+  const auto found = std::find(names.begin(), names.end(), name);
+  if (found == names.end())
+    throw std::runtime_error(std::string("the device table has no ") + what + " '" + name + "'");
+  return static_cast<std::size_t>(found - names.begin());
 }
 
 }  // namespace
 
-Session::Session(const RobotModel& model, robot::Robot& robot, robot::Cycle& cycle, Observer& observer,
-                 HandSide side)
+Session::Session(const KnownRobot& known, robot::Robot& robot, robot::Cycle& cycle, Observer& observer)
     : robot_(robot),
       cycle_(cycle),
       observer_(observer),
-      side_(std::move(side)),
-      measured_(model, robot.joint_names()),
+      parts_(known.description.working_hand()),
+      measured_(known.model, robot.joint_names()),
       q_(Eigen::VectorXd::Zero(measured_.dof())),
-      hand_(place_of(robot.hand_names(), side_.hand_joint, "hand")),
-      sensor_(place_of(robot.sensor_names(), side_.sensor_frame, "force/torque sensor")),
-      grasp_link_(model.link_index(side_.grasp_frame)),
-      sensor_link_(model.link_index(side_.sensor_frame)),
-      camera_link_(model.link_index(side_.camera_frame)),
-      hand_travel_(model.joints[static_cast<std::size_t>(model.joint_index(side_.hand_joint))].limits.upper) {
-  const StanceSensors sensors;
-  for (const std::string& foot : sensors.feet) {
-    const auto place = find(robot.sensor_names(), foot);
-    if (!place) continue;
-    foot_sensors_.push_back(*place);
-    foot_sensor_links_.push_back(model.link_index(foot));
+      hand_(place_of(robot.hand_names(), parts_.motor, "hand")),
+      sensor_(place_of(robot.sensor_names(), parts_.force_torque, "force/torque sensor")),
+      grasp_link_(known.model.link_index(parts_.frame)),
+      sensor_link_(known.model.link_index(parts_.force_torque)),
+      camera_link_(known.model.link_index(known.description.optical_frame)),
+      hand_travel_(
+          known.model.joints[static_cast<std::size_t>(known.model.joint_index(parts_.motor))].limits.upper) {
+  const auto& stance = known.description.stance;
+  if (!stance) return;
+  for (const std::string& foot : stance->feet) {
+    foot_sensors_.push_back(place_of(robot.sensor_names(), foot, "force/torque sensor"));
+    foot_sensor_links_.push_back(known.model.link_index(foot));
   }
-  inertial_unit_ = robot.find<cia404::InertialUnit>(sensors.inertial_unit);
-  if (inertial_unit_ != nullptr) inertial_link_ = model.link_index(sensors.inertial_unit);
+  inertial_unit_ = robot.find<cia404::InertialUnit>(stance->imu);
+  if (inertial_unit_ == nullptr)
+    throw std::runtime_error("the device table has no inertial unit '" + stance->imu + "'");
+  inertial_link_ = known.model.link_index(stance->imu);
 }
 
 void Session::boot() {
@@ -121,7 +117,7 @@ void Session::read() {
 void Session::pose_kinematics() {
   const auto joints = robot_.joints();
   for (std::size_t i = 0; i < joints.size(); ++i) q_[static_cast<Eigen::Index>(i)] = joints[i].link_position;
-  measured_.set_passive(side_.hand_joint, std::clamp(hand_closure(), 0.0, 1.0) * hand_travel_);
+  measured_.set_passive(parts_.motor, std::clamp(hand_closure(), 0.0, 1.0) * hand_travel_);
   measured_.update(q_);
   if (!stance_) return;
   measured_.set_base(stance_->X_TB(measured_));

@@ -1,6 +1,5 @@
 #pragma once
 
-#include <array>
 #include <optional>
 #include <string>
 #include <vector>
@@ -11,29 +10,15 @@
 #include "drivers/cia404/inertial_unit.h"
 #include "drivers/robot/cycle.h"
 #include "drivers/robot/robot.h"
+#include "urdf/reader/robot_description.h"
 
 namespace walkman::regrasp {
-
-/// Names of the parts of the robot that do the work.
-struct HandSide {
-  std::string sensor_frame = "r_arm_ft";
-  std::string hand_joint = "r_handj_synergy";
-  std::string grasp_frame = "r_hand_grasp";
-  std::string camera_frame = "multisense/left_camera_optical_frame";
-};
-
-/// Names of what tells whether the robot stands. A device table without these sensors is of one that does
-/// not.
-struct StanceSensors {
-  std::array<std::string, motion::Stance::kFeet> feet = {"l_leg_ft", "r_leg_ft"};
-  std::string inertial_unit = "imu_link";
-};
 
 /// The robot over the wire, one cycle at a time, with its kinematics posed by what the drives report.
 class Session {
  public:
-  Session(const RobotModel& model, robot::Robot& robot, robot::Cycle& cycle, Observer& observer,
-          HandSide side = {});
+  /// References are kept. Throws std::runtime_error when the robot has no hand to work with.
+  Session(const KnownRobot& known, robot::Robot& robot, robot::Cycle& cycle, Observer& observer);
 
   /// Boots every node, and finds out whether the robot stands: its feet's sensors then carry most of its
   /// weight. Throws RunStopped with the reason.
@@ -62,7 +47,7 @@ class Session {
   [[nodiscard]] const Eigen::Isometry3d& X_TH() const { return measured_.X_WL(grasp_link_); }
   [[nodiscard]] const Eigen::Isometry3d& X_TS() const { return measured_.X_WL(sensor_link_); }
   [[nodiscard]] const Eigen::Isometry3d& X_TC() const { return measured_.X_WL(camera_link_); }
-  [[nodiscard]] const HandSide& side() const { return side_; }
+  [[nodiscard]] const HandParts& hand() const { return parts_; }
 
  private:
   void read();
@@ -74,7 +59,7 @@ class Session {
   robot::Robot& robot_;
   robot::Cycle& cycle_;
   Observer& observer_;
-  HandSide side_;
+  HandParts parts_;
   motion::Kinematics measured_;
   std::optional<motion::Stance> stance_;
   std::vector<std::size_t> foot_sensors_;                // none when the robot has no such sensors

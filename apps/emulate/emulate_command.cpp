@@ -10,17 +10,19 @@
 #include "apps/emulate/emulation.h"
 #include "apps/emulate/emulation_report.h"
 #include "apps/emulate/gateway_set.h"
-#include "apps/experiment/progress_line.h"
 #include "apps/shared/commands.h"
 #include "apps/shared/data_directory.h"
 #include "apps/shared/exit_code.h"
+#include "apps/shared/progress_line.h"
+#include "apps/shared/scene_options.h"
 #include "apps/shared/stop_signals.h"
 
 namespace walkman::apps {
 namespace {
 
 struct Options {
-  std::string scene, can, log, camera_socket, timing = "bus";
+  SceneCommandLine scene;
+  std::string can, log, camera_socket, timing = "bus";
   Pacing pacing = Pacing::kRealTime;
   bool as_json = false, beacon = false;
   double period_ms = 5;
@@ -43,9 +45,7 @@ constexpr const char* kFooter =
 EmulationOptions emulation_options(const Options& options) {
   const std::filesystem::path data = data_directory();
   EmulationOptions out;
-  out.world.scene = options.scene.empty() ? data / "urdf" / "scenes" / "experiment_1.yaml"
-                                          : std::filesystem::path(options.scene);
-  out.world.actuators = data / "emulator" / "plant" / "actuators";
+  out.world = world_of(options.scene, data);
   if (options.seed) out.world.seed = static_cast<std::uint64_t>(*options.seed);
   out.world.bus_timing = options.timing == "bus";
   out.can = options.can;
@@ -110,7 +110,7 @@ void add_emulate_command(CLI::App& app, std::function<int()>& run) {
   auto options = std::make_shared<Options>();
   CLI::App* command = app.add_subcommand(
       "emulate", "Emulate the robot on CAN interfaces of the kernel, for masters in other programs");
-  command->add_option("--scene", options->scene, "Scene file (default: Experiment 1's)");
+  add_scene_options(*command, options->scene);
   command->add_option(
       "--can", options->can,
       "Which bus is plugged into which interface: torso=vcan0,rarm=vcan1,... A bus left out is "

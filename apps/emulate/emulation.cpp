@@ -75,7 +75,7 @@ Emulation::Impl::Impl(const EmulationOptions& given) : options(given), world(giv
 
 void Emulation::Impl::open_ports() {
   const std::vector<bus::CanBus*> buses = world.emulator.buses();
-  for (const CanAssignment& assignment : parse_can_map(options.can, world.devices)) {
+  for (const CanAssignment& assignment : parse_can_map(options.can, world.robot.devices)) {
     ports.push_back(std::make_unique<Port>(*buses[assignment.bus],
                                            open_can(assignment.interface_name, can::device_side_options())));
     // Programs on a virtual interface see the controller's state, and have no `ip link` to restart it.

@@ -6,7 +6,6 @@
 #include <nlohmann/json.hpp>
 
 #include "apps/experiment/paper_table.h"
-#include "apps/experiment/progress_line.h"
 #include "apps/experiment/repetition_pool.h"
 #include "apps/experiment/result_folder.h"
 #include "apps/experiment/result_report.h"
@@ -14,6 +13,8 @@
 #include "apps/shared/data_directory.h"
 #include "apps/shared/exit_code.h"
 #include "apps/shared/master_options.h"
+#include "apps/shared/progress_line.h"
+#include "apps/shared/scene_options.h"
 #include "apps/shared/stop_signals.h"
 #include "emulator/scene/scene.h"
 
@@ -25,7 +26,8 @@ struct Options {
   int repeat = 1;
   std::optional<std::int64_t> seed;  // the scene's own if not given
   int jobs = static_cast<int>(std::max(1U, std::thread::hardware_concurrency()));
-  std::string out, scene, parameters;
+  std::string out, parameters;
+  SceneCommandLine scene;
   MasterOptions master;
   bool state_log = false, as_json = false;
 };
@@ -54,15 +56,16 @@ int run_experiment(const Options& options) {
   const std::filesystem::path out =
       options.out.empty() ? std::filesystem::path("out") / fmt::format("experiment-{}", options.number)
                           : std::filesystem::path(options.out);
-  const std::filesystem::path scene =
-      options.scene.empty() ? data / "urdf" / "scenes" / fmt::format("experiment_{}.yaml", options.number)
-                            : std::filesystem::path(options.scene);
-  const std::uint64_t seed =
-      options.seed ? static_cast<std::uint64_t>(*options.seed) : load_scene(scene).seed;
-  const robot::RobotOptions robot_options = load_robot_options(options.master, data);
+  const std::filesystem::path scene_path =
+      scene_file(options.scene.scene, data, fmt::format("experiment_{}", options.number));
+  const RobotChoice robot_choice = options.scene.robot.choice();
+  const Scene scene = load_scene(scene_path, robot_choice.packages);
+  const std::uint64_t seed = options.seed ? static_cast<std::uint64_t>(*options.seed) : scene.seed;
+  const robot::RobotOptions robot_options = load_robot_options(options.master, scene.robot);
   StopSignals signals;  // before any child
   RepetitionOptions repetition;
-  repetition.scene = scene;
+  repetition.scene = scene_path;
+  repetition.robot_choice = robot_choice;
   repetition.parameters = options.parameters.empty() ? data / "adaptation" / "parameters.yaml"
                                                      : std::filesystem::path(options.parameters);
   repetition.actuators = data / "emulator" / "plant" / "actuators";
@@ -138,7 +141,7 @@ void add_experiment_command(CLI::App& app, std::function<int()>& run) {
   command->add_option("--jobs", options->jobs, "Repetitions at a time (default: one a core)")
       ->check(CLI::Range(1, 256));
   command->add_option("--out", options->out, "Folder for the results (default: out/experiment-NUMBER)");
-  command->add_option("--scene", options->scene, "Scene file instead of the experiment's own");
+  add_scene_options(*command, options->scene, "the experiment's own");
   command->add_option("--parameters", options->parameters, "YAML of both stages' parameters");
   add_master_options(*command, options->master);
   command->add_flag("--state-log", options->state_log,

@@ -68,19 +68,19 @@ std::optional<std::string> contradiction(const regrasp::Weighing& reported, cons
   return std::nullopt;
 }
 
-Judge::Judge(const Emulator& emulator, const Scene& scene, const RobotModel& robot,
-             const DeviceTable& devices, std::function<void(std::string_view)> phase_changed,
+Judge::Judge(const Emulator& emulator, const Scene& scene, const KnownRobot& robot,
+             std::function<void(std::string_view)> phase_changed,
              std::function<void(Time)> each_cycle)
     : emulator_(emulator),
       scene_(scene),
-      robot_(robot),
+      robot_(robot.model),
       phase_changed_(std::move(phase_changed)),
       each_cycle_(std::move(each_cycle)) {
-  const regrasp::HandSide side;
-  sensor_ = sensor_at(side.sensor_frame, devices);
-  sensor_link_ = robot.link_index(side.sensor_frame);
-  grasp_link_ = robot.link_index(side.grasp_frame);
-  hand_links_ = links_below(robot, sensor_link_);
+  const HandParts& hand = robot.description.working_hand();
+  sensor_ = sensor_at(hand.force_torque, robot.devices);
+  sensor_link_ = robot_.link_index(hand.force_torque);
+  grasp_link_ = robot_.link_index(hand.frame);
+  hand_links_ = links_below(robot_, sensor_link_);
 }
 
 void Judge::trace_to(const std::filesystem::path& csv_file) {

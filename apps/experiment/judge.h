@@ -36,7 +36,7 @@ struct TrueWeighing {
 class Judge : public regrasp::Observer {
  public:
   /// `phase_changed` is told every phase as it begins, `each_cycle` every cycle's time.
-  Judge(const Emulator& emulator, const Scene& scene, const RobotModel& robot, const DeviceTable& devices,
+  Judge(const Emulator& emulator, const Scene& scene, const KnownRobot& robot,
         std::function<void(std::string_view)> phase_changed, std::function<void(Time)> each_cycle);
 
   /// Writes the wrench trace from now on, as CSV. Throws EnvironmentError.

@@ -29,6 +29,7 @@ double seconds(Time t) { return std::chrono::duration<double>(t).count(); }
 WorldOptions world_options(const RepetitionOptions& options) {
   WorldOptions out;
   out.scene = options.scene;
+  out.robot = options.robot_choice;
   out.actuators = options.actuators;
   out.seed = options.seed;
   out.within_reach = true;
@@ -174,10 +175,10 @@ std::string to_string(Outcome outcome) {
 }
 
 void require_valid(const RepetitionOptions& options) {
-  const Scene scene = load_scene(options.scene);
-  const RobotModel robot = load_robot_model(scene.robot_urdf);
-  require_reach(scene, robot);
-  require_fit(options.robot, load_device_table(scene.device_table, robot));
+  const Scene scene = load_scene(options.scene, options.robot_choice.packages);
+  const KnownRobot robot(scene.robot, options.robot_choice);
+  require_reach(scene, robot.model);
+  require_fit(options.robot, robot.devices);
   static_cast<void>(regrasp::load_parameters(options.parameters));
 }
 
@@ -187,10 +188,10 @@ RepetitionResult run_repetition(const RepetitionOptions& options) {
   std::error_code folder_error;
   if (!options.out.empty()) std::filesystem::create_directories(options.out, folder_error);
   if (folder_error) throw EnvironmentError(options.out.string() + ": " + folder_error.message());
-  require_fit(options.robot, world.devices);
+  require_fit(options.robot, world.robot.devices);
   robot::RobotOptions robot_options = options.robot;
   robot_options.allow_overload = true;  // the emulated buses show what comes of it
-  robot::Robot robot(world.robot, world.devices, world.emulator.interfaces(), robot_options);
+  robot::Robot robot(world.robot.model, world.robot.devices, world.emulator.interfaces(), robot_options);
   LockstepCycle cycle(world.emulator, options.robot.cycle);
   WireTap tap(world.emulator, options);
 
@@ -202,7 +203,7 @@ RepetitionResult run_repetition(const RepetitionOptions& options) {
     if (options.progress) options.progress(progress);
   };
   Judge judge(
-      world.emulator, world.scene, world.robot, world.devices,
+      world.emulator, world.scene, world.robot,
       [&](std::string_view phase) {
         progress.phase = phase;
         report_progress(world.emulator.now());
@@ -233,7 +234,7 @@ RepetitionResult run_repetition(const RepetitionOptions& options) {
     // As the master has left the PDOs at boot.
     try {
       static_cast<void>(datasheets::write_dbc_files(
-          datasheets::wired_buses(world.devices, world.emulator.buses()), partial(options.out / "dbc")));
+          datasheets::wired_buses(world.robot.devices, world.emulator.buses()), partial(options.out / "dbc")));
       publish_folder(options.out / "dbc");
     } catch (const std::runtime_error& e) {
       result.unwritten = e.what();

@@ -7,6 +7,7 @@
 #include <string>
 
 #include "drivers/robot/robot.h"
+#include "urdf/reader/robot_description.h"
 
 namespace walkman::apps {
 
@@ -67,6 +68,7 @@ struct RepetitionOptions {
   std::filesystem::path scene;
   std::filesystem::path parameters;  ///< both stages' YAML
   std::filesystem::path actuators;
+  RobotChoice robot_choice;
   robot::RobotOptions robot;
   std::uint64_t seed = 1;  ///< object pose and sensor noise
   std::filesystem::path

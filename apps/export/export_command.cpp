@@ -6,6 +6,7 @@
 #include "apps/shared/commands.h"
 #include "apps/shared/data_directory.h"
 #include "apps/shared/exit_code.h"
+#include "apps/shared/scene_options.h"
 #include "emulator/datasheets/device_files.h"
 #include "emulator/datasheets/object_tables.h"
 #include "emulator/emulator.h"
@@ -17,20 +18,16 @@ using Files = std::vector<std::filesystem::path>;
 using Writer = Files (*)(const std::vector<datasheets::WiredBus>&, const std::filesystem::path&);
 
 struct Options {
-  std::string out, scene;
+  std::string out;
+  SceneCommandLine scene;
   bool as_json = false;
 };
 
 int run_export(const Options& options, Writer write) {
   const std::filesystem::path data = data_directory();
-  const Scene scene = load_scene(options.scene.empty() ? data / "urdf" / "scenes" / "experiment_1.yaml"
-                                                       : std::filesystem::path(options.scene));
-  const RobotModel robot = load_robot_model(scene.robot_urdf);
-  const DeviceTable devices = load_device_table(scene.device_table, robot);
-  EmulatorOptions emulator_options;
-  emulator_options.actuators = data / "emulator" / "plant" / "actuators";
-  Emulator emulator(robot, devices, scene, emulator_options);
-  const Files files = write(datasheets::wired_buses(devices, emulator.buses()), options.out);
+  EmulatedWorld world(world_of(options.scene, data));
+  const Files files =
+      write(datasheets::wired_buses(world.robot.devices, world.emulator.buses()), options.out);
   if (options.as_json) {
     nlohmann::json json;
     json["files"] = nlohmann::json::array();
@@ -47,8 +44,7 @@ void add_format(CLI::App& command, std::function<int()>& run, const char* name, 
   auto options = std::make_shared<Options>();
   CLI::App* format = command.add_subcommand(name, help);
   format->add_option("--out", options->out, out)->required();
-  format->add_option("--scene", options->scene,
-                     "Scene whose robot and device table to export (default: experiment 1's)");
+  add_scene_options(*format, options->scene);
   format->add_flag("--json", options->as_json, "Print the list of files as JSON");
   format->callback(
       [&run, options, write] { run = [options, write] { return run_export(*options, write); }; });

@@ -4,13 +4,14 @@
 
 #include <fmt/format.h>
 
-#include "apps/experiment/progress_line.h"
 #include "apps/grasp/grasp_report.h"
 #include "apps/grasp/grasp_run.h"
 #include "apps/shared/commands.h"
 #include "apps/shared/data_directory.h"
 #include "apps/shared/exit_code.h"
 #include "apps/shared/master_options.h"
+#include "apps/shared/progress_line.h"
+#include "apps/shared/robot_options.h"
 #include "apps/shared/stop_signals.h"
 
 namespace walkman::apps {
@@ -19,7 +20,8 @@ namespace {
 constexpr double kProgressInterval = 0.2;  // s of the master's clock
 
 struct Options {
-  std::string scene, can, camera_socket, parameters;
+  std::string robot, can, camera_socket, parameters;
+  RobotCommandLine choice;
   MasterOptions master;
   Pacing pacing = Pacing::kRealTime;
   bool as_json = false;
@@ -34,11 +36,10 @@ constexpr const char* kFooter =
 int run(const Options& options) {
   const std::filesystem::path data = data_directory();
   GraspOptions grasp;
-  grasp.scene = options.scene.empty() ? data / "urdf" / "scenes" / "experiment_1.yaml"
-                                      : std::filesystem::path(options.scene);
+  const KnownRobot known(described_robot(options.robot, data), options.choice.choice());
   grasp.parameters = options.parameters.empty() ? data / "adaptation" / "parameters.yaml"
                                                 : std::filesystem::path(options.parameters);
-  grasp.robot = load_robot_options(options.master, data);
+  grasp.robot = load_robot_options(options.master, known.description);
   grasp.can = options.can;
   grasp.camera_socket = options.camera_socket;
   grasp.pacing = options.pacing;
@@ -58,7 +59,7 @@ int run(const Options& options) {
     std::fputs((to_text(weighing) + "\n").c_str(), stdout);
     std::fflush(stdout);
   };
-  const GraspResult result = run_grasp(grasp, signals, events);
+  const GraspResult result = run_grasp(known, grasp, signals, events);
   line.clear();
   std::fputs((options.as_json ? to_json_text(result) : to_text(result)).c_str(), stdout);
   return result.done ? kOk : kTaskFailed;
@@ -70,7 +71,8 @@ void add_grasp_command(CLI::App& app, std::function<int()>& chosen) {
   auto options = std::make_shared<Options>();
   CLI::App* command =
       app.add_subcommand("grasp", "Run the method against the robot on CAN interfaces of the kernel");
-  command->add_option("--scene", options->scene, "Scene file, for its robot (default: Experiment 1's)");
+  add_robot_file_option(*command, options->robot);
+  add_robot_options(*command, options->choice);
   command
       ->add_option("--can", options->can,
                    "Interface of every bus: torso=vcan0,rarm=vcan1,larm=vcan2,rleg=vcan3,lleg=vcan4")

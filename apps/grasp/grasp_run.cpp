@@ -13,7 +13,6 @@
 #include "drivers/camera/socket_camera.h"
 #include "drivers/robot/heartbeat_pace.h"
 #include "drivers/robot/kernel_cycle.h"
-#include "emulator/scene/scene.h"
 
 namespace walkman::apps {
 namespace {
@@ -93,10 +92,9 @@ class Watcher : public regrasp::Observer {
 
 }  // namespace
 
-GraspResult run_grasp(const GraspOptions& options, StopSignals& signals, const GraspEvents& events) {
-  const Scene scene = load_scene(options.scene);
-  const RobotModel model = load_robot_model(scene.robot_urdf);
-  const DeviceTable devices = load_device_table(scene.device_table, model);
+GraspResult run_grasp(const KnownRobot& known, const GraspOptions& options, StopSignals& signals,
+                      const GraspEvents& events) {
+  const DeviceTable& devices = known.devices;
   const regrasp::Parameters parameters = regrasp::load_parameters(options.parameters);
   const robot::RobotOptions& robot_options = options.robot;
   require_fit(robot_options, devices);
@@ -118,7 +116,7 @@ GraspResult run_grasp(const GraspOptions& options, StopSignals& signals, const G
   robot::HeartbeatPace pace(*interfaces.front(), heartbeat,
                             robot_options.cycle + (is_lockstep ? Time{} : heartbeat / 4));
   interfaces.front() = &pace;
-  robot::Robot robot(model, devices, interfaces, robot_options);
+  robot::Robot robot(known.model, devices, interfaces, robot_options);
   const auto require_pace = [&] {
     const auto interval = pace.wrong_interval();
     if (interval) throw_other_pace(*interval, robot_options, options.pacing);
@@ -138,7 +136,7 @@ GraspResult run_grasp(const GraspOptions& options, StopSignals& signals, const G
   Watcher watcher(events, result, lockstep ? lockstep->now() : real_time->now());
   try {
     regrasp::Regrasp method(
-        model, robot, cycle, *camera, parameters, watcher,
+        known, robot, cycle, *camera, parameters, watcher,
         is_lockstep ? regrasp::Thinking::kBetweenCycles : regrasp::Thinking::kWhileHolding);
     const regrasp::Report report = method.run();
     result.outcome = to_string(report.ending);

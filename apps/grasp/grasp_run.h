@@ -8,13 +8,13 @@
 #include "adaptation/regrasp/regrasp.h"
 #include "apps/shared/can_map.h"
 #include "drivers/robot/robot.h"
+#include "urdf/reader/robot_description.h"
 
 namespace walkman::apps {
 
 class StopSignals;
 
 struct GraspOptions {
-  std::filesystem::path scene;  ///< its robot and device table; where objects lie is not looked at
   std::filesystem::path parameters;
   robot::RobotOptions robot;
   std::string can;            ///< every bus: "torso=vcan0,rarm=vcan1,..."
@@ -45,7 +45,7 @@ struct GraspEvents {
 /// socket and the robot's description, nothing of an emulator.
 /// Throws std::runtime_error for input that does not fit, EnvironmentError for an interface or socket that is
 /// not there; what goes wrong on the run is a result.
-[[nodiscard]] GraspResult run_grasp(const GraspOptions& options, StopSignals& signals,
-                                    const GraspEvents& events);
+[[nodiscard]] GraspResult run_grasp(const KnownRobot& known, const GraspOptions& options,
+                                    StopSignals& signals, const GraspEvents& events);
 
 }  // namespace walkman::apps

@@ -11,8 +11,9 @@
 #include "apps/shared/commands.h"
 #include "apps/shared/data_directory.h"
 #include "apps/shared/exit_code.h"
+#include "apps/shared/master_options.h"
+#include "apps/shared/robot_options.h"
 #include "drivers/robot/bus_load.h"
-#include "emulator/scene/scene.h"
 
 namespace walkman::apps {
 namespace {
@@ -20,18 +21,12 @@ namespace {
 constexpr Time kHeartbeat = std::chrono::milliseconds(100);
 
 struct Options {
-  std::string scene, layout = "a";
+  std::string robot;
+  RobotCommandLine choice;
+  std::string layout;
   double rate_hz = 200;
   bool as_json = false;
 };
-
-/// A letter names one of the layouts that come with the program.
-robot::PdoLayout layout_named(const std::string& name) {
-  const bool shipped = name.size() == 1;
-  return robot::load_pdo_layout(shipped ? data_directory() / "drivers/robot/pdo_layouts" /
-                                              ("layout_" + name + ".yaml")
-                                        : std::filesystem::path(name));
-}
 
 void print(const std::vector<robot::BusLoad>& loads, const Options& options) {
   std::printf("%s",
@@ -62,12 +57,10 @@ nlohmann::json to_json(const std::vector<robot::BusLoad>& loads, const Options& 
 }
 
 int run_load(const Options& options) {
-  const Scene scene = load_scene(options.scene.empty() ? data_directory() / "urdf/scenes/experiment_1.yaml"
-                                                       : std::filesystem::path(options.scene));
-  const RobotModel model = load_robot_model(scene.robot_urdf);
-  const DeviceTable table = load_device_table(scene.device_table, model);
+  const KnownRobot known(described_robot(options.robot, data_directory()), options.choice.choice());
+  const robot::PdoLayout layout = load_layout(options.layout, known.description);
   const auto cycle = Time(std::llround(1e9 / options.rate_hz));
-  const auto loads = robot::bus_loads(table, layout_named(options.layout), cycle, kHeartbeat);
+  const auto loads = robot::bus_loads(known.devices, layout, cycle, kHeartbeat);
   if (options.as_json) {
     std::printf("%s\n", to_json(loads, options).dump(2).c_str());
   } else {
@@ -84,8 +77,9 @@ void add_load_command(CLI::App& app, std::function<int()>& run) {
   CLI::App* command =
       app.add_subcommand("load", "Tell what a SYNC rate and a PDO layout ask of each bus, at worst");
   command->add_option("--rate", options->rate_hz, "SYNC rate in Hz (200)")->check(CLI::Range(1.0, 10000.0));
-  command->add_option("--layout", options->layout, "a, b, c, d or a layout file (a)");
-  command->add_option("--scene", options->scene, "Scene file (default: Experiment 1's)");
+  command->add_option("--layout", options->layout, "a, b, c, d or a layout file (the robot's own, a)");
+  add_robot_file_option(*command, options->robot);
+  add_robot_options(*command, options->choice);
   command->add_flag("--json", options->as_json, "Print JSON");
   command->footer("Exit code 1: a bus cannot carry it.");
   command->callback([&run, options] { run = [options] { return run_load(*options); }; });

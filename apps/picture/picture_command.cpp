@@ -8,13 +8,14 @@
 
 #include <fmt/format.h>
 
+#include "apps/picture/picture_renderer.h"
+#include "apps/picture/png_file.h"
+#include "apps/picture/run_to_phase.h"
+#include "apps/picture/scene_painting.h"
 #include "apps/shared/commands.h"
 #include "apps/shared/data_directory.h"
 #include "apps/shared/exit_code.h"
-#include "apps/picture/run_to_phase.h"
-#include "apps/picture/scene_painting.h"
-#include "apps/picture/picture_renderer.h"
-#include "apps/picture/png_file.h"
+#include "apps/shared/scene_options.h"
 
 namespace walkman::apps {
 namespace {
@@ -26,7 +27,8 @@ constexpr double kSunElevation = 0.95;  // rad
 constexpr double kDegree = std::numbers::pi / 180;
 
 struct Options {
-  std::string out, scene, size = "1200x900", view = "-60,12", phase;
+  SceneCommandLine scene;
+  std::string out, size = "1200x900", view = "-60,12", phase;
   int experiment = 0;
   std::optional<double> at;
   std::optional<std::int64_t> seed;
@@ -80,8 +82,8 @@ void go_to_moment(EmulatedWorld& world, const Options& options, const std::files
     world.emulator.advance(after);
     return;
   }
-  run_to_phase(world, load_robot_options(MasterOptions{}, data), data / "adaptation" / "parameters.yaml",
-               options.phase, after);
+  run_to_phase(world, load_robot_options(MasterOptions{}, world.scene.robot),
+               data / "adaptation" / "parameters.yaml", options.phase, after);
 }
 
 sensors::Lighting lighting_for(const ScenePainting& painting, double azimuth) {
@@ -109,10 +111,7 @@ int make_picture(const Options& options) {
   }
   require_writable(options.out);
   const std::filesystem::path data = data_directory();
-  WorldOptions world_options;
-  world_options.scene = options.scene.empty() ? data / "urdf" / "scenes" / "experiment_1.yaml"
-                                              : std::filesystem::path(options.scene);
-  world_options.actuators = data / "emulator" / "plant" / "actuators";
+  WorldOptions world_options = world_of(options.scene, data);
   world_options.within_reach = options.experiment != 0;
   if (options.seed) world_options.seed = static_cast<std::uint64_t>(*options.seed);
   EmulatedWorld world(world_options);
@@ -140,7 +139,7 @@ void add_picture_command(CLI::App& app, std::function<int()>& run) {
   CLI::App* command =
       app.add_subcommand("picture", "Render the plant as it is at one moment of a scene or of an experiment");
   command->add_option("--out", options->out, "PNG file to write")->required();
-  command->add_option("--scene", options->scene, "Scene file (default: Experiment 1's)");
+  add_scene_options(*command, options->scene);
   command->add_option("--experiment", options->experiment,
                       "Run this experiment up to --phase; without, the robot has no master");
   command->add_option("--phase", options->phase, "Phase of the experiment, its first time: weigh, for one");

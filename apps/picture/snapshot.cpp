@@ -6,7 +6,7 @@ Snapshot take_snapshot(const EmulatedWorld& world) {
   const plant::Plant& plant = world.emulator.plant();
   Snapshot snapshot;
   snapshot.at = world.emulator.now();
-  for (std::size_t i = 0; i < world.robot.links.size(); ++i) {
+  for (std::size_t i = 0; i < world.robot.model.links.size(); ++i) {
     snapshot.X_WL.push_back(plant.X_WL(static_cast<int>(i)));
   }
   for (std::size_t i = 0; i < world.scene.objects.size(); ++i) {

@@ -6,18 +6,20 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include "apps/replay/emulated_replay.h"
+#include "apps/replay/kernel_replay.h"
 #include "apps/shared/commands.h"
 #include "apps/shared/data_directory.h"
 #include "apps/shared/exit_code.h"
-#include "apps/replay/emulated_replay.h"
-#include "apps/replay/kernel_replay.h"
+#include "apps/shared/scene_options.h"
 #include "apps/shared/stop_signals.h"
 
 namespace walkman::apps {
 namespace {
 
 struct Options {
-  std::string log, scene, can, from, timing = "bus";
+  SceneCommandLine scene;
+  std::string log, can, from, timing = "bus";
   std::optional<std::int64_t> seed;
   double speed = 1;
   bool master_only = false, as_json = false;
@@ -81,9 +83,7 @@ int replay_emulated(const Options& options) {
   const std::filesystem::path data = data_directory();
   ReplayOptions replay;
   replay.log = options.log;
-  replay.world.scene = options.scene.empty() ? data / "urdf" / "scenes" / "experiment_1.yaml"
-                                             : std::filesystem::path(options.scene);
-  replay.world.actuators = data / "emulator" / "plant" / "actuators";
+  replay.world = world_of(options.scene, data);
   if (options.seed) replay.world.seed = static_cast<std::uint64_t>(*options.seed);
   replay.world.bus_timing = options.timing == "bus";
   for (const auto& [bus, interface] : parse_pairs("--from", options.from, "rarm=vcan1")) {
@@ -128,8 +128,7 @@ void add_replay_command(CLI::App& app, std::function<int()>& run) {
       ->add_option("--from", options->from,
                    "The log's names of the buses if not the robot's own: rarm=vcan1,...")
       ->excludes(can);
-  command->add_option("--scene", options->scene, "Scene of the emulated robot (default: Experiment 1's)")
-      ->excludes(can);
+  add_scene_options(*command, options->scene)->excludes(can);
   command->add_option("--seed", options->seed, "Its seed (default: the scene's)")
       ->check(CLI::Range(std::int64_t{0}, std::int64_t{1} << 53))
       ->excludes(can);

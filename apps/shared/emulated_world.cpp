@@ -23,10 +23,9 @@ EmulatorOptions emulator_options(const WorldOptions& options, std::uint64_t seed
 }  // namespace
 
 EmulatedWorld::EmulatedWorld(const WorldOptions& options)
-    : scene(load_scene(options.scene)),
-      robot(load_robot_model(scene.robot_urdf)),
-      devices(load_device_table(scene.device_table, robot)),
-      emulator(robot, devices, placed(scene, robot, options),
+    : scene(load_scene(options.scene, options.robot.packages)),
+      robot(scene.robot, options.robot),
+      emulator(robot.model, robot.devices, placed(scene, robot.model, options),
                emulator_options(options, options.seed.value_or(scene.seed))) {}
 
 }  // namespace walkman::apps

@@ -4,13 +4,14 @@
 #include <optional>
 
 #include "emulator/emulator.h"
-#include "urdf/reader/device_table.h"
 #include "emulator/scene/scene.h"
+#include "urdf/reader/robot_description.h"
 
 namespace walkman::apps {
 
 struct WorldOptions {
   std::filesystem::path scene;
+  RobotChoice robot;
   std::filesystem::path actuators;
   std::optional<std::uint64_t> seed;  ///< object pose and sensor noise; the scene's own if not given
   bool bus_timing = true;
@@ -20,8 +21,7 @@ struct WorldOptions {
 /// A scene's robot and surroundings under emulation, built in order of dependence.
 struct EmulatedWorld {
   Scene scene;
-  RobotModel robot;
-  DeviceTable devices;
+  KnownRobot robot;
   Emulator emulator;
 
   /// Throws std::runtime_error for files that do not fit, one sentence.

@@ -4,24 +4,13 @@
 #include <stdexcept>
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 namespace walkman::apps {
 namespace {
 
-constexpr double kDefaultRate = 200;      // Hz
-constexpr int kLongestPeriodMs = 20;      // 50 Hz; set-points farther apart are steps
-constexpr const char* kShipped = "abcd";  // layouts of drivers/robot/pdo_layouts
-
-std::filesystem::path layout_file(const std::string& layout, const std::filesystem::path& folder) {
-  const bool letter = layout.size() == 1 && std::string(kShipped).find(layout) != std::string::npos;
-  if (letter) return folder / "pdo_layouts" / ("layout_" + layout + ".yaml");
-  std::error_code error;
-  if (!std::filesystem::is_regular_file(layout, error)) {
-    throw std::runtime_error(fmt::format("--layout {}: no such file, expected a, b, c, d or a file", layout));
-  }
-  return layout;
-}
-
+constexpr double kDefaultRate = 200;  // Hz
+constexpr int kLongestPeriodMs = 20;  // 50 Hz; set-points farther apart are steps
 Time period_of(double rate_hz) {
   const double milliseconds = 1000 / rate_hz;
   const double whole = std::round(milliseconds);
@@ -37,17 +26,33 @@ Time period_of(double rate_hz) {
 }  // namespace
 
 void add_master_options(CLI::App& command, MasterOptions& options) {
-  command.add_option("--layout", options.layout,
-                     "PDO layout that is written to the nodes at boot: a, b, c, d or a file (default: a)");
+  command.add_option(
+      "--layout", options.layout,
+      "PDO layout that is written to the nodes at boot: a, b, c, d or a file (default: the robot's own, a)");
   command.add_option("--rate", options.rate_hz,
                      "SYNCs a second; the period is a whole number of milliseconds (default: 200)");
 }
 
-robot::RobotOptions load_robot_options(const MasterOptions& options, const std::filesystem::path& data) {
+robot::PdoLayout load_layout(const std::string& name, const RobotDescription& robot) {
+  const std::string& wanted = name.empty() ? robot.pdo_layout : name;
+  std::vector<std::string> names;
+  for (const RobotDescription::PdoLayoutFile& layout : robot.pdo_layouts) {
+    if (layout.name == wanted) return robot::load_pdo_layout(layout.file);
+    names.push_back(layout.name);
+  }
+  std::error_code error;
+  if (!std::filesystem::is_regular_file(wanted, error)) {
+    throw std::runtime_error(
+        fmt::format("--layout {}: no such file, expected {} or a file", wanted, fmt::join(names, ", ")));
+  }
+  return robot::load_pdo_layout(wanted);
+}
+
+robot::RobotOptions load_robot_options(const MasterOptions& options, const RobotDescription& robot) {
   robot::RobotOptions out;
   out.cycle = period_of(options.rate_hz.value_or(kDefaultRate));
-  out.layout = robot::load_pdo_layout(layout_file(options.layout, data / "drivers" / "robot"));
-  out.identities = robot::load_identities(data / "drivers" / "robot" / "identities.yaml");
+  out.layout = load_layout(options.layout, robot);
+  out.identities = robot::load_identities(robot.identities);
   return out;
 }
 
@@ -58,7 +63,7 @@ void require_fit(const robot::RobotOptions& options, const DeviceTable& devices)
                                                   "classical ones, expected a layout with can_fd: yes",
                                                   bus.name, options.layout.name)
                                     : fmt::format("bus {}: classical CAN, layout {} needs CAN FD, expected "
-                                                  "fd: true in the device table",
+                                                  "--fd, or fd: true in the device table",
                                                   bus.name, options.layout.name));
   }
 }

@@ -12,19 +12,18 @@
 namespace walkman::apps {
 namespace {
 
-constexpr const char* kShoulder = "RShr";  // shoulder-roll link: the arm's length counts from here
-constexpr const char* kHand = "r_hand_grasp";
 constexpr double kLowestWork = 0.3;  // m above the ground: lower and higher surfaces are not worked on
 constexpr double kHighestWork = 1.5;
 
 /// Length of the stretched arm: distances between consecutive joints, summed.
-double arm_length(const RobotModel& robot) {
+double arm_length(const RobotModel& robot, const HandParts& hand) {
   double length = 0;
-  const int shoulder = robot.link_index(kShoulder);
-  for (int link = robot.link_index(kHand); link != shoulder;) {
+  const int shoulder = robot.link_index(hand.shoulder);
+  for (int link = robot.link_index(hand.frame); link != shoulder;) {
     const int joint = robot.links[static_cast<std::size_t>(link)].parent_joint;
     if (joint < 0)
-      throw std::runtime_error(robot.file.string() + ": " + kHand + " does not hang on " + kShoulder);
+      throw std::runtime_error(robot.file.string() + ": " + hand.frame + " does not hang on " +
+                               hand.shoulder);
     length += robot.joints[static_cast<std::size_t>(joint)].X_PJ.translation().norm();
     link = robot.joints[static_cast<std::size_t>(joint)].parent_link;
   }
@@ -58,10 +57,11 @@ void require_reach(const Scene& scene, const RobotModel& robot) {
     throw std::runtime_error(scene.file.string() +
                              ": objects: the list is empty, expected an object to grasp");
   }
-  const auto poses = link_poses(robot, load_posture(scene.robot_srdf, scene.posture, robot));
+  const HandParts& hand = scene.robot.working_hand();
+  const auto poses = link_poses(robot, load_posture(scene.robot.srdf, scene.posture, robot));
   const Eigen::Vector3d shoulder =
-      scene.X_WB * poses[static_cast<std::size_t>(robot.link_index(kShoulder))].translation();
-  const double reach = arm_length(robot);
+      scene.X_WB * poses[static_cast<std::size_t>(robot.link_index(hand.shoulder))].translation();
+  const double reach = arm_length(robot, hand);
   const auto check = [&](const char* kind, const std::string& name, int line, double distance) {
     if (distance <= reach) return;
     throw std::runtime_error(

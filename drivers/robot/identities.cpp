@@ -5,7 +5,7 @@
 
 #include <fmt/format.h>
 
-#include "drivers/robot/yaml_numbers.h"
+#include "urdf/reader/yaml_map.h"
 
 namespace walkman::robot {
 
@@ -28,15 +28,15 @@ Identities load_identities(const std::filesystem::path& yaml_file) {
     if (!top.has(kind.name)) continue;
     const YamlMap map = top.map(kind.name, {"device_type", "vendor", "product", "revision"});
     canopen::ExpectedIdentity& identity = identities.kinds[kind.kind];
-    identity.device_type = read_hexadecimal(map, "device_type", 1, kMax);
-    if (map.has("vendor")) identity.vendor = read_hexadecimal(map, "vendor", 1, kMax);
-    if (map.has("product")) identity.product = read_hexadecimal(map, "product", 0, kMax);
-    if (map.has("revision")) identity.revision = read_hexadecimal(map, "revision", 0, kMax);
+    identity.device_type = map.hexadecimal("device_type", 1, kMax);
+    if (map.has("vendor")) identity.vendor = map.hexadecimal("vendor", 1, kMax);
+    if (map.has("product")) identity.product = map.hexadecimal("product", 0, kMax);
+    if (map.has("revision")) identity.revision = map.hexadecimal("revision", 0, kMax);
   }
   if (!top.has("serials")) return identities;
   for (const YamlMap& map : top.list("serials", {"node", "serial"})) {
     const auto node = static_cast<std::uint8_t>(map.integer("node", 1, 127));
-    const std::uint32_t serial = read_hexadecimal(map, "serial", 0, kMax);
+    const std::uint32_t serial = map.hexadecimal("serial", 0, kMax);
     if (!identities.serials.emplace(node, serial).second) {
       map.fail("node", fmt::format("node {} has a serial number before", node));
     }

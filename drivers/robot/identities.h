@@ -18,7 +18,7 @@ struct Identities {
   [[nodiscard]] canopen::ExpectedIdentity of(DeviceKind kind, std::uint8_t node_id) const;
 };
 
-/// Reads them from a YAML file (`drivers/robot/identities.yaml`). Throws std::runtime_error with file, line,
+/// Reads them from a YAML file (`urdf/walkman.identities.yaml`). Throws std::runtime_error with file, line,
 /// place, what was found and what was expected.
 [[nodiscard]] Identities load_identities(const std::filesystem::path& yaml_file);
 

@@ -7,7 +7,7 @@
 #include <fmt/format.h>
 
 #include "drivers/robot/device_kinds.h"
-#include "drivers/robot/yaml_numbers.h"
+#include "urdf/reader/yaml_map.h"
 
 namespace walkman::robot {
 namespace {
@@ -25,7 +25,7 @@ constexpr int kDummyBits[] = {0, 1, 8, 16, 32, 8, 16, 32};
 
 MappingEntry read_object(const YamlMap& map, PdoDirection direction) {
   MappingEntry object;
-  object.index = static_cast<std::uint16_t>(read_hexadecimal(map, "index", 1, 0xFFFF));
+  object.index = static_cast<std::uint16_t>(map.hexadecimal("index", 1, 0xFFFF));
   if (map.has("sub")) object.sub = static_cast<std::uint8_t>(map.integer("sub", 0, 254));
   object.bits = static_cast<std::uint8_t>(map.integer("bits", 8, 64));
   if (object.bits != 8 && object.bits != 16 && object.bits != 32 && object.bits != 64) {
@@ -58,7 +58,7 @@ std::uint8_t read_type(const YamlMap& map, PdoDirection direction) {
 
 std::uint32_t read_cob_id_base(const YamlMap& map, PdoDirection direction) {
   const std::uint32_t first = direction == PdoDirection::kReceive ? 0x200 : 0x180;
-  const auto base = read_hexadecimal(map, "cob_id_base", 0, 0x7FF);
+  const auto base = map.hexadecimal("cob_id_base", 0, 0x7FF);
   for (std::uint32_t allowed = first; allowed <= first + 0x300; allowed += 0x100) {
     if (base == allowed) return allowed;
   }
@@ -148,9 +148,7 @@ PdoLayout load_pdo_layout(const std::filesystem::path& yaml_file) {
   const YamlMap top(yaml_file.string(), parse_yaml_file(yaml_file), "", keys);
   PdoLayout layout;
   layout.name = top.text("name");
-  const std::string fd = top.text("can_fd");
-  if (fd != "yes" && fd != "no") top.fail("can_fd", fmt::format("found \"{}\", expected yes or no", fd));
-  layout.fd = fd == "yes";
+  layout.fd = top.flag("can_fd");
   for (const DeviceKindName& kind : kDeviceKinds) layout.kinds[kind.kind] = read_device(top, kind, layout.fd);
   return layout;
 }

@@ -22,7 +22,7 @@ struct PdoLayout {
 /// The devices' factory mapping, layout A: nothing is written to them.
 [[nodiscard]] PdoLayout factory_layout();
 
-/// Reads a layout from a YAML file (`drivers/robot/pdo_layouts/`); the master writes it to the nodes at boot.
+/// Reads a layout from a YAML file (`urdf/pdo_layouts/`); the master writes it to the nodes at boot.
 /// A sensor it does not name keeps its factory mapping.
 /// Throws std::runtime_error with file, line, place, what was found and what was expected.
 [[nodiscard]] PdoLayout load_pdo_layout(const std::filesystem::path& yaml_file);

@@ -240,7 +240,7 @@ Plant::Plant(const RobotModel& robot, const Scene& scene, const DeviceTable& dev
   for (const FixedBody& fixed : scene.fixed) {
     p.fixed.push_back(std::make_unique<StaticBody>(p.world, fixed, kFixedFriction));
   }
-  const std::map<std::string, double> posture = load_posture(scene.robot_srdf, scene.posture, robot);
+  const std::map<std::string, double> posture = load_posture(scene.robot.srdf, scene.posture, robot);
   p.add_robot(scene, devices, posture);
   p.add_drives(devices, actuators);
   p.add_probes(devices);

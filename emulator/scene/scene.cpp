@@ -28,16 +28,17 @@ class Names {
   std::set<std::string> taken_;
 };
 
-RobotModel load_with_mass(const YamlMap& map) {
-  RobotModel model = load_robot_model(map.existing_file("urdf"));
+RobotModel load_with_mass(const YamlMap& map, const PackagePath& packages) {
+  RobotModel model = load_robot_model(map.existing_file("urdf"), packages);
   if (!(model.total_mass() > 0)) map.fail("urdf", "the body has no mass, expected more than 0 kg");
   return model;
 }
 
-AttachedWeight read_weight(const YamlMap& map, const SceneObject& object, Names& names) {
+AttachedWeight read_weight(const YamlMap& map, const SceneObject& object, Names& names,
+                           const PackagePath& packages) {
   AttachedWeight weight;
   weight.name = names.take(map);
-  weight.model = load_with_mass(map);
+  weight.model = load_with_mass(map, packages);
   weight.position = map.number("from_left_end_m");
   if (weight.position < 0 || weight.position > object.length)
     map.fail("from_left_end_m",
@@ -45,11 +46,11 @@ AttachedWeight read_weight(const YamlMap& map, const SceneObject& object, Names&
   return weight;
 }
 
-SceneObject read_object(const YamlMap& map, Names& names) {
+SceneObject read_object(const YamlMap& map, Names& names, const PackagePath& packages) {
   SceneObject object;
   object.name = names.take(map);
   object.line = map.line();
-  object.model = load_with_mass(map);
+  object.model = load_with_mass(map, packages);
   object.X_WO = map.pose();
   const Extent extent = extent_along_x(object.model);
   constexpr double kOffCentre = 1e-3;
@@ -61,7 +62,7 @@ SceneObject read_object(const YamlMap& map, Names& names) {
   object.length = extent.max - extent.min;
   if (map.has("weights"))
     for (const YamlMap& weight : map.list("weights", {"name", "urdf", "from_left_end_m"}))
-      object.weights.push_back(read_weight(weight, object, names));
+      object.weights.push_back(read_weight(weight, object, names, packages));
   return object;
 }
 
@@ -79,9 +80,7 @@ void read_rope(const YamlMap& map, HoistRope& rope) {
 }
 
 void read_robot(const YamlMap& map, Scene& scene) {
-  scene.robot_urdf = map.existing_file("urdf");
-  scene.robot_srdf = map.existing_file("srdf");
-  scene.device_table = map.existing_file("devices");
+  scene.robot = load_robot_description(map.existing_file("file"));
   scene.posture = map.text("posture");
   const YamlMap base = map.map("base", {"kind", "xyz_m", "rpy_rad", "rope"});
   static const std::map<std::string, BaseKind> kKinds = {
@@ -107,18 +106,18 @@ double read_spread(const YamlMap& map, const std::string& key) {
 
 }  // namespace
 
-Scene load_scene(const std::filesystem::path& yaml_file) {
+Scene load_scene(const std::filesystem::path& yaml_file, const PackagePath& packages) {
   const YamlMap top(yaml_file.string(), parse_yaml_file(yaml_file), "",
                     {"robot", "fixed_bodies", "objects", "jitter", "seed", "events"});
   Scene scene;
   scene.file = yaml_file;
   Names names;
-  read_robot(top.map("robot", {"urdf", "srdf", "devices", "posture", "base"}), scene);
+  read_robot(top.map("robot", {"file", "posture", "base"}), scene);
   for (const YamlMap& map : top.list("fixed_bodies", {"name", "urdf", "xyz_m", "rpy_rad"}))
     scene.fixed.push_back(
-        {names.take(map), map.line(), load_robot_model(map.existing_file("urdf")), map.pose()});
+        {names.take(map), map.line(), load_robot_model(map.existing_file("urdf"), packages), map.pose()});
   for (const YamlMap& map : top.list("objects", {"name", "urdf", "xyz_m", "rpy_rad", "weights"}))
-    scene.objects.push_back(read_object(map, names));
+    scene.objects.push_back(read_object(map, names, packages));
   if (top.has("jitter")) {
     const YamlMap map = top.map("jitter", {"x_m", "y_m", "yaw_rad"});
     scene.jitter = {read_spread(map, "x_m"), read_spread(map, "y_m"), read_spread(map, "yaw_rad")};

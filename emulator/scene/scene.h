@@ -9,8 +9,9 @@
 
 #include <Eigen/Geometry>
 
-#include "urdf/reader/robot_model.h"
 #include "emulator/scene/scene_event.h"
+#include "urdf/reader/robot_description.h"
+#include "urdf/reader/robot_model.h"
 
 namespace walkman {
 
@@ -72,7 +73,7 @@ struct FixedBody {
 /// y left, z up.
 struct Scene {
   std::filesystem::path file;
-  std::filesystem::path robot_urdf, robot_srdf, device_table;
+  RobotDescription robot;
   std::string posture;  ///< SRDF state the robot starts in
   BaseKind base = BaseKind::kFixed;
   HoistRope rope;                                          ///< of a hoisted base
@@ -87,7 +88,8 @@ struct Scene {
 /// Reads a scene file. Paths in it are relative to the file. Unknown keys, wrong types, non-finite numbers
 /// and impossible weights (off the object) are errors. Throws std::runtime_error: one sentence with file,
 /// line, key, what was found and what was expected.
-[[nodiscard]] Scene load_scene(const std::filesystem::path& yaml_file);
+/// `packages`: where the meshes of its bodies are looked up.
+[[nodiscard]] Scene load_scene(const std::filesystem::path& yaml_file, const PackagePath& packages = {});
 
 /// Draws the repetition's object poses: deterministic in (scene, seed).
 void apply_jitter(Scene& scene, std::uint64_t seed);

@@ -62,8 +62,8 @@ void add_model(const walkman::RobotModel& model, const std::map<std::string, dou
 World experiment_world() {
   const walkman::Scene scene =
       walkman::load_scene(std::filesystem::path(WALKMAN_URDF_DIR) / "scenes" / "experiment_1.yaml");
-  const walkman::RobotModel robot = walkman::load_robot_model(scene.robot_urdf);
-  const auto posture = walkman::load_posture(scene.robot_srdf, scene.posture, robot);
+  const walkman::RobotModel robot = walkman::load_robot_model(scene.robot.urdf);
+  const auto posture = walkman::load_posture(scene.robot.srdf, scene.posture, robot);
   World world;
   for (const auto& body : scene.fixed) add_model(body.model, {}, body.X_WF, world.fixed);
   add_model(robot, posture, scene.X_WB, world.movable);

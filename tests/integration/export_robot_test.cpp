@@ -23,8 +23,8 @@ class WholeRobot : public testing::Test {
   }
 
   Scene scene_ = load_scene(std::filesystem::path(WALKMAN_URDF_DIR) / "scenes/experiment_1.yaml");
-  RobotModel robot_ = load_robot_model(scene_.robot_urdf);
-  DeviceTable table_ = load_device_table(scene_.device_table, robot_);
+  RobotModel robot_ = load_robot_model(scene_.robot.urdf);
+  DeviceTable table_ = load_device_table(scene_.robot.device_table, robot_);
   Emulator emulator_{robot_, table_, scene_, options()};
 };
 

@@ -3,10 +3,8 @@
 // with ground truth.
 
 #include <cmath>
-#include <fstream>
 #include <map>
 #include <set>
-#include <sstream>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -34,25 +32,28 @@ struct OnTheWire {
   bool fd = false;
 };
 
-WorldOptions world_options(const std::string& scene) {
+enum class Frames { kClassical, kFd };
+
+WorldOptions world_options(Frames frames) {
   WorldOptions options;
-  options.scene = kTree / "urdf/scenes" / scene;
+  options.scene = kTree / "urdf/scenes/experiment_1.yaml";
+  options.robot.fd = frames == Frames::kFd;
   options.actuators = kTree / "emulator/plant/actuators";
   return options;
 }
 
 class LayoutRun {
  public:
-  LayoutRun(const std::string& layout, const std::string& scene)
-      : world_(world_options(scene)),
-        options_(load_robot_options({layout, std::nullopt}, kTree)),
+  explicit LayoutRun(const std::string& layout, Frames frames = Frames::kClassical)
+      : world_(world_options(frames)),
+        options_(load_robot_options({layout, std::nullopt}, world_.scene.robot)),
         cycle_(world_.emulator, options_.cycle) {
-    require_fit(options_, world_.devices);
+    require_fit(options_, world_.robot.devices);
     build();
   }
   void build() {
-    robot_ =
-        std::make_unique<robot::Robot>(world_.robot, world_.devices, world_.emulator.interfaces(), options_);
+    robot_ = std::make_unique<robot::Robot>(world_.robot.model, world_.robot.devices,
+                                            world_.emulator.interfaces(), options_);
   }
 
   /// The reason when it does not come up.
@@ -112,7 +113,7 @@ class LayoutRun {
 
  private:
   [[nodiscard]] double elbow_truth() const {
-    return world_.emulator.plant().joint_position(world_.robot.joint_index("RElbj"));
+    return world_.emulator.plant().joint_position(world_.robot.model.joint_index("RElbj"));
   }
 
   EmulatedWorld world_;
@@ -138,7 +139,7 @@ void expect_motion(LayoutRun& run) {
 }
 
 TEST(Layouts, A) {
-  LayoutRun run("a", "experiment_1.yaml");
+  LayoutRun run("a");
   expect_motion(run);
   EXPECT_THAT(run.pdos(11, false),
               ElementsAre(Pair(0x180, 5), Pair(0x200, 5), Pair(0x280, 8), Pair(0x300, 8), Pair(0x480, 5)));
@@ -146,7 +147,7 @@ TEST(Layouts, A) {
 }
 
 TEST(Layouts, B) {
-  LayoutRun run("b", "experiment_1.yaml");
+  LayoutRun run("b");
   expect_motion(run);
   EXPECT_THAT(run.pdos(11, false),
               ElementsAre(Pair(0x180, 8), Pair(0x280, 8), Pair(0x480, 5), Pair(0x500, 8)));
@@ -154,7 +155,7 @@ TEST(Layouts, B) {
 }
 
 TEST(Layouts, C) {
-  LayoutRun run("c", "experiment_1.yaml");
+  LayoutRun run("c");
   expect_motion(run);
   EXPECT_THAT(run.pdos(11, false), ElementsAre(Pair(0x180, 8), Pair(0x480, 5), Pair(0x500, 8)));
   expect_each_sync(run, 0x193, 4);  // node 19, the hand
@@ -162,7 +163,7 @@ TEST(Layouts, C) {
 }
 
 TEST(Layouts, DInFdFrames) {
-  LayoutRun run("d", "experiment_1_fd.yaml");
+  LayoutRun run("d", Frames::kFd);
   expect_motion(run);
   EXPECT_THAT(run.pdos(11, true), ElementsAre(Pair(0x180, 24), Pair(0x200, 20), Pair(0x480, 5)));
   EXPECT_THAT(run.pdos(18, true), ElementsAre(Pair(0x180, 16)));
@@ -170,33 +171,15 @@ TEST(Layouts, DInFdFrames) {
 }
 
 TEST(Layouts, FrameKindsOfBusAndLayoutHaveToFit) {
-  EXPECT_THROW(LayoutRun("d", "experiment_1.yaml"), std::runtime_error);
-  EXPECT_THROW(LayoutRun("a", "experiment_1_fd.yaml"), std::runtime_error);
+  EXPECT_THROW(LayoutRun("d"), std::runtime_error);
+  EXPECT_THROW(LayoutRun("a", Frames::kFd), std::runtime_error);
 }
 
 TEST(Layouts, ANodeWithAnotherIdentityIsRefused) {
-  LayoutRun run("a", "experiment_1.yaml");
+  LayoutRun run("a");
   run.options().identities.kinds.at(DeviceKind::kHandDrive).product = 1;
   run.build();
   EXPECT_THAT(run.boot(), HasSubstr("1018h:2 (product code) is 00000004h = 4, expected 00000001h"));
-}
-
-// The FD files say what the others say, but for FD.
-TEST(Layouts, FdFilesFollowTheClassicalOnes) {
-  const auto lines = [](const std::filesystem::path& file, const std::string& first) {
-    std::ifstream in(kTree / "urdf" / file);
-    std::vector<std::string> all;
-    bool begun = false;
-    for (std::string line; std::getline(in, line);) {
-      begun = begun || line == first;
-      const auto fd = line.find("walkman_fd");
-      if (fd != std::string::npos) line.erase(fd + 7, 3);
-      if (begun && line != "    fd: true") all.push_back(line);
-    }
-    return all;
-  };
-  EXPECT_EQ(lines("walkman_fd.devices.yaml", "buses:"), lines("walkman.devices.yaml", "buses:"));
-  EXPECT_EQ(lines("scenes/experiment_1_fd.yaml", "robot:"), lines("scenes/experiment_1.yaml", "robot:"));
 }
 
 }  // namespace

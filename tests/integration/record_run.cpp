@@ -7,9 +7,9 @@
 #include <cstdlib>
 #include <exception>
 
-#include "emulator/logs/candump_log.h"
-#include "emulator/emulator.h"
 #include "emulator/datasheets/device_files.h"
+#include "emulator/emulator.h"
+#include "emulator/logs/candump_log.h"
 #include "emulator/logs/state_log.h"
 
 namespace {
@@ -51,8 +51,8 @@ void command(walkman::can::Interface& wire, Move& move, int cycle) {
 
 void run(const std::filesystem::path& tree, const std::filesystem::path& out, int cycles) {
   const walkman::Scene scene = walkman::load_scene(tree / "urdf/scenes/experiment_1.yaml");
-  const walkman::RobotModel robot = walkman::load_robot_model(scene.robot_urdf);
-  const walkman::DeviceTable table = walkman::load_device_table(scene.device_table, robot);
+  const walkman::RobotModel robot = walkman::load_robot_model(scene.robot.urdf);
+  const walkman::DeviceTable table = walkman::load_device_table(scene.robot.device_table, robot);
   walkman::EmulatorOptions options;
   options.actuators = tree / "emulator/plant/actuators";
   walkman::Emulator emulator(robot, table, scene, options);

@@ -48,10 +48,10 @@ LiftResult run_lift(const Scene& scene, const EmulatorOptions& options, const Li
   EmulatorOptions emulator = options;
   emulator.seed = lift.seed;
   rigs::CommandedRobot robot(with_bar(scene, lift), emulator);
-  const wrench::HandWeight hand(robot.model(), robot.session().side().sensor_frame);
-  const int wrist = robot.sensor(robot.session().side().sensor_frame);
-  const int sensor_link = robot.model().link_index(robot.session().side().sensor_frame);
-  const int palm = robot.model().link_index(robot.session().side().grasp_frame);
+  const wrench::HandWeight hand(robot.model(), robot.session().hand().force_torque);
+  const int wrist = robot.sensor(robot.session().hand().force_torque);
+  const int sensor_link = robot.model().link_index(robot.session().hand().force_torque);
+  const int palm = robot.model().link_index(robot.session().hand().frame);
   const SceneObject& bar = robot.scene().objects[kBar];
   LiftResult result;
   try {

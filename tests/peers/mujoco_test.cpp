@@ -51,13 +51,13 @@ class BesideMujoco : public ::testing::Test {
   const std::string urdf_ = WALKMAN_URDF_DIR;
   const Scene scene_ = load_scene(urdf_ + "/scenes/experiment_1.yaml");
   const RobotModel robot_ = loaded_robot(urdf_ + "/walkman.urdf");
-  const DeviceTable devices_ = load_device_table(scene_.device_table, robot_);
+  const DeviceTable devices_ = load_device_table(scene_.robot.device_table, robot_);
 
   [[nodiscard]] TwinOptions options(bool fixed_base) const {
     TwinOptions options;
     options.fixed_base = fixed_base;
     options.X_WR = scene_.X_WB;
-    options.posture = load_posture(scene_.robot_srdf, scene_.posture, robot_);
+    options.posture = load_posture(scene_.robot.srdf, scene_.posture, robot_);
     return options;
   }
 };

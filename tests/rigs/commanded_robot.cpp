@@ -19,13 +19,12 @@ Time SteppedCycle::next() {
 
 CommandedRobot::CommandedRobot(Scene scene, const EmulatorOptions& emulator)
     : scene_(std::move(scene)),
-      model_(load_robot_model(scene_.robot_urdf)),
-      devices_(load_device_table(scene_.device_table, model_)),
-      emulator_(model_, devices_, scene_, emulator),
-      robot_(model_, devices_, emulator_.interfaces()),
+      known_(scene_.robot),
+      emulator_(known_.model, known_.devices, scene_, emulator),
+      robot_(known_.model, known_.devices, emulator_.interfaces()),
       cycle_(emulator_, robot::RobotOptions{}.cycle),
-      session_(model_, robot_, cycle_, *this),
-      manipulator_(model_, session_, {}) {}
+      session_(known_, robot_, cycle_, *this),
+      manipulator_(known_.model, session_, {}) {}
 
 void CommandedRobot::start() {
   session_.boot();
@@ -36,7 +35,7 @@ double CommandedRobot::seconds() const { return std::chrono::duration<double>(em
 
 int CommandedRobot::sensor(const std::string& frame) const {
   int place = 0;
-  for (const Bus& bus : devices_.buses) {
+  for (const Bus& bus : known_.devices.buses) {
     for (const Device& device : bus.devices) {
       if (device.kind != DeviceKind::kForceTorque) continue;
       if (device.name == frame) return place;
@@ -59,8 +58,8 @@ Eigen::Isometry3d CommandedRobot::X_TG_on_top(int object, double height) const {
 Eigen::Vector3d CommandedRobot::p_Wcm() const {
   Eigen::Vector3d moment = Eigen::Vector3d::Zero();
   double mass = 0;
-  for (std::size_t i = 0; i < model_.links.size(); ++i) {
-    const Link& link = model_.links[i];
+  for (std::size_t i = 0; i < known_.model.links.size(); ++i) {
+    const Link& link = known_.model.links[i];
     moment += link.mass * (plant().X_WL(static_cast<int>(i)) * link.p_LLcm);
     mass += link.mass;
   }

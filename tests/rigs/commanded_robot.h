@@ -39,7 +39,7 @@ class CommandedRobot : private regrasp::Observer {
   std::function<void()> each_cycle;
 
   [[nodiscard]] const Scene& scene() const { return scene_; }
-  [[nodiscard]] const RobotModel& model() const { return model_; }
+  [[nodiscard]] const RobotModel& model() const { return known_.model; }
   [[nodiscard]] const plant::Plant& plant() const { return emulator_.plant(); }
   [[nodiscard]] SteppedCycle& cycle() { return cycle_; }
   [[nodiscard]] regrasp::Session& session() { return session_; }
@@ -62,8 +62,7 @@ class CommandedRobot : private regrasp::Observer {
   void on_cycle(Time now, const Wrench& F_So_S, const Eigen::Isometry3d& X_TH) override;
 
   Scene scene_;
-  RobotModel model_;
-  DeviceTable devices_;
+  KnownRobot known_;
   Emulator emulator_;
   robot::Robot robot_;
   SteppedCycle cycle_;

@@ -12,8 +12,8 @@ constexpr double kControlPeriod = 2.5e-4;
 
 RobotFiles::RobotFiles(const std::filesystem::path& urdf_folder)
     : scene(load_scene(urdf_folder / "scenes/experiment_1.yaml")),
-      robot(load_robot_model(scene.robot_urdf)),
-      devices(load_device_table(scene.device_table, robot)) {}
+      robot(load_robot_model(scene.robot.urdf)),
+      devices(load_device_table(scene.robot.device_table, robot)) {}
 
 RobotWithoutPlant::RobotWithoutPlant(const RobotFiles& files) {
   for (const Bus& wiring : files.devices.buses) {

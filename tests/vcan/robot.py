@@ -51,7 +51,7 @@ class Robot:
             time.sleep(0.05)
 
     def start_master(self):
-        self.master = Process([self.program, "grasp", "--scene", self.scene, "--can", CAN, self.PACING, "--camera-socket", CAMERA,
+        self.master = Process([self.program, "grasp", "--can", CAN, self.PACING, "--camera-socket", CAMERA,
                                "--json"], "grasp")
 
     def note(self, frame):

@@ -72,8 +72,10 @@ Device read_device(const YamlMap& map, const RobotModel& model, Used& used) {
     check_frame(map, key, device, model);
     for (const char* drive_key : {"actuator", "rated_torque_mnm"})
       if (map.has(drive_key)) map.fail(drive_key, "a sensor has none, expected it with a drive only");
+    if (device.kind == DeviceKind::kForceTorque) device.sensor = map.text("sensor");
   } else {
     check_joint(map, key, device, model);
+    if (map.has("sensor")) map.fail("sensor", "a drive has none, expected it with force_torque only");
     device.actuator = map.text("actuator");
     device.rated_torque_mnm = static_cast<std::uint32_t>(
         map.integer("rated_torque_mnm", 1, std::numeric_limits<std::uint32_t>::max()));
@@ -99,11 +101,7 @@ void read_bit_rates(const YamlMap& map, Bus& bus) {
   if (map.has("bit_rate")) {
     bus.bit_rate = read_rate(map, "bit_rate", {1'000'000, 800'000, 500'000, 250'000, 125'000});
   }
-  if (map.has("fd")) {
-    const std::string fd = map.text("fd");
-    if (fd != "true" && fd != "false") map.fail("fd", fmt::format("\"{}\", expected true or false", fd));
-    bus.fd = fd == "true";
-  }
+  if (map.has("fd")) bus.fd = map.flag("fd");
   if (!map.has("data_bit_rate")) return;
   if (!bus.fd) map.fail("data_bit_rate", "a classical bus has none, expected fd: true with it");
   bus.data_bit_rate =
@@ -125,7 +123,7 @@ DeviceTable load_device_table(const std::filesystem::path& yaml_file, const Robo
   Used used;
   std::set<std::string> bus_names;
   std::set<std::string> interfaces;
-  std::vector<std::string> device_keys{"node", "actuator", "rated_torque_mnm"};
+  std::vector<std::string> device_keys{"node", "actuator", "rated_torque_mnm", "sensor"};
   for (const DeviceKindName& kind : kDeviceKinds) device_keys.emplace_back(kind.key);
   for (const YamlMap& map :
        top.list("buses", {"name", "interface", "bit_rate", "fd", "data_bit_rate", "devices"})) {

@@ -30,9 +30,10 @@ inline constexpr DeviceKindName kDeviceKinds[] = {
 /// One CANopen node of the robot: what it is, where it sits, which part of the URDF it drives or measures.
 struct Device {
   DeviceKind kind = DeviceKind::kJointDrive;
-  std::uint8_t node_id = 0;            ///< 1..127, equal to the robot's board ID, unique over the whole robot
-  std::string name;                    ///< URDF joint (drives) or URDF frame (sensors)
-  std::string actuator;                ///< actuator class of a drive, e.g. "medium2"; empty for sensors
+  std::uint8_t node_id = 0;  ///< 1..127, equal to the robot's board ID, unique over the whole robot
+  std::string name;          ///< URDF joint (drives) or URDF frame (sensors)
+  std::string actuator;      ///< actuator class of a drive, e.g. "medium2"; empty for sensors
+  std::string sensor;        ///< kind of a force/torque sensor, e.g. "force_torque_45mm"; else empty
   std::uint32_t rated_torque_mnm = 0;  ///< 6076h of a drive, mN·m
 };
 

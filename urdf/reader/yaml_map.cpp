@@ -93,6 +93,33 @@ std::string YamlMap::text(const std::string& key) const {
   return node.Scalar();
 }
 
+std::vector<std::string> YamlMap::texts(const std::string& key) const {
+  const YAML::Node node = at(key);
+  if (!node.IsSequence()) return {text(key)};
+  std::vector<std::string> all;
+  for (const auto& item : node) {
+    if (!item.IsScalar() || item.Scalar().empty())
+      fail(key, fmt::format("found {} in it, expected text", kind_of(item)));
+    all.push_back(item.Scalar());
+  }
+  return all;
+}
+
+bool YamlMap::flag(const std::string& key) const {
+  const std::string value = text(key);
+  if (value == "true" || value == "yes") return true;
+  if (value != "false" && value != "no")
+    fail(key, fmt::format("found \"{}\", expected yes or no, true or false", value));
+  return false;
+}
+
+double YamlMap::number(const std::string& key, double least, double most) const {
+  const double value = number(key);
+  if (value < least || value > most)
+    fail(key, fmt::format("found {}, expected {} to {}", value, least, most));
+  return value;
+}
+
 double YamlMap::number(const std::string& key) const {
   const YAML::Node node = at(key);
   if (!node.IsScalar()) fail(key, fmt::format("found {}, expected a number", kind_of(node)));
@@ -109,6 +136,20 @@ long long YamlMap::integer(const std::string& key, long long min, long long max)
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
   if (text.empty() || error != std::errc() || end != text.data() + text.size() || value < min || value > max)
     fail(key, fmt::format("found {}, expected a whole number of {} to {}", kind_of(node), min, max));
+  return value;
+}
+
+std::uint32_t YamlMap::hexadecimal(const std::string& key, std::uint32_t min, std::uint32_t max) const {
+  const std::string value_text = text(key);
+  std::uint32_t value = 0;
+  const bool prefix =
+      value_text.size() > 2 && value_text[0] == '0' && (value_text[1] == 'x' || value_text[1] == 'X');
+  const char* begin = value_text.data() + (prefix ? 2 : 0);
+  const char* const last = value_text.data() + value_text.size();
+  const auto [end, error] = std::from_chars(begin, last, value, 16);
+  if (!prefix || error != std::errc() || end != last || value < min || value > max)
+    fail(key, fmt::format("found \"{}\", expected a hexadecimal number of 0x{:X} to 0x{:X}", value_text, min,
+                          max));
   return value;
 }
 

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <filesystem>
 #include <string>
 #include <vector>
@@ -22,8 +23,15 @@ class YamlMap {
 
   [[nodiscard]] bool has(const std::string& key) const { return static_cast<bool>(node_[key]); }
   [[nodiscard]] std::string text(const std::string& key) const;
+  /// One text or a list of them.
+  [[nodiscard]] std::vector<std::string> texts(const std::string& key) const;
+  [[nodiscard]] bool flag(const std::string& key) const;      ///< true, false, yes or no
   [[nodiscard]] double number(const std::string& key) const;  ///< finite
+  /// A number within `least` .. `most`.
+  [[nodiscard]] double number(const std::string& key, double least, double most) const;
   [[nodiscard]] long long integer(const std::string& key, long long min, long long max) const;
+  /// Written in hexadecimal as the field does: 0x6041.
+  [[nodiscard]] std::uint32_t hexadecimal(const std::string& key, std::uint32_t min, std::uint32_t max) const;
   [[nodiscard]] Eigen::Vector3d vector3(const std::string& key) const;  ///< finite
   /// Pose from `xyz_m` and `rpy_rad` (roll, pitch, yaw about fixed axes, in this order).
   [[nodiscard]] Eigen::Isometry3d pose() const;

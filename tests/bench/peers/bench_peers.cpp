@@ -71,12 +71,12 @@ bool run(const char* title, peers::Twin& twin, int steps, bool standing) {
 
 int run_all(int steps) {
   const Scene scene = load_scene(std::string(WALKMAN_URDF_DIR) + "/scenes/experiment_1.yaml");
-  const RobotModel robot = load_robot_model(scene.robot_urdf);
-  const DeviceTable devices = load_device_table(scene.device_table, robot);
+  const RobotModel robot = load_robot_model(scene.robot.urdf);
+  const DeviceTable devices = load_device_table(scene.robot.device_table, robot);
   peers::TwinOptions options;
   options.X_WR = scene.X_WB;
   options.mid_step_velocities = true;
-  options.posture = load_posture(scene.robot_srdf, scene.posture, robot);
+  options.posture = load_posture(scene.robot.srdf, scene.posture, robot);
   peers::Twin hung(robot, devices, options);
   hung.hold_posture(robot, devices, 5);
   bool good = run("Fixed base, no contact", hung, steps, false);

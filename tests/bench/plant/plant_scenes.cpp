@@ -6,8 +6,8 @@ namespace walkman::bench {
 
 PlantScenes::PlantScenes(const std::filesystem::path& urdf)
     : scene_(load_scene(urdf / "scenes/experiment_1.yaml")),
-      robot_(load_robot_model(scene_.robot_urdf)),
-      devices_(load_device_table(scene_.device_table, robot_)),
+      robot_(load_robot_model(scene_.robot.urdf)),
+      devices_(load_device_table(scene_.robot.device_table, robot_)),
       actuators_(plant::load_actuators(urdf / "../emulator/plant/actuators")) {
   scene_.base = BaseKind::kFloating;
   scene_.X_WB.translation().z() = 1.0478;

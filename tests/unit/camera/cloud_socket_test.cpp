@@ -31,8 +31,8 @@ struct Rig {
   Rig()
       : tree(WALKMAN_SOURCE_TREE),
         scene(load_scene(tree / "urdf/scenes/experiment_1.yaml")),
-        robot(load_robot_model(scene.robot_urdf)),
-        devices(load_device_table(scene.device_table, robot)),
+        robot(load_robot_model(scene.robot.urdf)),
+        devices(load_device_table(scene.robot.device_table, robot)),
         plant(robot, scene, devices, plant::load_actuators(tree / "emulator/plant/actuators")),
         eye(robot, scene, robot.link_index("multisense/left_camera_optical_frame"), small(), 10, 1) {
     // Relative to the test's folder: a local socket's path is short.

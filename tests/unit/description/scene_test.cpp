@@ -65,8 +65,8 @@ TEST(Experiment1, BarLiesAcrossTheTableOnItsWeights) {
 TEST(Experiment1, RobotStandsOnTheFloor) {
   const Scene& scene = experiment_1();
   EXPECT_EQ(scene.base, BaseKind::kFloating);
-  const RobotModel robot = load_robot_model(scene.robot_urdf);
-  const Posed pose(robot, load_posture(scene.robot_srdf, scene.posture, robot));
+  const RobotModel robot = load_robot_model(scene.robot.urdf);
+  const Posed pose(robot, load_posture(scene.robot.srdf, scene.posture, robot));
   EXPECT_NEAR((scene.X_WB * pose("r_sole")).translation().z(), 0, 1e-4);
   EXPECT_NEAR((scene.X_WB * pose("l_sole")).translation().z(), 0, 1e-4);
 }

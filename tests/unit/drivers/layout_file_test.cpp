@@ -182,7 +182,7 @@ TEST(LayoutFiles, WhatIsWrongIsNamedWithLineAndPlace) {
 
 TEST(IdentityFile, ShippedOneIsComplete) {
   const robot::Identities identities =
-      robot::load_identities(std::string(WALKMAN_DRIVERS_DIR) + "/robot/identities.yaml");
+      robot::load_identities(std::string(WALKMAN_URDF_DIR) + "/walkman.identities.yaml");
   const canopen::ExpectedIdentity drive = identities.of(DeviceKind::kJointDrive, 11);
   EXPECT_EQ(drive.device_type, 0x00020192U);
   EXPECT_EQ(drive.vendor, 0x4B4C4157U);

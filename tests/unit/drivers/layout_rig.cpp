@@ -3,7 +3,7 @@
 namespace walkman::test {
 
 std::string layout_file(const std::string& layout) {
-  return std::string(WALKMAN_DRIVERS_DIR) + "/robot/pdo_layouts/layout_" + layout + ".yaml";
+  return std::string(WALKMAN_URDF_DIR) + "/pdo_layouts/layout_" + layout + ".yaml";
 }
 
 void LayoutRig::add_joint(const std::string& name, double lower, double upper, double velocity,

@@ -212,8 +212,7 @@ TEST(Configuration, ARefusedMappingIsNamed) {
 
 TEST(Configuration, IdentityIsCompared) {
   LayoutRig rig("a");
-  rig.options.identities =
-      robot::load_identities(std::string(WALKMAN_DRIVERS_DIR) + "/robot/identities.yaml");
+  rig.options.identities = robot::load_identities(std::string(WALKMAN_URDF_DIR) + "/walkman.identities.yaml");
   rig.sensor.set(0x1018, 2, 2);
   rig.sensor.define(0x1018, 2, 4, 2);
   rig.imu.define(0x1018, 2, 4, 3);

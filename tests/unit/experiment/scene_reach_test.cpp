@@ -8,7 +8,7 @@ namespace {
 
 TEST(SceneReach, TableAloneOutOfReachIsRefused) {
   Scene scene = load_scene(std::string(WALKMAN_URDF_DIR) + "/scenes/experiment_1.yaml");
-  const RobotModel robot = load_robot_model(scene.robot_urdf);
+  const RobotModel robot = load_robot_model(scene.robot.urdf);
   scene.fixed[1].X_WF.translation().x() += 2;
   try {
     require_reach(scene, robot);
@@ -21,7 +21,7 @@ TEST(SceneReach, TableAloneOutOfReachIsRefused) {
 
 TEST(SceneReach, ShippedSceneIsWithinReachAndAFarObjectIsRefusedWithItsLine) {
   Scene scene = load_scene(std::string(WALKMAN_URDF_DIR) + "/scenes/experiment_1.yaml");
-  const RobotModel robot = load_robot_model(scene.robot_urdf);
+  const RobotModel robot = load_robot_model(scene.robot.urdf);
   EXPECT_NO_THROW(require_reach(scene, robot));
   scene.objects[0].X_WO.translation().x() += 0.8;
   try {

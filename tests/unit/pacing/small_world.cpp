@@ -21,8 +21,8 @@ EmulatorOptions options(bool bus_timing) {
 
 SmallWorld::SmallWorld(bool bus_timing)
     : scene(load_scene(kTree / "urdf/scenes/experiment_1.yaml")),
-      robot(load_robot_model(scene.robot_urdf)),
-      devices(load_device_table(scene.device_table, robot)),
+      robot(load_robot_model(scene.robot.urdf)),
+      devices(load_device_table(scene.robot.device_table, robot)),
       emulator(std::make_unique<Emulator>(robot, devices, scene, options(bus_timing))) {
   for (bus::CanBus* bus : emulator->buses()) {
     if (bus->name() == "rarm") bridges.insert(bridges.begin(), std::make_unique<bus::Bridge>(*bus, rarm));

@@ -21,8 +21,8 @@ class WholePlant : public ::testing::Test {
   static constexpr double kGravity = Plant::kGravity;
   const std::string urdf_ = WALKMAN_URDF_DIR;
   Scene scene_ = with_held_base(load_scene(urdf_ + "/scenes/experiment_1.yaml"));
-  RobotModel robot_ = load_robot_model(scene_.robot_urdf);
-  DeviceTable devices_ = load_device_table(scene_.device_table, robot_);
+  RobotModel robot_ = load_robot_model(scene_.robot.urdf);
+  DeviceTable devices_ = load_device_table(scene_.robot.device_table, robot_);
   std::map<std::string, ActuatorParameters> actuators_ =
       load_actuators(urdf_ + "/../emulator/plant/actuators");
 

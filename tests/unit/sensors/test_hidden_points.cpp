@@ -110,8 +110,8 @@ TEST(HiddenPoints, FollowFromTheBoxesGeometry) {
 TEST(HiddenPoints, NarrowedTestHoldsAmongRobotTableAndBar) {
   const Scene description =
       load_scene(std::filesystem::path(WALKMAN_URDF_DIR) / "scenes" / "experiment_1.yaml");
-  const RobotModel robot = load_robot_model(description.robot_urdf);
-  const auto posture = load_posture(description.robot_srdf, description.posture, robot);
+  const RobotModel robot = load_robot_model(description.robot.urdf);
+  const auto posture = load_posture(description.robot.srdf, description.posture, robot);
   const auto X_BL = link_poses(robot, posture);
   RayScene scene;
   for (const auto& body : description.fixed) {

@@ -1,4 +1,4 @@
-#include "apps/experiment/progress_line.h"
+#include "apps/shared/progress_line.h"
 
 #include <cstdio>
 

@@ -1,0 +1,61 @@
+#include "apps/shared/scene_options.h"
+
+#include <algorithm>
+#include <stdexcept>
+#include <system_error>
+#include <vector>
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include "urdf/reader/nearest_name.h"
+
+namespace walkman::apps {
+namespace {
+
+/// Names of the scenes that come with the program, sorted.
+std::vector<std::string> shipped_scenes(const std::filesystem::path& data) {
+  std::vector<std::string> names;
+  std::error_code error;
+  for (const auto& entry : std::filesystem::directory_iterator(data / "urdf" / "scenes", error)) {
+    if (entry.path().extension() == ".yaml") names.push_back(entry.path().stem().string());
+  }
+  std::sort(names.begin(), names.end());
+  return names;
+}
+
+}  // namespace
+
+CLI::Option* add_scene_options(CLI::App& command, SceneCommandLine& options,
+                               const std::string& default_scene) {
+  CLI::Option* scene = command.add_option(
+      "--scene", options.scene,
+      "Scene file, or the name of one that comes with the program; 'list' tells which there are "
+      "(default: " +
+          default_scene + ")");
+  add_robot_options(command, options.robot);
+  return scene;
+}
+
+std::filesystem::path scene_file(const std::string& scene, const std::filesystem::path& data,
+                                 const std::string& fallback) {
+  const std::string& named = scene.empty() ? fallback : scene;
+  const std::vector<std::string> names = shipped_scenes(data);
+  if (std::find(names.begin(), names.end(), named) != names.end())
+    return data / "urdf" / "scenes" / (named + ".yaml");
+  std::error_code error;
+  if (std::filesystem::exists(named, error)) return named;
+  throw std::runtime_error(
+      fmt::format("--scene: {}: no such file, and no scene that comes with the program, which are: {}{}",
+                  named, fmt::join(names, ", "), did_you_mean(named, names)));
+}
+
+WorldOptions world_of(const SceneCommandLine& options, const std::filesystem::path& data) {
+  WorldOptions world;
+  world.scene = scene_file(options.scene, data);
+  world.robot = options.robot.choice();
+  world.actuators = data / "emulator" / "plant" / "actuators";
+  return world;
+}
+
+}  // namespace walkman::apps

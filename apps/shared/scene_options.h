@@ -1,0 +1,31 @@
+#pragma once
+
+#include <filesystem>
+#include <string>
+
+#include <CLI/CLI.hpp>
+
+#include "apps/shared/emulated_world.h"
+#include "apps/shared/robot_options.h"
+
+namespace walkman::apps {
+
+/// What the command line says about the world: `--scene` and the robot's options.
+struct SceneCommandLine {
+  std::string scene;
+  RobotCommandLine robot;
+};
+
+/// `default_scene` is for the help: which one it is without `--scene`.
+CLI::Option* add_scene_options(CLI::App& command, SceneCommandLine& options,
+                               const std::string& default_scene = "Experiment 1's");
+
+/// The scene file: a path, or the name of one that comes with the program. Throws std::runtime_error that
+/// lists those names when it is neither. `fallback` where no scene is named.
+[[nodiscard]] std::filesystem::path scene_file(const std::string& scene, const std::filesystem::path& data,
+                                               const std::string& fallback = "experiment_1");
+
+/// Scene, robot and actuators of a world as the command line says; the rest as it is made.
+[[nodiscard]] WorldOptions world_of(const SceneCommandLine& options, const std::filesystem::path& data);
+
+}  // namespace walkman::apps
