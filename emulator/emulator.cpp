@@ -40,8 +40,8 @@ Emulator::Impl::Impl(const RobotModel& robot, const DeviceTable& table, const Sc
                      const EmulatorOptions& options,
                      const std::map<std::string, plant::ActuatorParameters>& actuators)
     : plant(robot, scene, table, actuators),
-      multisense(robot, scene, robot.link_index(scene.robot.optical_frame), options.camera, options.camera_rate_hz,
-                 options.seed) {
+      multisense(robot, scene, robot.link_index(scene.robot.optical_frame), options.camera,
+                 options.camera_rate_hz, options.seed) {
   const DeviceSurroundings surroundings{table, robot, options, actuators, hash_of(scene.robot.urdf), plant};
   for (const Bus& wiring : table.buses) {
     buses.push_back(std::make_unique<bus::CanBus>(

@@ -9,6 +9,7 @@
 #include "adaptation/regrasp/stage_two_parameters.h"
 #include "drivers/robot/cycle.h"
 #include "drivers/robot/robot.h"
+#include "urdf/reader/robot_description.h"
 
 namespace walkman::regrasp {
 

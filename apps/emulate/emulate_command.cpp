@@ -16,6 +16,7 @@
 #include "apps/shared/progress_line.h"
 #include "apps/shared/scene_options.h"
 #include "apps/shared/stop_signals.h"
+#include "urdf/reader/utf8.h"
 
 namespace walkman::apps {
 namespace {
@@ -87,7 +88,7 @@ int run_emulate(const Options& options) {
   }
   Emulation emulation(emulation_options(options));
   const GatewaySet gateway_set(emulation, {options.socketcand, options.beacon, options.slcan});
-  std::fputs(gateway_set.addresses().c_str(), stderr);
+  std::fputs(printable(gateway_set.addresses()).c_str(), stderr);
   {
     ProgressLine line;
     Emulation::Events events;

@@ -9,6 +9,7 @@
 #include "emulator/pacing/host.h"
 #include "emulator/pacing/lockstep_pacer.h"
 #include "emulator/pacing/real_time_pacer.h"
+#include "urdf/reader/utf8.h"
 
 namespace walkman::apps {
 namespace {
@@ -95,7 +96,7 @@ void Emulation::Impl::open_camera() {
     camera = std::make_unique<gateways::CloudServer>(path, world.emulator.camera());
   } catch (const std::runtime_error& e) {
     if (named) throw EnvironmentError(e.what());
-    std::fprintf(stderr, "walkman-hil: %s; going on without the camera\n", e.what());
+    std::fprintf(stderr, "walkman-hil: %s; going on without the camera\n", one_line(e.what()).c_str());
   }
 }
 
@@ -139,7 +140,7 @@ pacing::PacerEvents Emulation::Impl::events() {
 bool Emulation::Impl::all_booted() {
   const std::vector<bus::CanBus*> buses = world.emulator.buses();
   for (std::size_t i = 0; i < buses.size(); ++i) {
-    if (buses[i]->counters().frames < world.devices.buses[i].devices.size()) return false;
+    if (buses[i]->counters().frames < world.robot.devices.buses[i].devices.size()) return false;
   }
   return true;
 }
@@ -236,7 +237,7 @@ EmulationSummary Emulation::summary() const {
   for (bus::CanBus* bus : self.world.emulator.buses()) {
     BusSummary summary;
     summary.name = bus->name();
-    summary.nodes = self.world.devices.buses[out.buses.size()].devices.size();
+    summary.nodes = self.world.robot.devices.buses[out.buses.size()].devices.size();
     summary.bus = bus->counters();
     summary.load_now = bus->load();
     if (out.emulated_seconds > 0) {

@@ -17,6 +17,7 @@
 #include "apps/shared/scene_options.h"
 #include "apps/shared/stop_signals.h"
 #include "emulator/scene/scene.h"
+#include "urdf/reader/utf8.h"
 
 namespace walkman::apps {
 namespace {
@@ -107,9 +108,9 @@ int run_experiment(const Options& options) {
   if (options.as_json) {
     std::fputs(json.c_str(), stdout);
   } else {
-    std::fputs(to_text(result).c_str(), stdout);
+    std::fputs(printable(to_text(result)).c_str(), stdout);
     std::fputs(fmt::format("written to {}: result.json, can.log, dbc, cloud.pcd, wrench.csv{}\n",
-                           out.string(), options.state_log ? ", state.csv" : "")
+                           one_line(out.string()), options.state_log ? ", state.csv" : "")
                    .c_str(),
                stdout);
   }

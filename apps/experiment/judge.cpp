@@ -69,8 +69,7 @@ std::optional<std::string> contradiction(const regrasp::Weighing& reported, cons
 }
 
 Judge::Judge(const Emulator& emulator, const Scene& scene, const KnownRobot& robot,
-             std::function<void(std::string_view)> phase_changed,
-             std::function<void(Time)> each_cycle)
+             std::function<void(std::string_view)> phase_changed, std::function<void(Time)> each_cycle)
     : emulator_(emulator),
       scene_(scene),
       robot_(robot.model),

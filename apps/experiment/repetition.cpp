@@ -233,8 +233,9 @@ RepetitionResult run_repetition(const RepetitionOptions& options) {
   if (!options.out.empty()) {
     // As the master has left the PDOs at boot.
     try {
-      static_cast<void>(datasheets::write_dbc_files(
-          datasheets::wired_buses(world.robot.devices, world.emulator.buses()), partial(options.out / "dbc")));
+      static_cast<void>(
+          datasheets::write_dbc_files(datasheets::wired_buses(world.robot.devices, world.emulator.buses()),
+                                      partial(options.out / "dbc")));
       publish_folder(options.out / "dbc");
     } catch (const std::runtime_error& e) {
       result.unwritten = e.what();

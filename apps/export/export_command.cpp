@@ -10,6 +10,7 @@
 #include "emulator/datasheets/device_files.h"
 #include "emulator/datasheets/object_tables.h"
 #include "emulator/emulator.h"
+#include "urdf/reader/utf8.h"
 
 namespace walkman::apps {
 namespace {
@@ -34,7 +35,7 @@ int run_export(const Options& options, Writer write) {
     for (const std::filesystem::path& file : files) json["files"].push_back(file.string());
     std::fputs((json.dump(2) + "\n").c_str(), stdout);
   } else {
-    for (const std::filesystem::path& file : files) std::fputs((file.string() + "\n").c_str(), stdout);
+    for (const std::filesystem::path& file : files) std::puts(one_line(file.string()).c_str());
   }
   return kOk;
 }

@@ -13,6 +13,7 @@
 #include "apps/shared/progress_line.h"
 #include "apps/shared/robot_options.h"
 #include "apps/shared/stop_signals.h"
+#include "urdf/reader/utf8.h"
 
 namespace walkman::apps {
 namespace {
@@ -61,7 +62,7 @@ int run(const Options& options) {
   };
   const GraspResult result = run_grasp(known, grasp, signals, events);
   line.clear();
-  std::fputs((options.as_json ? to_json_text(result) : to_text(result)).c_str(), stdout);
+  std::fputs(printable(options.as_json ? to_json_text(result) : to_text(result)).c_str(), stdout);
   return result.done ? kOk : kTaskFailed;
 }
 

@@ -14,6 +14,7 @@
 #include "apps/shared/master_options.h"
 #include "apps/shared/robot_options.h"
 #include "drivers/robot/bus_load.h"
+#include "urdf/reader/utf8.h"
 
 namespace walkman::apps {
 namespace {
@@ -28,10 +29,10 @@ struct Options {
   bool as_json = false;
 };
 
-void print(const std::vector<robot::BusLoad>& loads, const Options& options) {
-  std::printf("%s",
-              fmt::format("layout {} at {:g} Hz, worst-case bit stuffing\n", options.layout, options.rate_hz)
-                  .c_str());
+void print(const std::vector<robot::BusLoad>& loads, const std::string& layout, const Options& options) {
+  std::printf(
+      "%s", printable(fmt::format("layout {} at {:g} Hz, worst-case bit stuffing\n", layout, options.rate_hz))
+                .c_str());
   std::printf("bus      frames   us a cycle   load   with heartbeats and timed PDOs   highest rate\n");
   for (const robot::BusLoad& load : loads) {
     std::printf("%s",
@@ -42,8 +43,9 @@ void print(const std::vector<robot::BusLoad>& loads, const Options& options) {
   }
 }
 
-nlohmann::json to_json(const std::vector<robot::BusLoad>& loads, const Options& options) {
-  nlohmann::json out = {{"layout", options.layout}, {"rate_hz", options.rate_hz}};
+nlohmann::json to_json(const std::vector<robot::BusLoad>& loads, const std::string& layout,
+                       const Options& options) {
+  nlohmann::json out = {{"layout", layout}, {"rate_hz", options.rate_hz}};
   for (const robot::BusLoad& load : loads) {
     out["buses"].push_back({{"name", load.bus},
                             {"frames", load.frames},
@@ -59,12 +61,13 @@ nlohmann::json to_json(const std::vector<robot::BusLoad>& loads, const Options& 
 int run_load(const Options& options) {
   const KnownRobot known(described_robot(options.robot, data_directory()), options.choice.choice());
   const robot::PdoLayout layout = load_layout(options.layout, known.description);
+  const std::string& name = options.layout.empty() ? known.description.pdo_layout : options.layout;
   const auto cycle = Time(std::llround(1e9 / options.rate_hz));
   const auto loads = robot::bus_loads(known.devices, layout, cycle, kHeartbeat);
   if (options.as_json) {
-    std::printf("%s\n", to_json(loads, options).dump(2).c_str());
+    std::printf("%s\n", to_json(loads, name, options).dump(2).c_str());
   } else {
-    print(loads, options);
+    print(loads, name, options);
   }
   const bool fits = std::none_of(loads.begin(), loads.end(), [](const auto& load) { return load.load > 1; });
   return fits ? kOk : kTaskFailed;

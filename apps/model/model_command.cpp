@@ -3,6 +3,7 @@
 #include "apps/shared/commands.h"
 #include "apps/shared/exit_code.h"
 #include "urdf/reader/model_check.h"
+#include "urdf/reader/utf8.h"
 
 namespace walkman::apps {
 
@@ -25,7 +26,7 @@ void add_model_command(CLI::App& app, std::function<int()>& run) {
     run = [options] {
       const PackagePath packages(options->packages.begin(), options->packages.end());
       const ModelReport report = check_model(options->urdf, packages);
-      std::fputs((options->as_json ? to_json(report) : to_text(report)).c_str(), stdout);
+      std::fputs(printable(options->as_json ? to_json(report) : to_text(report)).c_str(), stdout);
       return report.unusable.empty() ? kOk : kTaskFailed;
     };
   });

@@ -16,6 +16,8 @@
 #include "apps/shared/data_directory.h"
 #include "apps/shared/exit_code.h"
 #include "apps/shared/scene_options.h"
+#include "urdf/reader/text_file.h"
+#include "urdf/reader/utf8.h"
 
 namespace walkman::apps {
 namespace {
@@ -68,6 +70,7 @@ std::pair<double, double> picture_view(const std::string& text) {
 
 /// A run may take a minute: says at once that its picture could not be kept.
 void require_writable(const std::filesystem::path& file) {
+  require_regular_output(file);
   const bool existed = std::filesystem::exists(file);
   const bool writable = std::ofstream(file, std::ios::app).good();
   if (!writable) throw std::runtime_error(file.string() + ": cannot be written");
@@ -125,8 +128,8 @@ int make_picture(const Options& options) {
   write_png(sensors::render(painting.bodies, camera, lighting_for(painting, azimuth), options.samples,
                             options.threads),
             options.out);
-  std::fputs(fmt::format("written to {}: {}x{} px, the plant at {:.3f} s\n", options.out, width, height,
-                         std::chrono::duration<double>(snapshot.at).count())
+  std::fputs(fmt::format("written to {}: {}x{} px, the plant at {:.3f} s\n", one_line(options.out), width,
+                         height, std::chrono::duration<double>(snapshot.at).count())
                  .c_str(),
              stdout);
   return kOk;

@@ -48,7 +48,7 @@ void show(const LinkGeometry& geometry, const Eigen::Isometry3d& X_WL, ScenePain
 }
 
 void paint_robot(const EmulatedWorld& world, const Snapshot& snapshot, ScenePainting& painting) {
-  const std::vector<std::size_t> depth = depths(world.robot);
+  const std::vector<std::size_t> depth = depths(world.robot.model);
   for (std::size_t i = 0; i < world.robot.model.links.size(); ++i) {
     const std::vector<LinkGeometry>& visuals = world.robot.model.links[i].visuals;
     painting.bodies.add(visuals, snapshot.X_WL[i], kRobotPaints[depth[i] % kRobotPaints.size()]);

@@ -13,6 +13,7 @@
 #include "apps/shared/exit_code.h"
 #include "apps/shared/scene_options.h"
 #include "apps/shared/stop_signals.h"
+#include "urdf/reader/utf8.h"
 
 namespace walkman::apps {
 namespace {
@@ -102,7 +103,8 @@ int replay_emulated(const Options& options) {
         fmt::format("{:.3f} s, {} frames of the computer given; answers: {} equal (at most {:.1f} us off in "
                     "time), {} different, {} missing, {} extra\n{}",
                     result.seconds, result.given, result.equal, latest_us, result.different, result.missing,
-                    result.extra, result.first.empty() ? "" : "first difference: " + result.first + "\n")
+                    result.extra,
+                    result.first.empty() ? "" : "first difference: " + one_line(result.first) + "\n")
             .c_str(),
         stdout);
   }

@@ -12,8 +12,6 @@
 namespace walkman::apps {
 namespace {
 
-constexpr std::size_t kLongestInterfaceName = 15;
-
 std::vector<std::string> split(const std::string& text, char separator) {
   std::vector<std::string> parts;
   std::size_t begin = 0;
@@ -41,10 +39,9 @@ CanAssignment parse_one(const std::string& item, const DeviceTable& devices) {
                                          fmt::join(names, ", "), did_you_mean(name, names)));
   }
   assignment.bus = static_cast<std::size_t>(found - names.begin());
-  if (assignment.interface_name.size() > kLongestInterfaceName) {
-    throw std::runtime_error(fmt::format("--can: interface name '{}' has {} characters, expected 1 to {}",
-                                         assignment.interface_name, assignment.interface_name.size(),
-                                         kLongestInterfaceName));
+  if (const auto problem = interface_name_problem(assignment.interface_name)) {
+    throw std::runtime_error(
+        fmt::format("--can: interface name '{}' {}", assignment.interface_name, *problem));
   }
   return assignment;
 }

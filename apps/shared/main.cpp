@@ -1,10 +1,14 @@
 #include <algorithm>
+#include <cmath>
 #include <cstdio>
+#include <cstdlib>
+#include <optional>
 #include <stdexcept>
 
 #include "apps/shared/commands.h"
 #include "apps/shared/exit_code.h"
 #include "apps/shared/standard_streams.h"
+#include "urdf/reader/utf8.h"
 
 namespace {
 
@@ -26,10 +30,48 @@ bool is_unknown_verb(const CLI::App& app, int argc, char** argv) {
                       [&](const CLI::App* verb) { return verb->get_name() == argv[1]; });
 }
 
-}  // namespace
+/// One sentence, nothing of which a terminal acts on.
+void say(const char* what, const std::string& reason) {
+  std::fprintf(stderr, "walkman-hil: %s%s\n", what, walkman::one_line(reason).c_str());
+}
 
-int main(int argc, char** argv) {
-  walkman::apps::secure_standard_streams();
+/// An argument may be a path or go into a file, and both are text.
+bool arguments_are_text(int argc, char** argv) {
+  for (int i = 1; i < argc; ++i) {
+    if (!walkman::first_non_utf8(argv[i])) continue;
+    say("", std::string("argument ") + argv[i] + ": not UTF-8");
+    return false;
+  }
+  return true;
+}
+
+/// "nan" and "inf" are numbers to the parser, and to no option.
+void refuse_non_finite(CLI::App& app) {
+  const auto problem = [](const std::string& text) {
+    char* end = nullptr;
+    const double value = std::strtod(text.c_str(), &end);
+    return *end != '\0' || std::isfinite(value) ? std::string()
+                                                : text + " is not a finite number, expected one";
+  };
+  for (CLI::Option* option : app.get_options()) {
+    if (option->get_type_name().rfind("FLOAT", 0) == 0) option->check(CLI::Validator(problem, ""));
+  }
+  for (CLI::App* verb : app.get_subcommands([](CLI::App*) { return true; })) refuse_non_finite(*verb);
+}
+
+/// The exit code when that was all there was to do: a mistake, or help.
+std::optional<int> parse(CLI::App& app, int argc, char** argv) {
+  try {
+    app.parse(argc, argv);
+    return std::nullopt;
+  } catch (const CLI::ParseError& e) {
+    if (e.get_exit_code() == 0) return app.exit(e);
+    say("", e.what());
+    return walkman::apps::kBadInput;
+  }
+}
+
+int run_command(int argc, char** argv) {
   CLI::App app{"walkman-hil: test WALK-MAN's drivers and manipulation without WALK-MAN"};
   app.name("walkman-hil");
   app.require_subcommand(1);
@@ -45,26 +87,29 @@ int main(int argc, char** argv) {
   walkman::apps::add_picture_command(app, run);
   walkman::apps::add_replay_command(app, run);
   if (is_unknown_verb(app, argc, argv)) {
-    std::fprintf(stderr, "walkman-hil: unknown verb '%s', expected one of those that --help lists\n",
-                 argv[1]);
+    say("", std::string("unknown verb '") + argv[1] + "', expected one of those that --help lists");
     return walkman::apps::kBadInput;
   }
+  refuse_non_finite(app);
+  const std::optional<int> code = parse(app, argc, argv);
+  return code ? *code : run();
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  walkman::apps::secure_standard_streams();
+  if (!arguments_are_text(argc, argv)) return walkman::apps::kBadInput;
   try {
-    app.parse(argc, argv);
-  } catch (const CLI::ParseError& e) {
-    const int code = app.exit(e);
-    return walkman::apps::checked_output(code == 0 ? walkman::apps::kOk : walkman::apps::kBadInput);
-  }
-  try {
-    return walkman::apps::checked_output(run());
+    return walkman::apps::checked_output(run_command(argc, argv));
   } catch (const walkman::apps::EnvironmentError& e) {
-    std::fprintf(stderr, "walkman-hil: %s\n", e.what());
+    say("", e.what());
     return walkman::apps::kEnvironment;
   } catch (const std::runtime_error& e) {
-    std::fprintf(stderr, "walkman-hil: %s\n", e.what());
+    say("", e.what());
     return walkman::apps::kBadInput;
   } catch (const std::exception& e) {
-    std::fprintf(stderr, "walkman-hil: internal error, please report: %s\n", e.what());
+    say("internal error, please report: ", e.what());
     return walkman::apps::kInternal;
   }
 }

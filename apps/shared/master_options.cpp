@@ -41,7 +41,7 @@ robot::PdoLayout load_layout(const std::string& name, const RobotDescription& ro
     names.push_back(layout.name);
   }
   std::error_code error;
-  if (!std::filesystem::is_regular_file(wanted, error)) {
+  if (!std::filesystem::exists(wanted, error)) {
     throw std::runtime_error(
         fmt::format("--layout {}: no such file, expected {} or a file", wanted, fmt::join(names, ", ")));
   }

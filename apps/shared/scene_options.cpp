@@ -1,6 +1,7 @@
 #include "apps/shared/scene_options.h"
 
 #include <algorithm>
+#include <cstdio>
 #include <stdexcept>
 #include <system_error>
 #include <vector>
@@ -8,10 +9,13 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include "apps/shared/data_directory.h"
 #include "urdf/reader/nearest_name.h"
 
 namespace walkman::apps {
 namespace {
+
+constexpr const char* kList = "list";
 
 /// Names of the scenes that come with the program, sorted.
 std::vector<std::string> shipped_scenes(const std::filesystem::path& data) {
@@ -33,6 +37,11 @@ CLI::Option* add_scene_options(CLI::App& command, SceneCommandLine& options,
       "Scene file, or the name of one that comes with the program; 'list' tells which there are "
       "(default: " +
           default_scene + ")");
+  scene->each([](const std::string& named) {
+    if (named != kList) return;
+    for (const std::string& name : shipped_scenes(data_directory())) std::puts(name.c_str());
+    throw CLI::Success();
+  });
   add_robot_options(command, options.robot);
   return scene;
 }

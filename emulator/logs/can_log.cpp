@@ -7,6 +7,7 @@
 
 #include "emulator/logs/candump_log.h"
 #include "emulator/logs/pcapng_log.h"
+#include "urdf/reader/text_file.h"
 
 namespace walkman::bus {
 namespace {
@@ -15,7 +16,9 @@ constexpr std::size_t kBatchReserve = 4096;
 
 }  // namespace
 
-CanLog::CanLog(std::filesystem::path file) : file_(std::move(file)), stream_(file_, std::ios::binary) {
+CanLog::CanLog(std::filesystem::path file) : file_(std::move(file)) {
+  require_regular_output(file_);
+  stream_.open(file_, std::ios::binary);
   if (!stream_) {
     throw std::runtime_error(file_.string() + ": cannot be created (" + std::strerror(errno) +
                              "), expected a writable path for the CAN log");

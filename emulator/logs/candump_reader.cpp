@@ -7,6 +7,7 @@
 #include <string_view>
 
 #include "emulator/bus/frame_length.h"
+#include "urdf/reader/text_file.h"
 
 namespace walkman::bus {
 namespace {
@@ -152,11 +153,11 @@ LoggedFrame parse_line(std::string_view line) {
 
 }  // namespace
 
-CandumpReader::CandumpReader(std::filesystem::path file)
-    : file_(std::move(file)), stream_(file_, std::ios::binary) {
-  if (!stream_ || std::filesystem::is_directory(file_)) {
-    throw std::runtime_error(file_.string() + ": cannot be opened (" +
-                             (stream_ ? "is a directory" : std::strerror(errno)) +
+CandumpReader::CandumpReader(std::filesystem::path file) : file_(std::move(file)) {
+  require_regular_file(file_);
+  stream_.open(file_, std::ios::binary);
+  if (!stream_) {
+    throw std::runtime_error(file_.string() + ": cannot be opened (" + std::strerror(errno) +
                              "), expected a log as candump -L writes it");
   }
 }

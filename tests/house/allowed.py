@@ -21,7 +21,6 @@ OPEN = {
         "apps/shared/commands.h",
         "apps/shared/exit_code.h",
         "apps/shared/lockstep_cycle.h",
-        "urdf/reader/urdf_screen.h",
         "urdf/reader/wrench.h",
     },
     "reached": {

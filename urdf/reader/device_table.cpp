@@ -108,7 +108,25 @@ void read_bit_rates(const YamlMap& map, Bus& bus) {
       read_rate(map, "data_bit_rate", {1'000'000, 2'000'000, 4'000'000, 5'000'000, 8'000'000});
 }
 
+std::string interface_name(const YamlMap& map, const std::string& key) {
+  std::string name = map.text(key);
+  if (const auto problem = interface_name_problem(name))
+    map.fail(key, fmt::format("\"{}\" {}", name, *problem));
+  return name;
+}
+
 }  // namespace
+
+std::optional<std::string> interface_name_problem(std::string_view name) {
+  if (name.empty() || name.size() > kLongestInterfaceName)
+    return fmt::format("has {} characters, expected 1 to {}", name.size(), kLongestInterfaceName);
+  if (name == "." || name == "..") return "is no interface's name, expected letters and digits";
+  for (const char c : name) {
+    if (c <= ' ' || c > '~' || c == '/' || c == ':')
+      return "is no interface's name, expected no blank, slash or colon, and ASCII only";
+  }
+  return std::nullopt;
+}
 
 const Device& DeviceTable::device(const std::string& name) const {
   for (const Bus& bus : buses)
@@ -128,12 +146,9 @@ DeviceTable load_device_table(const std::filesystem::path& yaml_file, const Robo
   for (const YamlMap& map :
        top.list("buses", {"name", "interface", "bit_rate", "fd", "data_bit_rate", "devices"})) {
     Bus bus;
-    bus.name = map.text("name");
+    bus.name = interface_name(map, "name");
     if (!bus_names.insert(bus.name).second) map.fail("name", fmt::format("\"{}\" is used before", bus.name));
-    bus.interface = map.text("interface");
-    if (bus.interface.size() > kLongestInterfaceName)
-      map.fail("interface", fmt::format("\"{}\" has {} characters, expected at most {}", bus.interface,
-                                        bus.interface.size(), kLongestInterfaceName));
+    bus.interface = interface_name(map, "interface");
     if (!interfaces.insert(bus.interface).second)
       map.fail("interface", fmt::format("\"{}\" is used before", bus.interface));
     read_bit_rates(map, bus);

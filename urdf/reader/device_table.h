@@ -2,7 +2,9 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "urdf/reader/robot_model.h"
@@ -47,6 +49,10 @@ struct Bus {
   std::uint32_t data_bit_rate = 5'000'000;  ///< of their data phase, bit/s: 1, 2, 4, 5 or 8 Mbit/s
 };
 
+/// What keeps a text from being the name of a network interface, by the rules of Linux (dev_valid_name) and
+/// in printable ASCII, or nothing.
+[[nodiscard]] std::optional<std::string> interface_name_problem(std::string_view name);
+
 /// Which device sits on which bus under which node-ID. Both sides of the wire read it, as a real robot's
 /// computer and its wiring plan both would.
 struct DeviceTable {
@@ -56,7 +62,8 @@ struct DeviceTable {
 };
 
 /// Reads the YAML table and checks it against the model: known joints and frames, node-IDs 1..127 used once,
-/// bit rates of CiA. Throws std::runtime_error with file, line and key.
+/// bit rates of CiA, names of buses and interfaces that an interface can have (a bus's name is a file's,
+/// too). Throws std::runtime_error with file, line and key.
 [[nodiscard]] DeviceTable load_device_table(const std::filesystem::path& yaml_file, const RobotModel& model);
 
 }  // namespace walkman

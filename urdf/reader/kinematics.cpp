@@ -6,19 +6,28 @@ namespace walkman {
 
 std::vector<double> joint_positions(const RobotModel& model, const std::map<std::string, double>& positions) {
   std::vector<double> q(model.joints.size(), 0.0);
+  std::vector<bool> known(model.joints.size(), false);
   for (std::size_t i = 0; i < model.joints.size(); ++i) {
-    // A leader may itself follow another joint; the reader has made sure there is no circle.
-    const Joint* leader = &model.joints[i];
-    if (leader->type == JointType::kFixed) continue;
-    double gain = 1;
-    double shift = 0;
-    while (leader->mimic) {
-      shift += gain * leader->mimic->offset;
-      gain *= leader->mimic->multiplier;
-      leader = &model.joints[static_cast<std::size_t>(model.joint_index(leader->mimic->joint))];
+    // A leader may itself follow another joint; the reader has made sure there is no circle. The first that
+    // is known, or follows none, settles all on the way to it.
+    std::vector<std::size_t> followers;
+    std::size_t leader = i;
+    while (!known[leader] && model.joints[leader].mimic) {
+      followers.push_back(leader);
+      leader = static_cast<std::size_t>(model.joint_index(model.joints[leader].mimic->joint));
     }
-    const auto value = positions.find(leader->name);
-    q[i] = gain * (value == positions.end() ? 0.0 : value->second) + shift;
+    if (!known[leader] && model.joints[leader].type != JointType::kFixed) {
+      const auto value = positions.find(model.joints[leader].name);
+      if (value != positions.end()) q[leader] = value->second;
+    }
+    known[leader] = true;
+    for (; !followers.empty(); followers.pop_back()) {
+      const std::size_t follower = followers.back();
+      q[follower] =
+          model.joints[follower].mimic->multiplier * q[leader] + model.joints[follower].mimic->offset;
+      known[follower] = true;
+      leader = follower;
+    }
   }
   return q;
 }

@@ -105,6 +105,7 @@ UrdfReader::UrdfReader(std::filesystem::path urdf_file, PackagePath packages,
 RobotModel UrdfReader::read() {
   parse_urdf_xml(file_.string(), read_text_file(file_, kMaxUrdfBytes), xml_);
   check_urdf_tree(file_.string(), xml_);
+  take_off_floating_root(xml_);
   screen_urdf_links(xml_, meshes_, findings_);
   screen_urdf_joints(xml_, findings_);
   for (const auto* joint = xml_.RootElement()->FirstChildElement("joint"); joint != nullptr;
@@ -121,7 +122,7 @@ RobotModel UrdfReader::read() {
   model_ = RobotModel{};
   model_.name = parsed.model->getName();
   model_.file = file_;
-  add_subtree(*parsed.model->getRoot(), -1);
+  add_subtree(*parsed.model, *parsed.model->getRoot(), -1);
   return std::move(model_);
 }
 
@@ -139,7 +140,7 @@ void UrdfReader::add_link(const urdf::Link& source, int parent_joint) {
   model_.links.push_back(std::move(link));
 }
 
-void UrdfReader::add_subtree(const urdf::Link& link, int parent_joint) {
+void UrdfReader::add_subtree(const urdf::ModelInterface& tree, const urdf::Link& link, int parent_joint) {
   const int link_index = static_cast<int>(model_.links.size());
   add_link(link, parent_joint);
   // urdfdom keeps joints by name; the file's order is restored here.
@@ -154,9 +155,7 @@ void UrdfReader::add_subtree(const urdf::Link& link, int parent_joint) {
     const int joint_index = static_cast<int>(model_.joints.size());
     model_.joint_by_name_[joint.name] = joint_index;
     model_.joints.push_back(std::move(joint));
-    const auto child = std::find_if(link.child_links.begin(), link.child_links.end(),
-                                    [&source](const auto& l) { return l->name == source->child_link_name; });
-    add_subtree(**child, joint_index);
+    add_subtree(tree, *tree.getLink(source->child_link_name), joint_index);
   }
 }
 

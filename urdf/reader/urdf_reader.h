@@ -27,7 +27,7 @@ class UrdfReader {
 
  private:
   void add_link(const urdf::Link& link, int parent_joint);
-  void add_subtree(const urdf::Link& link, int parent_joint);
+  void add_subtree(const urdf::ModelInterface& tree, const urdf::Link& link, int parent_joint);
 
   std::filesystem::path file_;
   MeshFiles meshes_;

@@ -20,6 +20,11 @@ void parse_urdf_xml(const std::string& file, const std::string& text, tinyxml2::
 /// and element otherwise: without a tree nothing of the model can be used.
 void check_urdf_tree(const std::string& file, const tinyxml2::XMLDocument& xml);
 
+/// Takes a `floating` joint at the root off a tree that has been checked: where the root link is a point
+/// without mass (`world`, say) and carries nothing else, its child becomes the root, for the root of a
+/// RobotModel is the base and floats, or is held, as the scene says.
+void take_off_floating_root(tinyxml2::XMLDocument& xml);
+
 /// Puts every element the reader cannot use into `findings` and takes it out of `xml` (a geometry or an
 /// inertial is removed, a joint becomes a fixed one), so that urdfdom accepts the rest. Colours and the
 /// controller extensions of <joint> are taken out silently: nothing here uses them.

@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <array>
 #include <map>
 #include <optional>
@@ -25,7 +26,9 @@ Problem check_type(const XMLElement& joint) {
   const std::string_view name = type == nullptr ? "" : type;
   if (name == "revolute" || name == "continuous" || name == "prismatic" || name == "fixed")
     return std::nullopt;
-  return fmt::format("type \"{}\" is not supported, expected revolute, continuous, prismatic or fixed", name);
+  return fmt::format(
+      "type \"{}\" is not supported, expected revolute, continuous, prismatic or fixed{}", name,
+      name == "floating" ? "; floating only as the one joint of a root link without mass and geometry" : "");
 }
 
 Problem check_limits(const XMLElement& joint) {
@@ -72,9 +75,12 @@ Problem check_dynamics(const XMLElement& joint) {
 struct Joints {
   std::map<std::string, XMLElement*> by_name;
   std::map<std::string, std::string> leader_of;
+  std::set<std::string> followed;  ///< joints whose chain of leaders is known not to come back to them
+  std::size_t hints = 0;           ///< given so far; each compares with every name
 };
+constexpr std::size_t kMostHints = 20;
 
-Problem check_mimic(const XMLElement& joint, const Joints& joints) {
+Problem check_mimic(const XMLElement& joint, Joints& joints) {
   const XMLElement* mimic = joint.FirstChildElement("mimic");
   const char* leader = mimic->Attribute("joint");
   if (leader == nullptr) return "<mimic> has no joint";
@@ -84,18 +90,27 @@ Problem check_mimic(const XMLElement& joint, const Joints& joints) {
   const auto found = joints.by_name.find(leader);
   if (found == joints.by_name.end()) {
     std::vector<std::string> names;
-    for (const auto& [name, element] : joints.by_name) names.push_back(name);
+    if (joints.hints++ < kMostHints)
+      for (const auto& [name, element] : joints.by_name) names.push_back(name);
     return fmt::format("<mimic> there is no joint \"{}\"{}", leader, did_you_mean(leader, names));
   }
   const char* type = found->second->Attribute("type");
   if (type != nullptr && std::string_view(type) == "fixed")
     return fmt::format("<mimic> joint \"{}\" does not move", leader);
-  std::set<std::string> seen = {joint.Attribute("name")};
+  const std::string self = joint.Attribute("name");
+  std::vector<std::string> way = {self};
+  std::set<std::string> seen = {self};
   for (std::string name = leader;;) {
-    if (!seen.insert(name).second)
-      return fmt::format("<mimic> joint \"{}\" follows itself in a circle", name);
+    if (name == self) return fmt::format("<mimic> joint \"{}\" follows itself in a circle", self);
     const auto next = joints.leader_of.find(name);
-    if (next == joints.leader_of.end()) return std::nullopt;
+    // A way into a circle of others is theirs to report.
+    const bool in_circle = !seen.insert(name).second;
+    if (in_circle) way.erase(std::find(way.begin(), way.end(), name), way.end());
+    if (in_circle || next == joints.leader_of.end() || joints.followed.contains(name)) {
+      joints.followed.insert(way.begin(), way.end());
+      return std::nullopt;
+    }
+    way.push_back(name);
     name = next->second;
   }
 }

@@ -105,7 +105,11 @@ void screen_geometries(XMLElement& link, const char* kind, MeshFiles& meshes, Ur
 
 void screen_urdf_links(tinyxml2::XMLDocument& xml, MeshFiles& meshes, UrdfFindings& findings) {
   XMLElement* robot = xml.RootElement();
-  while (XMLElement* material = robot->FirstChildElement("material")) robot->DeleteChild(material);
+  for (XMLElement* material = robot->FirstChildElement("material"); material != nullptr;) {
+    XMLElement* next = material->NextSiblingElement("material");
+    robot->DeleteChild(material);
+    material = next;
+  }
   for (XMLElement* link = robot->FirstChildElement("link"); link != nullptr;
        link = link->NextSiblingElement("link")) {
     XMLElement* inertial = link->FirstChildElement("inertial");

@@ -1,4 +1,7 @@
+#include <algorithm>
+#include <array>
 #include <map>
+#include <set>
 #include <stdexcept>
 #include <string>
 #include <string_view>
@@ -10,6 +13,7 @@
 #include "urdf/reader/nearest_name.h"
 #include "urdf/reader/urdf_finding.h"
 #include "urdf/reader/urdf_screen.h"
+#include "urdf/reader/xml_numbers.h"
 
 namespace walkman {
 namespace {
@@ -17,7 +21,8 @@ namespace {
 using tinyxml2::XMLElement;
 
 constexpr std::size_t kMaxLinks = 10'000;
-constexpr int kMaxDepth = 1'000;
+constexpr std::size_t kMaxDepth = 1'000;
+constexpr std::size_t kMaxAttributes = 64;
 
 [[noreturn]] void fail(const std::string& file, int line, std::string element, std::string reason) {
   throw std::runtime_error(to_sentence(file, {line, std::move(element), std::move(reason)}));
@@ -59,19 +64,73 @@ void check_unique_root_and_depth(const std::string& file,
            fmt::format("no joint has it as its child, nor link \"{}\", expected one root", root));
     root = name;
   }
+  // Every link is walked over once: its way up ends where a depth is known.
+  std::map<std::string_view, int> depth_of = {{root, 0}};
   for (const auto& [name, element] : links) {
-    int depth = 0;
-    auto above = parent_of.find(name);
-    for (; above != parent_of.end() && depth <= kMaxDepth; ++depth) above = parent_of.find(above->second);
-    if (depth > kMaxDepth)
+    std::vector<std::string_view> way;
+    std::string_view above = name;
+    while (!depth_of.contains(above) && way.size() <= kMaxDepth) {
+      way.push_back(above);
+      above = parent_of.at(std::string(above));
+    }
+    const auto known = depth_of.find(above);
+    if (known == depth_of.end() || known->second + way.size() > kMaxDepth)
       fail(file, element->GetLineNum(), fmt::format("link \"{}\"", name),
            fmt::format("it is in a circle of joints or more than {} joints from the root", kMaxDepth));
+    int depth = known->second;
+    while (!way.empty()) {
+      depth_of[way.back()] = ++depth;
+      way.pop_back();
+    }
   }
+}
+
+// XML readers compare each attribute of an element with all before it: refused before one does.
+void require_few_attributes(const std::string& file, std::string_view text) {
+  std::size_t begin = 0;
+  for (std::size_t at = text.find('<'); at != std::string_view::npos; at = text.find('<', begin)) {
+    const std::string_view rest = text.substr(at);
+    const bool comment = rest.substr(0, 4) == "<!--", data = rest.substr(0, 9) == "<![CDATA[";
+    if (comment || data) {
+      const std::size_t end = text.find(comment ? "-->" : "]]>", at);
+      if (end == std::string_view::npos) return;  // for the parser to complain about
+      begin = end + 3;
+      continue;
+    }
+    std::size_t count = 0;
+    char quote = 0;
+    for (begin = at + 1; begin < text.size() && (quote != 0 || text[begin] != '>'); ++begin) {
+      const char c = text[begin];
+      if (quote == 0 && c == '=') ++count;
+      if (quote == 0 && (c == '"' || c == '\'')) {
+        quote = c;
+      } else if (c == quote) {
+        quote = 0;
+      }
+    }
+    if (count > kMaxAttributes)
+      fail(file,
+           1 + static_cast<int>(
+                   std::count(text.begin(), text.begin() + static_cast<std::ptrdiff_t>(at), '\n')),
+           fmt::format("<{}>", rest.substr(1, rest.find_first_of(" \t\r\n/>") - 1)),
+           fmt::format("{} attributes, expected at most {}", count, kMaxAttributes));
+  }
+}
+
+bool is_massless_point(const XMLElement& link) {
+  for (const char* part : {"collision", "visual"})
+    if (link.FirstChildElement(part) != nullptr) return false;
+  const XMLElement* inertial = link.FirstChildElement("inertial");
+  if (inertial == nullptr) return true;
+  const XMLElement* mass = inertial->FirstChildElement("mass");
+  std::array<double, 1> value{};
+  return mass != nullptr && !read_attribute(*mass, "value", value, true) && value[0] == 0;
 }
 
 }  // namespace
 
 void parse_urdf_xml(const std::string& file, const std::string& text, tinyxml2::XMLDocument& xml) {
+  require_few_attributes(file, text);
   if (xml.Parse(text.data(), text.size()) != tinyxml2::XML_SUCCESS)
     throw std::runtime_error(
         fmt::format("{}:{}: not well-formed XML ({})", file, xml.ErrorLineNum(), xml.ErrorName()));
@@ -115,6 +174,28 @@ void check_urdf_tree(const std::string& file, const tinyxml2::XMLDocument& xml) 
            fmt::format("link \"{}\" is the child of another joint too", child));
   }
   check_unique_root_and_depth(file, links, parent_of);
+}
+
+void take_off_floating_root(tinyxml2::XMLDocument& xml) {
+  XMLElement* robot = xml.RootElement();
+  std::set<std::string_view> children;
+  for (const auto* joint = robot->FirstChildElement("joint"); joint != nullptr;
+       joint = joint->NextSiblingElement("joint"))
+    children.insert(joint->FirstChildElement("child")->Attribute("link"));
+  XMLElement* root = robot->FirstChildElement("link");
+  while (children.contains(root->Attribute("name"))) root = root->NextSiblingElement("link");
+
+  XMLElement* only = nullptr;
+  for (auto* joint = robot->FirstChildElement("joint"); joint != nullptr;
+       joint = joint->NextSiblingElement("joint")) {
+    if (std::string_view(joint->FirstChildElement("parent")->Attribute("link")) != root->Attribute("name"))
+      continue;
+    if (only != nullptr) return;
+    only = joint;
+  }
+  if (only == nullptr || !only->Attribute("type", "floating") || !is_massless_point(*root)) return;
+  robot->DeleteChild(only);
+  robot->DeleteChild(root);
 }
 
 }  // namespace walkman

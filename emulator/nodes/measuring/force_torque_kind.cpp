@@ -3,32 +3,22 @@
 #include <limits>
 #include <random>
 
+#include <fmt/format.h>
+
 #include "urdf/reader/yaml_map.h"
 
 namespace walkman {
 namespace {
 
-double no_less(const YamlMap& map, const std::string& key, double least) {
-  const double value = map.number(key);
-  if (value < least) map.fail(key, "expected a number not below " + std::to_string(least));
-  return value;
-}
-
 double positive(const YamlMap& map, const std::string& key) {
   const double value = map.number(key);
-  if (value <= 0) map.fail(key, "expected a positive number");
-  return value;
-}
-
-double share(const YamlMap& map, const std::string& key) {
-  const double value = no_less(map, key, 0);
-  if (value > 0.2) map.fail(key, "expected a share of the range, at most 0.2");
+  if (value <= 0) map.fail(key, fmt::format("found {}, expected more than 0", value));
   return value;
 }
 
 Eigen::Vector3d positive3(const YamlMap& map, const std::string& key) {
   Eigen::Vector3d value = map.vector3(key);
-  if (value.minCoeff() <= 0) map.fail(key, "expected three positive numbers");
+  if (value.minCoeff() <= 0) map.fail(key, fmt::format("found {}, expected more than 0", value.minCoeff()));
   return value;
 }
 
@@ -40,6 +30,8 @@ ForceTorqueKind load_force_torque_kind(const std::filesystem::path& file) {
       {"force_range", "torque_range", "force_resolution", "torque_resolution", "noise", "force_bias",
        "torque_bias", "cross_talk", "ambient", "warm_up", "warm_up_time", "drift", "low_pass"});
   constexpr double kAbsoluteZero = -273.15;  // °C
+  constexpr double kMost = 1e6;              // in each value's own unit
+  constexpr double kMostShare = 0.2;         // of the range
   ForceTorqueKind kind;
   kind.force_range = positive3(map, "force_range");
   kind.torque_range = positive3(map, "torque_range");
@@ -49,15 +41,15 @@ ForceTorqueKind load_force_torque_kind(const std::filesystem::path& file) {
     map.fail("force_resolution", "expected less than force_range");
   if ((kind.torque_resolution.array() >= kind.torque_range.array()).any())
     map.fail("torque_resolution", "expected less than torque_range");
-  kind.noise = no_less(map, "noise", 0);
-  kind.force_bias = no_less(map, "force_bias", 0);
-  kind.torque_bias = no_less(map, "torque_bias", 0);
-  kind.cross_talk = share(map, "cross_talk");
-  kind.ambient_c = no_less(map, "ambient", kAbsoluteZero);
-  kind.warm_up = no_less(map, "warm_up", 0);
+  kind.noise = map.number("noise", 0, kMost);
+  kind.force_bias = map.number("force_bias", 0, kMost);
+  kind.torque_bias = map.number("torque_bias", 0, kMost);
+  kind.cross_talk = map.number("cross_talk", 0, kMostShare);
+  kind.ambient_c = map.number("ambient", kAbsoluteZero, kMost);
+  kind.warm_up = map.number("warm_up", 0, kMost);
   kind.warm_up_time = positive(map, "warm_up_time");
-  kind.drift = share(map, "drift");
-  kind.low_pass_hz = no_less(map, "low_pass", 0);
+  kind.drift = map.number("drift", 0, kMostShare);
+  kind.low_pass_hz = map.number("low_pass", 0, kMost);
   return kind;
 }
 

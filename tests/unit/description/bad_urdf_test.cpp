@@ -1,10 +1,14 @@
+#include <algorithm>
+#include <ctime>
 #include <fstream>
 
 #include <fmt/format.h>
 #include <gmock/gmock.h>
+#include <sys/stat.h>
 
 #include "robots.h"
 #include "urdf/reader/text_file.h"
+#include "urdf/reader/urdf_reader.h"
 
 namespace walkman::testing {
 namespace {
@@ -55,6 +59,10 @@ INSTANTIATE_TEST_SUITE_P(
         Bad{"bad_geometry_none.urdf", 3, {"link \"arm\"", "no shape"}},
         Bad{"bad_origin_two_numbers.urdf", 3, {"link \"arm\"", "\"0 0\" has 2 numbers, expected 3"}},
         Bad{"bad_joint_floating.urdf", 4, {"joint \"j\"", "\"floating\" is not supported"}},
+        Bad{"bad_joint_floating_beside.urdf", 4, {"joint \"j\"", "\"floating\" is not supported"}},
+        Bad{"bad_joint_floating_inside.urdf", 4, {"joint \"j\"", "\"floating\" is not supported"}},
+        Bad{"bad_latin1.urdf", 2, {"the byte E4h is not UTF-8"}},
+        Bad{"bad_attributes.urdf", 2, {"<link>", "71 attributes, expected at most 64"}},
         Bad{"bad_joint_planar.urdf", 4, {"joint \"j\"", "\"planar\" is not supported"}},
         Bad{"bad_joint_limits_missing.urdf", 4, {"joint \"j\"", "no <limit>"}},
         Bad{"bad_joint_limits_swapped.urdf", 4, {"joint \"j\"", "lower 1 is above upper -1"}},
@@ -83,6 +91,74 @@ TEST(TextFile, RefusesAFileAboveItsBound) {
               HasSubstr("at most 20"));
   EXPECT_THAT(message_of([] { (void)read_text_file(kData, 20); }), HasSubstr("not a regular file"));
 }
+
+TEST(TextFile, WhatIsNoRegularFileIsRefusedBeforeItIsOpened) {
+  const auto fifo = std::filesystem::path(::testing::TempDir()) / "walkman_fifo";
+  std::filesystem::remove(fifo);
+  ASSERT_EQ(mkfifo(fifo.c_str(), 0600), 0);
+  EXPECT_THAT(message_of([&] { require_regular_file(fifo); }), HasSubstr("not a regular file but a FIFO"));
+  EXPECT_THAT(message_of([&] { require_regular_output(fifo); }), HasSubstr("not a regular file but a FIFO"));
+  std::filesystem::remove(fifo);
+  EXPECT_THAT(message_of([] { require_regular_file("/dev/zero"); }), HasSubstr("a device"));
+  EXPECT_THAT(message_of([] { require_regular_file(kData); }), HasSubstr("a folder"));
+  EXPECT_EQ(message_of([&] { require_regular_output(fifo); }), "");
+}
+
+// A point without mass with a floating joint as its only one is how the world is written, not a part of the
+// robot.
+TEST(FloatingRoot, TheChildIsTheBase) {
+  const RobotModel model = load_robot_model(kData / "floating_root.urdf");
+  ASSERT_EQ(model.links.size(), 2U);
+  EXPECT_EQ(model.links[0].name, "base");
+  EXPECT_EQ(model.links[0].parent_joint, -1);
+  EXPECT_DOUBLE_EQ(model.total_mass(), 3);
+  ASSERT_EQ(model.joints.size(), 1U);
+  EXPECT_EQ(model.joints[0].name, "shoulder");
+}
+
+// Each of these had a part whose cost was that of the square of the number of links.
+class UrdfCost : public ::testing::TestWithParam<const char*> {
+ protected:
+  static double seconds(const std::string& kind, int links) {
+    const auto file = std::filesystem::path(::testing::TempDir()) / ("walkman_cost_" + kind + ".urdf");
+    {
+      std::ofstream out(file);
+      out << "<robot name=\"many\">\n";
+      for (int i = 0; i < links; ++i) {
+        out << fmt::format("<link name=\"l{}\"/>\n", i);
+        if (i == 0) continue;
+        out << fmt::format(
+            "<joint name=\"j{0}\" type=\"revolute\"><parent link=\"l{1}\"/><child link=\"l{0}\"/>"
+            "<limit lower=\"-1\" upper=\"1\" velocity=\"1\" effort=\"1\"/>",
+            i, i % 900 == 1 ? 0 : i - 1);
+        if (kind == "leaders" && i > 1) out << fmt::format("<mimic joint=\"j{}\"/>", i - 1);
+        if (kind == "unknown_leaders") out << fmt::format("<mimic joint=\"k{}\"/>", i);
+        out << "</joint>\n";
+      }
+      for (int i = 0; i < links && kind == "materials"; ++i)
+        out << fmt::format("<material name=\"m{}\"/>\n", i);
+      out << "</robot>\n";
+    }
+    double least = 1e9;
+    for (int repeat = 0; repeat < 3; ++repeat) {
+      const std::clock_t start = std::clock();
+      UrdfReader reader(file, {}, UrdfFindings::OnFinding::kCollect);
+      static_cast<void>(link_poses(reader.read(), {}));
+      least = std::min(least, static_cast<double>(std::clock() - start) / CLOCKS_PER_SEC);
+    }
+    std::filesystem::remove(file);
+    return least;
+  }
+};
+
+TEST_P(UrdfCost, FourTimesTheLinksCostAboutFourTimesAsMuch) {
+  const double few = seconds(GetParam(), 2000), many = seconds(GetParam(), 8000);
+  EXPECT_LT(many, 8 * few) << few << " s for 2000 links, " << many << " s for 8000";
+}
+
+INSTANTIATE_TEST_SUITE_P(Robots, UrdfCost,
+                         ::testing::Values("chains", "materials", "leaders", "unknown_leaders"),
+                         [](const auto& tested) { return std::string(tested.param); });
 
 TEST(UrdfSize, MoreThan50MegabytesAreRefusedBeforeReading) {
   const auto file = std::filesystem::path(::testing::TempDir()) / "walkman_huge.urdf";

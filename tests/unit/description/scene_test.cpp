@@ -98,7 +98,7 @@ TEST(SceneEvents, ComeInOrderOfTimeWithAllTheySay) {
   EXPECT_EQ(chest.duration, 0.1);
   const auto& elbow = std::get<PushEvent>(scene.events[1].what);
   EXPECT_EQ(elbow.p_LP, Eigen::Vector3d(0, 0.1, 0));
-  EXPECT_EQ(scene.events[1].line, 22);
+  EXPECT_EQ(scene.events[1].line, 20);
   EXPECT_EQ(std::get<MoveWeightEvent>(scene.events[2].what).position, 0.4);
   EXPECT_EQ(std::get<RemoveWeightEvent>(scene.events[3].what).weight, "left_weight");
 }
