@@ -1,22 +1,19 @@
 #pragma once
 
-#include <cstddef>
 #include <filesystem>
-#include <string>
+
+#include "drivers/camera/range_camera.h"
 
 namespace walkman::perception {
 
-/// What the header of a PCD file (version 0.7 and before) promises.
-struct PcdHeader {
-  std::size_t width = 0, height = 0, points = 0;
-  std::size_t point_bytes = 0;  ///< of one point in a binary body
-  std::size_t body_offset = 0;  ///< of the body's first byte in the file
-  std::string data;             ///< "ascii", "binary" or "binary_compressed"
-};
+/// Reads a PCD file of version 0.7 or before: ascii, binary or compressed, organized or not, with x, y and z
+/// as 4-byte floats among its fields, at most 2^26 points. Coordinates are in m in the frame of whatever took
+/// the cloud; a point that is not finite is not a number in all three. Throws std::runtime_error with file,
+/// line and reason for files that are missing, empty, truncated, damaged, foreign or no regular files.
+[[nodiscard]] camera::OrganizedCloud read_pcd(const std::filesystem::path& file);
 
-/// Reads and checks a header, before anything is allocated by what it says: x, y and z as 4-byte floats,
-/// width × height = points, at most 2^26 points, and a body as long as promised. Throws std::runtime_error
-/// with file, line and reason.
-[[nodiscard]] PcdHeader read_pcd_header(const std::filesystem::path& file);
+/// Writes a binary PCD (x y z, float32), organized. Throws std::runtime_error with the file when that cannot
+/// be done.
+void write_pcd(const std::filesystem::path& file, const camera::OrganizedCloud& cloud);
 
 }  // namespace walkman::perception

@@ -75,37 +75,36 @@ std::optional<GraspFrame> nearest_grasp(const StageOneResult& result) {
 StageOneResult locate(const camera::OrganizedCloud& cloud, const StageOneParameters& parameters) {
   if (cloud.width < 0 || cloud.height < 0 ||
       cloud.points.size() != static_cast<std::size_t>(cloud.width) * static_cast<std::size_t>(cloud.height))
-    throw std::runtime_error("cloud: " + std::to_string(cloud.points.size()) + " points where width " +
-                             std::to_string(cloud.width) + " times height " + std::to_string(cloud.height) +
-                             " was expected");
+    throw NotLocated("cloud: " + std::to_string(cloud.points.size()) + " points where width " +
+                     std::to_string(cloud.width) + " times height " + std::to_string(cloud.height) +
+                     " was expected");
   StageOneResult result;
   StepTimer timer(result.times);
 
   const auto near = points_in_reach(cloud, parameters.reach);
   if (near.empty())
-    throw std::runtime_error("cloud: no finite point within the reach of " + rounded(parameters.reach) +
-                             " m among " + std::to_string(cloud.points.size()) + " points");
+    throw NotLocated("cloud: no finite point within the reach of " + rounded(parameters.reach) + " m among " +
+                     std::to_string(cloud.points.size()) + " points");
   timer.done("reach filter");
   const auto oriented = estimate_normals(cloud, parameters.reach);
   timer.done("normals");
   const auto plane = fit_dominant_plane(oriented, parameters);
   if (!plane)
-    throw std::runtime_error("cloud: no dominant plane; none holds " +
-                             rounded(100 * parameters.plane_min_share) + " % of the " +
-                             std::to_string(oriented.points.size()) + " points with a normal");
+    throw NotLocated("cloud: no dominant plane; none holds " + rounded(100 * parameters.plane_min_share) +
+                     " % of the " + std::to_string(oriented.points.size()) + " points with a normal");
   result.plane = *plane;
   timer.done("plane");
   result.plane.hull = plane_hull(result.plane, oriented, parameters);
-  if (result.plane.hull.empty()) throw std::runtime_error("cloud: the dominant plane spans no area");
+  if (result.plane.hull.empty()) throw NotLocated("cloud: the dominant plane spans no area");
   timer.done("convex hull");
   const auto above = points_above(result.plane, near, parameters.above_plane, parameters.highest_above_plane);
   timer.done("points above the plane");
   const auto clusters = euclidean_clusters(above, parameters.cluster_tolerance,
                                            static_cast<std::size_t>(parameters.cluster_min_points));
   if (clusters.empty())
-    throw std::runtime_error("cloud: no object on the plane; no cluster of " +
-                             std::to_string(parameters.cluster_min_points) + " points among the " +
-                             std::to_string(above.size()) + " above it");
+    throw NotLocated("cloud: no object on the plane; no cluster of " +
+                     std::to_string(parameters.cluster_min_points) + " points among the " +
+                     std::to_string(above.size()) + " above it");
   for (const auto& cluster : clusters) result.cluster_sizes.push_back(cluster.size());
   const auto measured = members(above, clusters.front());
   timer.done("clusters");
@@ -114,8 +113,8 @@ StageOneResult locate(const camera::OrganizedCloud& cloud, const StageOneParamet
   timer.done("outlier removal");
   result.object = smooth(kept, parameters.smoothing_radius, parameters.smoothing_voxel, parameters.threads);
   if (result.object.empty())
-    throw std::runtime_error("cloud: the largest cluster of " + std::to_string(measured.size()) +
-                             " points is too sparse to smooth");
+    throw NotLocated("cloud: the largest cluster of " + std::to_string(measured.size()) +
+                     " points is too sparse to smooth");
   timer.done("smoothing");
   const auto shells = find_shells(result.object, parameters);
   timer.done("handle shells");

@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <optional>
+#include <stdexcept>
 #include <string>
 #include <vector>
 
@@ -96,21 +97,20 @@ struct StageOneResult {
   std::vector<StepTime> times;
 };
 
+/// Stage I cannot say where to grasp; what() is one sentence for people.
+class NotLocated : public std::runtime_error {
+ public:
+  using std::runtime_error::runtime_error;
+};
+
 /// Runs Stage I (paper, sec. 3.1, steps I.1 to I.6). The sensor is at the origin of the cloud's frame. An
 /// unorganized cloud (height 1) works too. The result is the same for every number of threads. Throws
-/// std::runtime_error with one sentence when there is no finite point in reach, no plane, or nothing above
-/// it.
+/// NotLocated when there is no finite point in reach, no plane, or nothing above it.
 [[nodiscard]] StageOneResult locate(const camera::OrganizedCloud& cloud,
                                     const StageOneParameters& parameters);
 
 /// The grasp frame on `handle` at the axial position `along`, clamped to the handle's ends, for Stage II's
 /// regrasp. Throws std::out_of_range for a handle that is not there.
 [[nodiscard]] GraspFrame grasp_frame_at(const StageOneResult& result, int handle, double along);
-
-/// Reads a PCD file (ascii or binary; organized or not). Throws std::runtime_error with file, place and
-/// reason for empty, truncated or foreign files.
-[[nodiscard]] camera::OrganizedCloud read_pcd(const std::filesystem::path& file);
-/// Writes a binary PCD (x y z, float32), organized.
-void write_pcd(const std::filesystem::path& file, const camera::OrganizedCloud& cloud);
 
 }  // namespace walkman::perception

@@ -98,11 +98,19 @@ void Manipulator::tare() {
   residual_So_S_ = average.mean();
 }
 
-void Manipulator::grasp(const Eigen::Isometry3d& X_TG) {
+void Manipulator::descend(const Eigen::Isometry3d& X_TG) {
   X_TH_grasp_ = X_TG;
   X_TH_grasp_.translation() += parameters_.palm_clearance * X_TG.linear().col(1);
   move_to(X_TH_grasp_, parameters_.approach_speed);
   hold(parameters_.hold_time);
+}
+
+void Manipulator::ascend() {
+  move_to(raised(X_TH_grasp_, parameters_.approach_height), parameters_.approach_speed);
+}
+
+void Manipulator::grasp() {
+  session_.set_holding(true);
   for_seconds(parameters_.close_time,
               [&](double share) { session_.set_grip(share, parameters_.grip_torque); });
   hold(parameters_.hold_time);
@@ -177,7 +185,8 @@ Eigen::Isometry3d Manipulator::lower_and_release() {
   });
   session_.set_grip(0, kOpenTorque);
   hold(parameters_.hold_time);
-  move_to(raised(X_TH_grasp_, parameters_.approach_height), parameters_.approach_speed);
+  session_.set_holding(false);
+  ascend();
   lifted_ = 0;
   return X_TH;
 }

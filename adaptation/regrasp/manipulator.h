@@ -29,8 +29,11 @@ class Manipulator {
   /// residuals.
   void approach(const Eigen::Isometry3d& X_TG);
   void tare();
-  /// Down to the grasp and closes the hand.
-  void grasp(const Eigen::Isometry3d& X_TG);
+  /// Down to the grasp with the hand open; up again from there.
+  void descend(const Eigen::Isometry3d& X_TG);
+  void ascend();
+  /// Closes the hand where it is.
+  void grasp();
   /// Up until the force no longer changes with height; from the first stop on the arm carries what it weighed
   /// there by feed-forward.
   void lift();
@@ -41,6 +44,8 @@ class Manipulator {
   [[nodiscard]] Eigen::Isometry3d lower_and_release();
 
   void hold(double seconds);
+  /// Holds until what a motion has set swinging has come to rest.
+  void settle() { hold(parameters_.settle_time); }
 
   /// The reference the set-points come from; to be asked after `start` only.
   [[nodiscard]] const motion::HandMotion& motion() const { return *motion_; }

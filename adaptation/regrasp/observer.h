@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <stdexcept>
 #include <string_view>
 
@@ -9,6 +10,17 @@
 #include "urdf/reader/wrench.h"
 
 namespace walkman::regrasp {
+
+/// What the method is doing, in the order in which it first does it.
+enum class Phase { kBoot, kSettle, kLook, kApproach, kTare, kGrasp, kLift, kWeigh, kLower, kRetreat };
+
+/// The phases' names, in the order of `Phase`.
+inline constexpr std::array<std::string_view, 10> kPhaseNames = {
+    "boot", "settle", "look", "approach", "tare", "grasp", "lift", "weigh", "lower", "retreat"};
+
+[[nodiscard]] constexpr std::string_view to_string(Phase phase) {
+  return kPhaseNames[static_cast<std::size_t>(phase)];
+}
 
 /// The run cannot go on; what() is one sentence for people. Whatever else ends a run is a defect.
 class RunStopped : public std::runtime_error {
@@ -31,6 +43,9 @@ class Observer {
  public:
   virtual ~Observer() = default;
   virtual void on_phase(std::string_view /*phase*/, Time /*now*/) {}
+  /// A fault took something away while nothing was held, and the drivers have it back. `reason` is the
+  /// fault's sentence.
+  virtual void on_recovery(std::string_view /*reason*/, Time /*now*/) {}
   /// Once, after boot: the robot has found that it stands on its feet, or that it does not, and where its
   /// base is in T.
   virtual void on_stance(bool /*stands*/, const Eigen::Isometry3d& /*X_TB*/) {}

@@ -52,6 +52,7 @@ struct Regrasp::Impl {
   void look();
   [[nodiscard]] perception::StageOneResult evaluate();
   [[nodiscard]] Eigen::Isometry3d frame_on(const perception::GraspFrame& grasp) const;
+  void reach_and_grasp(const Eigen::Isometry3d& X_TG);
   [[nodiscard]] Weighing lift_and_weigh();
   [[nodiscard]] Candidate least_torque(const CarriedLine& carried, const Eigen::Isometry3d& X_TH) const;
 
@@ -77,8 +78,9 @@ perception::StageOneResult Regrasp::Impl::evaluate() {
 }
 
 void Regrasp::Impl::look() {
-  session.enter("look");
-  const Time asked = session.now();
+  session.enter(Phase::kLook);
+  Time asked = session.now();
+  int recoveries = session.recoveries();
   X_TC = session.X_TC();
   while (!camera.latest(asked, cloud)) {
     if (std::chrono::duration<double>(session.now() - asked).count() > kCloudTimeout) {
@@ -86,12 +88,15 @@ void Regrasp::Impl::look() {
     }
     manipulator.hold(session.period());
     X_TC = session.X_TC();
+    if (session.recoveries() == recoveries) continue;
+    // The robot may have moved meanwhile.
+    manipulator.settle();
+    recoveries = session.recoveries();
+    asked = session.now();
   }
   try {
     seen = evaluate();
-  } catch (const RunStopped&) {
-    throw;
-  } catch (const std::runtime_error& e) {
+  } catch (const perception::NotLocated& e) {
     throw RunStopped(e.what());
   }
   if (!seen.grasp) throw RunStopped("no handle of the hand's size on the object");
@@ -105,10 +110,26 @@ Eigen::Isometry3d Regrasp::Impl::frame_on(const perception::GraspFrame& grasp) c
   return X_TC * grasp.X_CG;
 }
 
+/// The sensor's residual is removed just before; whatever booted anew since then may have another.
+void Regrasp::Impl::reach_and_grasp(const Eigen::Isometry3d& X_TG) {
+  while (true) {
+    session.enter(Phase::kApproach);
+    manipulator.approach(X_TG);
+    session.enter(Phase::kTare);
+    const int recoveries = session.recoveries();
+    manipulator.tare();
+    session.enter(Phase::kGrasp);
+    manipulator.descend(X_TG);
+    if (session.recoveries() == recoveries) break;
+    manipulator.ascend();
+  }
+  manipulator.grasp();
+}
+
 Weighing Regrasp::Impl::lift_and_weigh() {
-  session.enter("lift");
+  session.enter(Phase::kLift);
   manipulator.lift();
-  session.enter("weigh");
+  session.enter(Phase::kWeigh);
   Weighing weighing;
   weighing.F_Ho_T = manipulator.weigh();
   weighing.X_TH = session.X_TH();
@@ -161,7 +182,7 @@ Report Regrasp::run() {
   Impl& r = *impl_;
   const StageTwoParameters& limits = r.parameters.stage_two;
   r.session.boot();
-  r.session.enter("settle");
+  r.session.enter(Phase::kSettle);
   r.manipulator.start();
   r.look();
   Eigen::Isometry3d X_TG = r.frame_on(*r.seen.grasp);
@@ -169,12 +190,7 @@ Report Regrasp::run() {
   bool nearest = false;  // the grasp is the nearest to the CoM line that the handles allow
   while (true) {
     r.observer.on_grasp(X_TG);
-    r.session.enter("approach");
-    r.manipulator.approach(X_TG);
-    r.session.enter("tare");
-    r.manipulator.tare();
-    r.session.enter("grasp");
-    r.manipulator.grasp(X_TG);
+    r.reach_and_grasp(X_TG);
     const Weighing weighing = r.lift_and_weigh();
     report.weighings.push_back(weighing);
     if (std::abs(weighing.torque) <= limits.torque_threshold) {
@@ -193,9 +209,9 @@ Report Regrasp::run() {
     const Eigen::Matrix3d R_HT = weighing.X_TH.linear().transpose();
     const CarriedLine carried{{R_HT * line->foot, R_HT * line->direction}, weighing.F_Ho_T.force.norm()};
 
-    r.session.enter("lower");
+    r.session.enter(Phase::kLower);
     const Eigen::Isometry3d X_TH_released = r.manipulator.lower_and_release();
-    r.session.enter("retreat");
+    r.session.enter(Phase::kRetreat);
     r.manipulator.retreat();
     r.look();
     const Candidate next = r.least_torque(carried, X_TH_released);

@@ -13,6 +13,35 @@ namespace {
 constexpr double kStandingShare = 0.5;
 constexpr double kFallen = 0.25;  // rad between what the inertial unit and the feet call upright
 
+constexpr int kMostRecoveries = 3;    // a run; what fails more often is broken
+constexpr int kRecoveryAttempts = 2;  // each as long as a boot may take
+
+/// Whether a fault is one of a device, bus or link that may be there again; the others are of what was
+/// commanded.
+bool recoverable(robot::FaultKind kind) {
+  switch (kind) {
+    case robot::FaultKind::kBusSilent:
+    case robot::FaultKind::kDataStale:
+    case robot::FaultKind::kHeartbeatLost:
+    case robot::FaultKind::kUnexpectedBootUp:
+    case robot::FaultKind::kDriveFault:
+    case robot::FaultKind::kNmtState:
+    case robot::FaultKind::kEmergency:
+    case robot::FaultKind::kSensorInvalid:
+    case robot::FaultKind::kInterfaceDown:
+    case robot::FaultKind::kBusOff:
+    case robot::FaultKind::kReceiveOverflow:
+      return true;
+    case robot::FaultKind::kBusFlooded:
+    case robot::FaultKind::kCycleLate:
+    case robot::FaultKind::kNotFinite:
+    case robot::FaultKind::kLimit:
+    case robot::FaultKind::kRequestFailed:
+      return false;
+  }
+  return false;
+}
+
 std::size_t place_of(const std::vector<std::string>& names, const std::string& name, const char* what) {
   const auto found = std::find(names.begin(), names.end(), name);
   if (found == names.end())
@@ -49,7 +78,7 @@ Session::Session(const KnownRobot& known, robot::Robot& robot, robot::Cycle& cyc
 }
 
 void Session::boot() {
-  enter("boot");
+  enter(Phase::kBoot);
   now_ = cycle_.next();
   try {
     while (!robot_.boot(now_)) now_ = cycle_.next();
@@ -92,7 +121,7 @@ void Session::watch_tilt() const {
   }
 }
 
-void Session::enter(std::string_view phase) { observer_.on_phase(phase, now_); }
+void Session::enter(Phase phase) { observer_.on_phase(to_string(phase), now_); }
 
 void Session::tick(const std::vector<robot::JointCommand>& commands) {
   robot_.write(commands);
@@ -109,9 +138,30 @@ void Session::tick(const std::vector<robot::JointCommand>& commands) {
 }
 
 void Session::read() {
-  if (!robot_.read(now_)) throw RunStopped(robot_.fault() ? robot_.fault()->text : "the drivers stopped");
+  while (!robot_.read(now_)) recover();
   pose_kinematics();
   watch_tilt();
+}
+
+void Session::recover() {
+  const robot::Fault fault = robot_.fault().value();
+  if (holding_ || !recoverable(fault.kind)) throw RunStopped(fault.text);
+  if (recoveries_ == kMostRecoveries) {
+    throw RunStopped(fmt::format("{}; it is the fault number {} of this run", fault.text, recoveries_ + 1));
+  }
+  ++recoveries_;
+  int attempts = 0;
+  const auto recovered = [&] {
+    try {
+      return robot_.recover(now_);
+    } catch (const std::runtime_error& e) {
+      // A boot-up message that was lost with the rest does not come again by itself.
+      if (++attempts < kRecoveryAttempts) return false;
+      throw RunStopped(fmt::format("{}; not recovered: {}", fault.text, e.what()));
+    }
+  };
+  while (!recovered()) now_ = cycle_.next();
+  observer_.on_recovery(fault.text, now_);
 }
 
 void Session::pose_kinematics() {

@@ -24,15 +24,22 @@ class Session {
   /// weight. Throws RunStopped with the reason.
   void boot();
 
-  /// One cycle: sends the commands, waits, reads. Throws RunStopped when the drivers latch a fault, or when
-  /// the robot falls.
+  /// One cycle: sends the commands, waits, reads. When the drivers latch a fault that `Robot::recover` can
+  /// undo while nothing is held, it first gets back what was lost, which takes many cycles. Throws RunStopped
+  /// for every other fault, when that does not succeed, and when the robot falls.
   void tick(const std::vector<robot::JointCommand>& commands);
 
   void set_grip(double closure, double torque_limit) {
     closure_ = closure;
     grip_torque_ = torque_limit;
   }
-  void enter(std::string_view phase);
+  void enter(Phase phase);
+
+  /// Whether the hand is closing on an object, or has one: a fault then ends the run, for the arm would let
+  /// go or sag.
+  void set_holding(bool holding) { holding_ = holding; }
+  /// How often something was got back so far. What was measured across one is not to be used.
+  [[nodiscard]] int recoveries() const { return recoveries_; }
 
   [[nodiscard]] Time now() const { return now_; }
   [[nodiscard]] double period() const { return period_; }  ///< s
@@ -51,6 +58,7 @@ class Session {
 
  private:
   void read();
+  void recover();
   void pose_kinematics();
   void find_stance();
   [[nodiscard]] double weight_on_feet() const;
@@ -70,6 +78,8 @@ class Session {
   std::size_t hand_ = 0, sensor_ = 0;
   int grasp_link_, sensor_link_, camera_link_;
   double hand_travel_ = 1;  // rad of the synergy motor
+  bool holding_ = false;
+  int recoveries_ = 0;
   double closure_ = 0, grip_torque_ = 0.1;
   Time now_{};
   double period_ = 0.005;

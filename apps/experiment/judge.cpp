@@ -6,6 +6,7 @@
 
 #include <fmt/format.h>
 
+#include "adaptation/perception/pcd.h"
 #include "adaptation/regrasp/session.h"
 #include "adaptation/wrench/com_line.h"
 #include "apps/shared/exit_code.h"

@@ -49,6 +49,7 @@ class Judge : public regrasp::Observer {
   void finish();
 
   void on_phase(std::string_view phase, Time now) override;
+  void on_recovery(std::string_view /*reason*/, Time /*now*/) override { ++recoveries_; }
   void on_stance(bool stands, const Eigen::Isometry3d& X_TB) override;
   void on_cycle(Time now, const Wrench& F_So_S, const Eigen::Isometry3d& X_TH) override;
   void on_located(const camera::OrganizedCloud& cloud, const perception::StageOneResult& result) override;
@@ -60,6 +61,7 @@ class Judge : public regrasp::Observer {
   [[nodiscard]] const std::vector<regrasp::Weighing>& weighings() const { return weighings_; }
   /// One for each of `weighings`.
   [[nodiscard]] const std::vector<TrueWeighing>& true_weighings() const { return true_weighings_; }
+  [[nodiscard]] int recoveries() const { return recoveries_; }
   /// At each weighing the object hung free of everything but the hand.
   [[nodiscard]] bool always_held() const { return always_held_; }
   /// The object hangs free now.
@@ -88,6 +90,7 @@ class Judge : public regrasp::Observer {
   wrench::WrenchAverage load_;  // about the true Ho in W
   Wrench newest_load_;
   bool always_held_ = true;
+  int recoveries_ = 0;
 };
 
 }  // namespace walkman::apps

@@ -249,6 +249,7 @@ RepetitionResult run_repetition(const RepetitionOptions& options) {
   result.row = table_row(world.scene, judge);
   result.truth = true_row(judge);
   result.weighed = !judge.weighings().empty();
+  result.recoveries = judge.recoveries();
   result.regrasps = std::max(0, static_cast<int>(judge.weighings().size()) - 1);
   result.simulated_seconds = progress.simulated_seconds;
   result.real_time_factor = progress.real_time_factor;

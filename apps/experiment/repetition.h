@@ -50,6 +50,7 @@ struct RepetitionResult {
   TrueRow truth;         ///< means something when `weighed`
   bool weighed = false;  ///< at least one lift was; else only d_r and d_v of the row mean anything
   int regrasps = 0;
+  int recoveries = 0;  ///< how often the drivers got back what a fault had taken away
   Outcome outcome = Outcome::kStopped;
   std::string reason;     ///< of a stop or a wrong result, one sentence
   std::string unwritten;  ///< which file could not be written completely, one sentence; empty: all were

@@ -94,6 +94,7 @@ nlohmann::json to_json(const RepetitionResult& result) {
   }
   json["seed"] = result.seed;
   json["regrasps"] = result.regrasps;
+  json["recoveries"] = result.recoveries;
   json["outcome"] = to_string(result.outcome);
   if (!result.reason.empty()) json["reason"] = result.reason;
   if (!result.unwritten.empty()) json["unwritten"] = result.unwritten;
@@ -115,6 +116,7 @@ RepetitionResult repetition_from_json(const nlohmann::json& json) {
   result.weighed = !json.at("tau").is_null();
   result.seed = json.at("seed").get<std::uint64_t>();
   result.regrasps = json.at("regrasps").get<int>();
+  result.recoveries = json.at("recoveries").get<int>();
   const auto outcome = json.at("outcome").get<std::string>();
   for (const Outcome candidate : kOutcomes) {
     if (to_string(candidate) == outcome) result.outcome = candidate;
@@ -157,7 +159,8 @@ std::string to_text(const ExperimentResult& result) {
     const std::string row =
         r.weighed ? row_text(r.row) : fmt::format("{:6.3f}  {:<66}", r.row.d_r, "nothing weighed");
     text += fmt::format("seed {:<6} {}     {:8d}  {}{}\n", r.seed, row, r.regrasps, to_string(r.outcome),
-                        r.reason.empty() ? "" : ": " + r.reason);
+                        (r.recoveries == 0 ? "" : fmt::format(", {} recovered faults", r.recoveries)) +
+                            (r.reason.empty() ? "" : ": " + r.reason));
   }
   const Mean mean = result.mean();
   const std::size_t stopped = result.repetitions.size() - static_cast<std::size_t>(mean.n);

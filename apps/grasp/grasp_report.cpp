@@ -40,6 +40,7 @@ std::string to_text(const GraspResult& result) {
     text += fmt::format(", centre of mass at ({:.3f}, {:.3f}, {:.3f}) m from where the base stood", com.x(),
                         com.y(), com.z());
   }
+  if (result.recoveries > 0) text += fmt::format(", {} recovered faults", result.recoveries);
   text += fmt::format("\n{} SYNC cycles, {} frames received, {} not sent, {} lost, {} emergencies, ",
                       result.counters.syncs, result.counters.frames_received, result.counters.frames_not_sent,
                       result.counters.receive_overflows, result.counters.emergencies);
@@ -57,6 +58,7 @@ std::string to_json_text(const GraspResult& result) {
   json["pacing"] = result.pacing == Pacing::kLockstep ? "lockstep" : "realtime";
   json["seconds"] = rounded(result.seconds);
   json["regrasps"] = regrasps_of(result);
+  json["recoveries"] = result.recoveries;
   json["weighings"] = nlohmann::json::array();
   for (const regrasp::Weighing& weighing : result.weighings) {
     json["weighings"].push_back({{"f_g", rounded(weighing.f_g)},

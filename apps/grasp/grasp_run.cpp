@@ -60,6 +60,7 @@ class Watcher : public regrasp::Observer {
     report(now);
   }
   void on_cycle(Time now, const Wrench&, const Eigen::Isometry3d&) override { report(now); }
+  void on_recovery(std::string_view, Time) override { ++result_.recoveries; }
   void on_weighed(const regrasp::Weighing& weighing) override {
     result_.weighings.push_back(weighing);
     if (events_.weighed) events_.weighed(weighing);
@@ -134,6 +135,7 @@ GraspResult run_grasp(const KnownRobot& known, const GraspOptions& options, Stop
   robot::Cycle& cycle = is_lockstep ? static_cast<robot::Cycle&>(*lockstep) : *real_time;
 
   Watcher watcher(events, result, lockstep ? lockstep->now() : real_time->now());
+  std::optional<std::string> defect;
   try {
     regrasp::Regrasp method(
         known, robot, cycle, *camera, parameters, watcher,
@@ -141,9 +143,14 @@ GraspResult run_grasp(const KnownRobot& known, const GraspOptions& options, Stop
     const regrasp::Report report = method.run();
     result.outcome = to_string(report.ending);
     result.done = report.ending != regrasp::Ending::kRegraspLimit;
-  } catch (const std::exception& stop) {
+  } catch (const regrasp::RunStopped& stop) {
     result.outcome = "stopped";
     result.reason = stop.what();
+  } catch (const robot::Interrupted& stop) {
+    result.outcome = "stopped";
+    result.reason = stop.what();
+  } catch (const std::exception& e) {
+    defect = e.what();
   }
   result.warnings = robot.warnings();
   // Quick stop and NMT stop, and a SYNC behind them: in lock-step it is what makes them happen.
@@ -155,6 +162,7 @@ GraspResult run_grasp(const KnownRobot& known, const GraspOptions& options, Stop
   require_pace();
   if (lockstep) result.incomplete = lockstep->incomplete();
   if (real_time) result.overruns = real_time->overruns();
+  if (defect) throw std::logic_error(*defect);
   result.counters = robot.counters();
   return result;
 }

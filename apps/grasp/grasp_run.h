@@ -30,6 +30,7 @@ struct GraspResult {
   double seconds = 0;            ///< on the master's clock
   std::uint64_t overruns = 0;    ///< real time: cycles begun too late
   std::uint64_t incomplete = 0;  ///< lock-step: cycles in which not everything came
+  int recoveries = 0;            ///< how often the drivers got back what a fault had taken away
   std::vector<regrasp::Weighing> weighings;
   std::vector<std::string> warnings;  ///< what was not well at the end and no fault, one sentence each
   robot::Counters counters;
@@ -44,7 +45,8 @@ struct GraspEvents {
 /// Runs the method against whatever robot is on the kernel's CAN interfaces. Knows the drivers, the camera's
 /// socket and the robot's description, nothing of an emulator.
 /// Throws std::runtime_error for input that does not fit, EnvironmentError for an interface or socket that is
-/// not there; what goes wrong on the run is a result.
+/// not there, and std::logic_error for whatever ends the run but regrasp::RunStopped and a signal: these are
+/// results.
 [[nodiscard]] GraspResult run_grasp(const KnownRobot& known, const GraspOptions& options,
                                     StopSignals& signals, const GraspEvents& events);
 

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include "adaptation/perception/pcd.h"
 #include "adaptation/perception/stage_one.h"
 #include "adaptation/regrasp/stage_two_parameters.h"
 #include "apps/shared/commands.h"

@@ -7,7 +7,9 @@
 #include <thread>
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
+#include "adaptation/regrasp/observer.h"
 #include "apps/picture/picture_renderer.h"
 #include "apps/picture/png_file.h"
 #include "apps/picture/run_to_phase.h"
@@ -68,6 +70,13 @@ std::pair<double, double> picture_view(const std::string& text) {
   return {view->first * kDegree, view->second * kDegree};
 }
 
+void require_phase(const std::string& phase) {
+  const auto& known = regrasp::kPhaseNames;
+  if (phase.empty() || std::find(known.begin(), known.end(), phase) != known.end()) return;
+  throw std::runtime_error(
+      fmt::format("--phase {}: there is no such phase, expected one of {}", phase, fmt::join(known, ", ")));
+}
+
 /// A run may take a minute: says at once that its picture could not be kept.
 void require_writable(const std::filesystem::path& file) {
   require_regular_output(file);
@@ -112,6 +121,7 @@ int make_picture(const Options& options) {
     throw std::runtime_error(
         fmt::format("experiment {}: there is no such experiment, expected 1", options.experiment));
   }
+  require_phase(options.phase);
   require_writable(options.out);
   const std::filesystem::path data = data_directory();
   WorldOptions world_options = world_of(options.scene, data);

@@ -56,7 +56,7 @@ void run_to_phase(EmulatedWorld& world, const robot::RobotOptions& robot_options
     ending = regrasp::to_string(method.run().ending);
   } catch (const MomentReached&) {
     return;
-  } catch (const std::exception& stop) {
+  } catch (const regrasp::RunStopped& stop) {
     ending = stop.what();
   }
   throw std::runtime_error(

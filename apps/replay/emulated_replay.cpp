@@ -176,6 +176,7 @@ ReplayResult replay_into_emulator(const ReplayOptions& options) {
   for (std::uint64_t place = 0; reader.next(logged); ++place) {
     const std::size_t bus = names.place(logged.interface_name);
     const can::StampedFrame& frame = logged.stamped;
+    if (options.gap && frame.time - last > kLongGap) options.gap(last, frame.time);
     last = std::max(last, frame.time);
     if (frame.frame.error) continue;
     if (is_from_master(frame.frame)) {

@@ -6,6 +6,7 @@
 #include <map>
 #include <string>
 
+#include "apps/replay/master_frames.h"
 #include "apps/shared/emulated_world.h"
 
 namespace walkman::apps {
@@ -14,6 +15,7 @@ struct ReplayOptions {
   std::filesystem::path log;
   WorldOptions world;
   std::map<std::string, std::string> interfaces;  ///< the log's name of an interface → a bus's name
+  GapEvent gap;  ///< told before a stretch without frames is emulated, which may take long
 };
 
 /// How the answers of the nodes compare with those in the log, each with the n-th of the same identifier on

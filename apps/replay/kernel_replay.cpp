@@ -36,6 +36,7 @@ KernelReplayResult replay_onto_kernel(const KernelReplayOptions& options, StopSi
   KernelReplayResult result;
   const Time began = pacing::host_now();
   std::optional<Time> first;
+  Time last{};
   bus::LoggedFrame logged;
   while (reader.next(logged) && !signals.arrived()) {
     const auto found = sockets.find(logged.interface_name);
@@ -44,15 +45,20 @@ KernelReplayResult replay_onto_kernel(const KernelReplayOptions& options, StopSi
       ++result.skipped;
       continue;
     }
-    if (!first) first = logged.stamped.time;
+    if (!first) first = last = logged.stamped.time;
     if (options.speed > 0) {
       const std::chrono::duration<double, std::nano> offset(
           static_cast<double>((logged.stamped.time - *first).count()) / options.speed);
+      if (options.gap &&
+          logged.stamped.time - last > std::chrono::duration<double>(kLongGap) * options.speed) {
+        options.gap(last, logged.stamped.time);
+      }
       const Time due = began + std::chrono::duration_cast<Time>(offset);
       while (pacing::host_now() < due && !signals.arrived()) {
         pacing::pause_until(std::min(due, pacing::host_now() + kLongestSleep));
       }
     }
+    last = logged.stamped.time;
     if (signals.arrived()) break;
     can::SocketCan& socket = *found->second;
     watch_link(socket);

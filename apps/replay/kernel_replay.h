@@ -5,6 +5,8 @@
 #include <map>
 #include <string>
 
+#include "apps/replay/master_frames.h"
+
 namespace walkman::apps {
 
 class StopSignals;
@@ -14,6 +16,7 @@ struct KernelReplayOptions {
   std::map<std::string, std::string> interfaces;  ///< the log's interface → the kernel's
   double speed = 1;          ///< times the log's own; 0: as fast as the interfaces take it
   bool master_only = false;  ///< only what a computer sends
+  GapEvent gap;              ///< told before a stretch without frames is waited through
 };
 
 struct KernelReplayResult {

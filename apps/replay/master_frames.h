@@ -1,8 +1,17 @@
 #pragma once
 
+#include <chrono>
+#include <functional>
+
 #include "drivers/can/frame.h"
+#include "drivers/time.h"
 
 namespace walkman::apps {
+
+/// Told of a stretch of a log without frames that takes longer than `kLongGap`; both times are the log's.
+using GapEvent = std::function<void(Time from, Time until)>;
+
+constexpr Time kLongGap = std::chrono::seconds(2);
 
 /// Whether a frame is one that only the computer sends: NMT, SYNC, TIME, RPDOs, SDO requests, LSS requests,
 /// the heartbeat of node 127 and every remote frame. By the predefined connection set (CiA 301, 7.3.5).

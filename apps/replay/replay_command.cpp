@@ -55,12 +55,22 @@ std::map<std::string, std::string> parse_pairs(const std::string& option, const 
   return pairs;
 }
 
+void say_gap(Time from, Time until) {
+  const auto seconds = [](Time t) { return std::chrono::duration<double>(t).count(); };
+  std::fputs(fmt::format(
+                 "walkman-hil: no frame in the log for {:.3f} s, from {:.3f} s to {:.3f} s: waiting it out\n",
+                 seconds(until - from), seconds(from), seconds(until))
+                 .c_str(),
+             stderr);
+}
+
 int replay_kernel(const Options& options) {
   KernelReplayOptions kernel;
   kernel.log = options.log;
   kernel.interfaces = parse_pairs("--can", options.can, "can_rarm=vcan1");
   kernel.speed = options.speed;
   kernel.master_only = options.master_only;
+  kernel.gap = say_gap;
   StopSignals signals;
   const KernelReplayResult result = replay_onto_kernel(kernel, signals);
   if (options.as_json) {
@@ -84,6 +94,7 @@ int replay_emulated(const Options& options) {
   const std::filesystem::path data = data_directory();
   ReplayOptions replay;
   replay.log = options.log;
+  replay.gap = say_gap;
   replay.world = world_of(options.scene, data);
   if (options.seed) replay.world.seed = static_cast<std::uint64_t>(*options.seed);
   replay.world.bus_timing = options.timing == "bus";

@@ -158,9 +158,39 @@ TEST(Experiment1, WithoutTheWristsTpdosTheRunStopsAndSaysWhy) {
     EXPECT_EQ(result.outcome, Outcome::kStopped);
     EXPECT_THAT(result.reason, HasSubstr("r_arm_ft"));
     EXPECT_THAT(result.reason, HasSubstr("TPDO"));
-    EXPECT_NEAR(result.simulated_seconds, 10.02, 0.02);  // three cycles of age, and the cycle that sees it
+    EXPECT_THAT(result.reason, HasSubstr("not recovered"));
+    EXPECT_NEAR(result.simulated_seconds, 20.03, 0.05);  // three cycles of age, and two boots' time-outs
     EXPECT_FALSE(result.weighed);
   }
+}
+
+// The wrist's sensor is not heard for a third of a second while the hand is in the air: its bus is booted
+// anew, what was measured across that is measured again, and the plant says that the result is right.
+TEST(Experiment1, WhatIsLostWhileNothingIsHeldIsGotBack) {
+  RepetitionOptions o = options(1);
+  o.wire = [](const std::string& bus, std::uint32_t id, double seconds) {
+    return bus != "rarm" || (id & 0x7FU) != 18 || seconds < 10 || seconds > 10.3;
+  };
+  const RepetitionResult result = run_repetition(o);
+  EXPECT_TRUE(result.outcome == Outcome::kMinimumTorque || result.outcome == Outcome::kMinimumDisplacement)
+      << to_string(result.outcome) << ": " << result.reason;
+  EXPECT_EQ(result.recoveries, 1);
+  EXPECT_EQ(result.regrasps, 1);
+  EXPECT_NEAR(result.row.d_v + result.row.d, result.row.d_r, 0.010);
+  EXPECT_NEAR(result.truth.tau, result.row.tau, 0.05);
+  EXPECT_LT(std::abs(result.truth.d_after), 0.02);
+}
+
+TEST(Experiment1, WhatIsLostWhileTheObjectIsHeldEndsTheRun) {
+  RepetitionOptions o = options(1);
+  o.wire = [](const std::string& bus, std::uint32_t id, double seconds) {
+    return bus != "rarm" || (id & 0x7FU) != 18 || seconds < 20 || seconds > 20.3;
+  };
+  const RepetitionResult result = run_repetition(o);
+  EXPECT_EQ(result.outcome, Outcome::kStopped);
+  EXPECT_THAT(result.reason, HasSubstr("r_arm_ft"));
+  EXPECT_EQ(result.recoveries, 0);
+  EXPECT_NEAR(result.simulated_seconds, 20.02, 0.05);
 }
 
 TEST(Experiment1, ARateThatTheBusesCannotCarryIsReported) {

@@ -60,7 +60,8 @@ LiftResult run_lift(const Scene& scene, const EmulatorOptions& options, const Li
     regrasp::Manipulator& arm = robot.manipulator();
     arm.approach(X_TG);
     arm.tare();
-    arm.grasp(X_TG);
+    arm.descend(X_TG);
+    arm.grasp();
     arm.lift();
 
     result.held = true;

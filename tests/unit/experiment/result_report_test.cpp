@@ -97,12 +97,14 @@ TEST(ResultReport, SurvivesTheWayThroughJson) {
   RepetitionResult before = repetition(7, 0.886, Outcome::kStopped);
   before.reason = "no TPDO";
   before.unwritten = "can.log: full";
+  before.recoveries = 2;
   const RepetitionResult after = repetition_from_json(to_json(before));
   EXPECT_EQ(after.seed, 7U);
   EXPECT_DOUBLE_EQ(after.row.tau, 0.886);
   EXPECT_EQ(after.outcome, Outcome::kStopped);
   EXPECT_EQ(after.reason, "no TPDO");
   EXPECT_EQ(after.unwritten, "can.log: full");
+  EXPECT_EQ(after.recoveries, 2);
   EXPECT_DOUBLE_EQ(after.truth.tau, 0.896);
   EXPECT_DOUBLE_EQ(after.truth.com_error, 0.0005);
 }
