@@ -9,12 +9,12 @@
 #include "drivers/camera/range_camera.h"
 #include "drivers/can/interface.h"
 #include "emulator/bus/can_bus.h"
-#include "emulator/nodes/measuring/force_torque_kind.h"
 #include "emulator/camera/multisense.h"
+#include "emulator/nodes/measuring/force_torque_kind.h"
 #include "emulator/plant/plant.h"
+#include "emulator/scene/scene.h"
 #include "sensors/stereo_camera.h"
 #include "urdf/reader/device_table.h"
-#include "emulator/scene/scene.h"
 
 namespace walkman {
 

@@ -9,8 +9,8 @@
 
 #include <embree3/rtcore.h>
 
-#include "sensors/ray_scene_access.h"
 #include "sensors/parallel_jobs.h"
+#include "sensors/ray_scene_access.h"
 
 namespace walkman::sensors {
 namespace {

@@ -1,7 +1,7 @@
 #pragma once
 
-#include "apps/picture/snapshot.h"
 #include "apps/picture/painted_scene.h"
+#include "apps/picture/snapshot.h"
 
 namespace walkman::apps {
 

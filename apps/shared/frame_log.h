@@ -3,8 +3,8 @@
 #include <filesystem>
 #include <memory>
 
-#include "emulator/logs/can_log.h"
 #include "emulator/emulator.h"
+#include "emulator/logs/can_log.h"
 
 namespace walkman::apps {
 

@@ -3,7 +3,6 @@
 #include <cerrno>
 #include <cstring>
 
-
 namespace walkman::can {
 
 TransmitBatch::TransmitBatch(std::size_t capacity)

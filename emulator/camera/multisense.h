@@ -7,9 +7,9 @@
 
 #include "drivers/camera/range_camera.h"
 #include "emulator/plant/plant.h"
+#include "emulator/scene/scene.h"
 #include "sensors/ray_scene.h"
 #include "sensors/stereo_camera.h"
-#include "emulator/scene/scene.h"
 
 namespace walkman {
 

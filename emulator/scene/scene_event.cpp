@@ -7,8 +7,8 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
-#include "urdf/reader/nearest_name.h"
 #include "emulator/scene/scene.h"
+#include "urdf/reader/nearest_name.h"
 #include "urdf/reader/yaml_map.h"
 
 namespace walkman {

@@ -1,7 +1,7 @@
 #include <cstddef>
 
-#include "urdf/reader/kinematics.h"
 #include "emulator/scene/scene.h"
+#include "urdf/reader/kinematics.h"
 
 namespace walkman {
 namespace {

@@ -108,7 +108,8 @@ TEST_F(LoadCell, IsReadByItsDriver) {
   EXPECT_EQ(sample.status, 0);
   const auto silent = bus.judge(now + milliseconds(20));
   ASSERT_TRUE(silent);
-  EXPECT_EQ(describe(*silent).text.find("load cell r_arm_load_cell (node 18 on can_rarm): no TPDO1 for "), 0U);
+  EXPECT_EQ(describe(*silent).text.find("load cell r_arm_load_cell (node 18 on can_rarm): no TPDO1 for "),
+            0U);
 }
 
 TEST_F(LoadCell, HasADataSheetWithoutAnotherTable) {

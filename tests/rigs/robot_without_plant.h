@@ -9,9 +9,9 @@
 #include "emulator/nodes/drive/drive_node.h"
 #include "emulator/nodes/measuring/force_torque_node.h"
 #include "emulator/nodes/measuring/inertial_node.h"
+#include "emulator/scene/scene.h"
 #include "urdf/reader/device_table.h"
 #include "urdf/reader/robot_model.h"
-#include "emulator/scene/scene.h"
 
 namespace walkman::rigs {
 
