@@ -9,7 +9,6 @@
 #include "apps/shared/scene_options.h"
 #include "emulator/datasheets/device_files.h"
 #include "emulator/datasheets/object_tables.h"
-#include "emulator/emulator.h"
 #include "urdf/reader/utf8.h"
 
 namespace walkman::apps {

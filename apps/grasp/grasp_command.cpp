@@ -11,7 +11,7 @@
 #include "apps/shared/exit_code.h"
 #include "apps/shared/master_options.h"
 #include "apps/shared/progress_line.h"
-#include "apps/shared/robot_options.h"
+#include "apps/shared/robot_command_line.h"
 #include "apps/shared/stop_signals.h"
 #include "urdf/reader/utf8.h"
 

@@ -12,7 +12,7 @@
 #include "apps/shared/data_directory.h"
 #include "apps/shared/exit_code.h"
 #include "apps/shared/master_options.h"
-#include "apps/shared/robot_options.h"
+#include "apps/shared/robot_command_line.h"
 #include "drivers/robot/bus_load.h"
 #include "urdf/reader/utf8.h"
 

@@ -6,7 +6,7 @@
 #include <CLI/CLI.hpp>
 
 #include "apps/shared/emulated_world.h"
-#include "apps/shared/robot_options.h"
+#include "apps/shared/robot_command_line.h"
 
 namespace walkman::apps {
 

@@ -1,4 +1,4 @@
-#include "apps/shared/robot_options.h"
+#include "apps/shared/robot_command_line.h"
 
 namespace walkman::apps {
 
