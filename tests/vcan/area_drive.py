@@ -266,7 +266,7 @@ def limits_of_position(limb):
 @test
 def link_side_in_tpdo3(limb):
     sdo = limb.fresh(A)
-    pdo.enable(sdo, 0x1802)
+    pdo.remap(sdo, 0x1802, [pdo.entry(0x60E4, 1, 32), pdo.entry(0x2020, 2, 32)], 1)
     limb.start(A)
     limb.bus.drain()
     limb.sync()
