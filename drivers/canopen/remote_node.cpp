@@ -75,8 +75,6 @@ void RemoteNode::request_sent() noexcept {
   request_at_ = syncs_;
 }
 
-int RemoteNode::sync_divider(int number) const noexcept { return tpdos_[index_of(number)].divider; }
-
 int RemoteNode::sync_divider() const noexcept {
   int divider = 1;
   for (const Tpdo& tpdo : tpdos_) divider = std::max(divider, tpdo.divider);

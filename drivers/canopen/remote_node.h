@@ -120,8 +120,6 @@ class RemoteNode {
   /// As the node last told it; a PDO after NMT start tells it is operational.
   [[nodiscard]] NmtState nmt_state() const noexcept { return nmt_state_; }
 
-  /// TPDO `number` 1..4 comes with every n-th SYNC; 0 when it is off or not of that kind.
-  [[nodiscard]] int sync_divider(int number) const noexcept;
   /// Stamp of the newest TPDO `number`; `Time::min()` before the first since the boot began.
   [[nodiscard]] Time tpdo_at(int number) const noexcept { return tpdos_[index_of(number)].at; }
   /// Every TPDO that comes with SYNC has come at least once.

@@ -113,7 +113,7 @@ TEST(Experiment1, TenRepetitionsDoAsWellAsThePaper) {
 std::filesystem::path scene_with(const std::string& events) {
   const std::string folder = std::filesystem::absolute(WALKMAN_SOURCE_TREE).string() + "/urdf/";
   std::string text = contents(folder + "scenes/experiment_1.yaml");
-  for (const char* line : {"urdf: ", "srdf: ", "devices: "}) {
+  for (const char* line : {"urdf: ", "file: "}) {
     for (std::size_t at = text.find(std::string(line)); at != std::string::npos;
          at = text.find(line, at + 1)) {
       const std::size_t path = at + std::string(line).size();

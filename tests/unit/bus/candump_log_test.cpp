@@ -1,10 +1,12 @@
 #include "emulator/logs/candump_log.h"
 
+#include <csignal>
 #include <cstdlib>
 #include <fstream>
 #include <sstream>
 
 #include <gtest/gtest.h>
+#include <sys/resource.h>
 
 namespace walkman::bus {
 namespace {
@@ -88,10 +90,22 @@ TEST_F(CandumpLogTest, TellsWhichFileCannotBeWritten) {
   } catch (const std::runtime_error& error) {
     EXPECT_NE(std::string(error.what()).find("/nonexistent/can.log"), std::string::npos);
   }
-  if (!std::filesystem::exists("/dev/full")) GTEST_SKIP();
-  CandumpLog full("/dev/full");
+  EXPECT_THROW(CandumpLog("/dev/full"), std::runtime_error);
+}
+
+// A file that may not grow is what a full disk is to a writer.
+TEST_F(CandumpLogTest, TellsWhenTheDiskIsFull) {
+  const std::filesystem::path file = testing::TempDir() + "walkman_full_disk.log";
+  CandumpLog full(file);
   full.write("can0", {Time{}, {0x080, {}}});
+  rlimit before{};
+  ASSERT_EQ(getrlimit(RLIMIT_FSIZE, &before), 0);
+  const rlimit none{0, before.rlim_max};
+  const auto on_limit = std::signal(SIGXFSZ, SIG_IGN);
+  ASSERT_EQ(setrlimit(RLIMIT_FSIZE, &none), 0);
   EXPECT_THROW(full.flush(), std::runtime_error);
+  ASSERT_EQ(setrlimit(RLIMIT_FSIZE, &before), 0);
+  std::signal(SIGXFSZ, on_limit);
 }
 
 }  // namespace

@@ -33,7 +33,9 @@ class Mesh : public ::testing::Test {
     const RobotModel model = load_robot_model(write(filename, scale), packages_);
     return std::get<MeshShape>(model.links.front().visuals.front().shape);
   }
-  static std::string uri(const char* name) { return "file://" + (kData / "meshes" / name).string(); }
+  static std::string uri(const char* name) {
+    return "file://" + std::filesystem::absolute(kData / "meshes" / name).string();
+  }
 
   std::filesystem::path folder_;
   PackagePath packages_;
