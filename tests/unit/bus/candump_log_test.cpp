@@ -95,8 +95,7 @@ TEST_F(CandumpLogTest, TellsWhichFileCannotBeWritten) {
 
 // A file that may not grow is what a full disk is to a writer.
 TEST_F(CandumpLogTest, TellsWhenTheDiskIsFull) {
-  const std::filesystem::path file = testing::TempDir() + "walkman_full_disk.log";
-  CandumpLog full(file);
+  CandumpLog full(testing::TempDir() + "walkman_full_disk.log");
   full.write("can0", {Time{}, {0x080, {}}});
   rlimit before{};
   ASSERT_EQ(getrlimit(RLIMIT_FSIZE, &before), 0);
