@@ -77,6 +77,7 @@ def operating_mode_off(limb):
 @test
 def status_bits(limb):
     sdo = limb.fresh(SENSOR)
+    limb.wait(0.2)  # there is no reading before the first sample after a reset
     equal(sdo.u8(0x6150, 1) & 7, 0, "6150h:1")
 
 
