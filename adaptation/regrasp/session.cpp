@@ -28,7 +28,6 @@ bool recoverable(robot::FaultKind kind) {
     case robot::FaultKind::kNmtState:
     case robot::FaultKind::kEmergency:
     case robot::FaultKind::kSensorInvalid:
-    case robot::FaultKind::kInterfaceDown:
     case robot::FaultKind::kBusOff:
     case robot::FaultKind::kReceiveOverflow:
       return true;
@@ -37,6 +36,7 @@ bool recoverable(robot::FaultKind kind) {
     case robot::FaultKind::kNotFinite:
     case robot::FaultKind::kLimit:
     case robot::FaultKind::kRequestFailed:
+    case robot::FaultKind::kInterfaceDown:  // of the host: somebody took it away
       return false;
   }
   return false;
