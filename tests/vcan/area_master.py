@@ -9,7 +9,7 @@ import time
 
 import drive
 from can_socket import Bus
-from checks import equal, test, that
+from checks import equal, test, that, within
 from limb import RESET_NODE
 from robot import MASTER, RIGHT_ARM, Robot, ip
 from sdo import Sdo
