@@ -24,7 +24,7 @@ def with_robot(function):
         robot = Robot(under_test)
         try:
             robot.start_master()
-            robot.running()
+            robot.running(1500)  # frames of the arm's bus: the other limbs' drives are up by then, too
             note = function(robot)
             robot.emulator.alive()
         finally:
