@@ -18,7 +18,7 @@ def refused(under_test, emulator_options, master_options):
     try:
         while not os.path.exists(CAMERA):
             emulator.alive()
-        master = subprocess.run([program, "grasp", "--scene", scene, "--can", CAN, "--camera-socket", CAMERA, *master_options],
+        master = subprocess.run([program, "grasp", "--can", CAN, "--camera-socket", CAMERA, *master_options],
                                 capture_output=True, text=True, timeout=240, check=False)
     finally:
         status = emulator.stop()
