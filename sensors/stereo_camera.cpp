@@ -75,7 +75,8 @@ struct StereoCamera::Impl {
   std::vector<std::vector<float>> scratch;  // per worker
 
   explicit Impl(const StereoOptions& o)
-      : arena(o.threads),
+      // More threads than processors would only be a warning of TBB's.
+      : arena(std::min(o.threads, tbb::info::default_concurrency())),
         rays(o, o.threads),
         fattening(o.width, o.height, rays.stride(), o.fattening_px),
         noise(o, o.threads),

@@ -7,6 +7,7 @@
 
 #include <Eigen/Geometry>
 #include <oneapi/tbb/blocked_range.h>
+#include <oneapi/tbb/info.h>
 #include <oneapi/tbb/parallel_for.h>
 #include <oneapi/tbb/task_arena.h>
 
@@ -146,7 +147,7 @@ std::vector<Shell> find_shells(std::span<const Eigen::Vector3f> object,
   const auto samples =
       draw(object.size(), static_cast<std::size_t>(parameters.handle_samples), parameters.seed);
   std::vector<std::optional<Shell>> found(samples.size());
-  tbb::task_arena arena(std::max(1, parameters.threads));
+  tbb::task_arena arena(std::clamp(parameters.threads, 1, tbb::info::default_concurrency()));
   arena.execute([&] {
     tbb::parallel_for(tbb::blocked_range<std::size_t>(0, samples.size()), [&](const auto& range) {
       ShellFinder finder(grid, parameters);

@@ -1,5 +1,8 @@
 #include "adaptation/perception/smoothing.h"
 
+#include <algorithm>
+
+#include <oneapi/tbb/info.h>
 #include <oneapi/tbb/parallel_for.h>
 #include <oneapi/tbb/task_arena.h>
 #include <pcl/filters/statistical_outlier_removal.h>
@@ -63,7 +66,7 @@ std::vector<Eigen::Vector3f> smooth(std::span<const Eigen::Vector3f> points, dou
   const auto count = static_cast<std::size_t>(std::max(1, threads));
   // Each thread runs a filter of its own on its part of the points, so their order is that of the voxels.
   std::vector<Cloud> parts(count);
-  tbb::task_arena arena(static_cast<int>(count));
+  tbb::task_arena arena(std::min(static_cast<int>(count), tbb::info::default_concurrency()));
   arena.execute([&] {
     tbb::parallel_for(std::size_t{0}, count, [&](std::size_t part) {
       const auto first = chosen.begin() + static_cast<std::ptrdiff_t>(chosen.size() * part / count);

@@ -79,16 +79,56 @@ class Watcher : public regrasp::Observer {
   Time began_;
 };
 
+std::string what_is_needed(const robot::RobotOptions& options, Pacing pacing) {
+  const double cycle_ms = seconds(options.cycle) * 1e3;
+  return pacing == Pacing::kLockstep
+             ? fmt::format("--lockstep at {:g} Hz needs an emulator with --lockstep --period {:g}",
+                           1e3 / cycle_ms, cycle_ms)
+             : "--realtime needs a robot, or an emulator without --lockstep on a host that is fast enough";
+}
+
+/// Cycles of a lock-step master. One of the first, when a node already produces heartbeats, is kept waiting:
+/// with time that stands still between two SYNCs, a node then sends at most the heartbeat that was under way.
+/// Intervals alone do not show it: on a fast host the cycles may take just as long as they stand for.
+class ProvenLockstep final : public robot::Cycle {
+ public:
+  ProvenLockstep(robot::KernelLockstepCycle& inner, const robot::HeartbeatPace& pace,
+                 const robot::RobotOptions& options)
+      : inner_(inner), pace_(pace), options_(options) {}
+
+  Time next() override {
+    const Time now = inner_.next();
+    if (proven_ || pace_.heartbeats() == 0) return now;
+    const std::uint64_t before = pace_.heartbeats();
+    inner_.hold(pause());
+    proven_ = true;
+    came_ = pace_.heartbeats() - before;
+    require();
+    return now;
+  }
+
+  /// Throws EnvironmentError when time did not stand still.
+  void require() const {
+    if (came_ <= 1) return;
+    throw EnvironmentError(fmt::format("a node sent {} heartbeats in {:g} ms without a SYNC: {}", came_,
+                                       seconds(pause()) * 1e3, what_is_needed(options_, Pacing::kLockstep)));
+  }
+
+ private:
+  [[nodiscard]] Time pause() const { return options_.heartbeat_producer * 5 / 2; }
+
+  robot::KernelLockstepCycle& inner_;
+  const robot::HeartbeatPace& pace_;
+  const robot::RobotOptions& options_;
+  bool proven_ = false;
+  std::uint64_t came_ = 0;
+};
+
 /// The robot's time does not go with the master's.
 [[noreturn]] void throw_other_pace(Time interval, const robot::RobotOptions& options, Pacing pacing) {
-  const double cycle_ms = seconds(options.cycle) * 1e3;
   throw EnvironmentError(fmt::format(
       "heartbeats that are due every {:g} ms come every {:g} ms of the master's time: {}",
-      seconds(options.heartbeat_producer) * 1e3, seconds(interval) * 1e3,
-      pacing == Pacing::kLockstep
-          ? fmt::format("--lockstep at {:g} Hz needs an emulator with --lockstep --period {:g}",
-                        1e3 / cycle_ms, cycle_ms)
-          : "--realtime needs a robot, or an emulator without --lockstep on a host that is fast enough"));
+      seconds(options.heartbeat_producer) * 1e3, seconds(interval) * 1e3, what_is_needed(options, pacing)));
 }
 
 }  // namespace
@@ -102,6 +142,7 @@ GraspResult run_grasp(const KnownRobot& known, const GraspOptions& options, Stop
   robot::MasterBuses buses = open_buses(options.can, devices);
 
   std::unique_ptr<robot::KernelLockstepCycle> lockstep;
+  std::unique_ptr<ProvenLockstep> proven;
   std::unique_ptr<robot::KernelRealTimeCycle> real_time;
   const auto camera =
       open_camera(options.camera_socket, [&] { return lockstep ? lockstep->now() : real_time->now(); });
@@ -119,6 +160,7 @@ GraspResult run_grasp(const KnownRobot& known, const GraspOptions& options, Stop
   interfaces.front() = &pace;
   robot::Robot robot(known.model, devices, interfaces, robot_options);
   const auto require_pace = [&] {
+    if (proven) proven->require();
     const auto interval = pace.wrong_interval();
     if (interval) throw_other_pace(*interval, robot_options, options.pacing);
   };
@@ -128,11 +170,12 @@ GraspResult run_grasp(const KnownRobot& known, const GraspOptions& options, Stop
   };
   if (is_lockstep) {
     lockstep = std::make_unique<robot::KernelLockstepCycle>(robot, buses, robot_options.cycle, interrupted);
+    proven = std::make_unique<ProvenLockstep>(*lockstep, pace, robot_options);
   } else {
     real_time = std::make_unique<robot::KernelRealTimeCycle>(buses, robot_options.cycle, interrupted);
     camera->set_waiting(camera::SocketCamera::Waiting::kPoll);
   }
-  robot::Cycle& cycle = is_lockstep ? static_cast<robot::Cycle&>(*lockstep) : *real_time;
+  robot::Cycle& cycle = is_lockstep ? static_cast<robot::Cycle&>(*proven) : *real_time;
 
   Watcher watcher(events, result, lockstep ? lockstep->now() : real_time->now());
   std::optional<std::string> defect;

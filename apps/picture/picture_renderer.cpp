@@ -206,7 +206,7 @@ Picture render(const PaintedScene& scene, const PictureCamera& camera, const Lig
   picture.width = camera.width;
   picture.height = camera.height;
   picture.pixels.resize(static_cast<std::size_t>(camera.width) * static_cast<std::size_t>(camera.height));
-  tbb::task_arena arena(threads);
+  tbb::task_arena arena(std::min(threads, tbb::info::default_concurrency()));
   run_jobs(arena, camera.height, [&](int row, int /*worker*/) {
     auto pixel = picture.pixels.begin() + static_cast<std::ptrdiff_t>(row) * camera.width;
     for (int column = 0; column < camera.width; ++column, ++pixel) {

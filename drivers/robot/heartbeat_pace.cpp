@@ -14,7 +14,7 @@ constexpr std::uint8_t kBootUp = 0;
 
 bool HeartbeatPace::receive(can::StampedFrame& out) noexcept {
   if (!inner_->receive(out)) return false;
-  if (count_ < kIntervals) observe(out);
+  observe(out);
   return true;
 }
 
@@ -30,7 +30,8 @@ void HeartbeatPace::observe(const can::StampedFrame& stamped) noexcept {
     return;
   }
   producer_ = frame.id;
-  if (last_ != Time::min()) intervals_[count_++] = stamped.time - last_;
+  ++heartbeats_;
+  if (last_ != Time::min() && count_ < kIntervals) intervals_[count_++] = stamped.time - last_;
   last_ = stamped.time;
 }
 

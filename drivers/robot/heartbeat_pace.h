@@ -8,8 +8,9 @@
 namespace walkman::robot {
 
 /// Compares the nodes' time with the master's, on one bus: heartbeats that a node is set to produce at an
-/// interval have to be received at that interval. Nothing on the wire says whether an emulator's clock
-/// follows SYNC or the host's, nor how long it takes a cycle for; this shows it.
+/// interval have to be received at that interval. Nothing on the wire says how long an emulator takes a cycle
+/// for, nor whether its clock follows SYNC or the host's: the interval shows the one, and whether heartbeats
+/// come while the master holds SYNC back the other.
 ///
 /// Passes everything on to the interface inside; neither allocates nor throws.
 class HeartbeatPace final : public can::Interface {
@@ -24,6 +25,9 @@ class HeartbeatPace final : public can::Interface {
 
   /// The interval that heartbeats have, once it is known and is not what it should be.
   [[nodiscard]] std::optional<Time> wrong_interval() const noexcept;
+
+  /// Heartbeats received from the node that is observed.
+  [[nodiscard]] std::uint64_t heartbeats() const noexcept { return heartbeats_; }
 
   [[nodiscard]] can::SendResult send(const can::Frame& frame) noexcept override {
     return inner_->send(frame);
@@ -45,6 +49,7 @@ class HeartbeatPace final : public can::Interface {
   Time last_ = Time::min();
   std::array<Time, kIntervals> intervals_{};
   std::size_t count_ = 0;
+  std::uint64_t heartbeats_ = 0;
 };
 
 }  // namespace walkman::robot

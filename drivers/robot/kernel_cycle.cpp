@@ -1,5 +1,6 @@
 #include "drivers/robot/kernel_cycle.h"
 
+#include <algorithm>
 #include <cerrno>
 #include <chrono>
 
@@ -11,7 +12,7 @@ namespace {
 
 using Host = std::chrono::steady_clock;
 
-constexpr int kWaitMs = 100;  // between two looks at whether the run is to end
+constexpr Time kWait = std::chrono::milliseconds(100);  // between two looks at whether the run is to end
 
 Time monotonic_now() {
   timespec t{};
@@ -30,19 +31,30 @@ Time KernelLockstepCycle::next() {
   }
   robot_.collect(now_);
   const auto deadline = Host::now() + kLongestWait;
-  std::vector<pollfd> waits;
   while (!robot_.cycle_complete()) {
     if (Host::now() >= deadline) {
       ++incomplete_;
       break;
     }
-    waits.clear();
-    for (const auto& bus : buses_) waits.push_back({bus->socket->descriptor(), POLLIN, 0});
-    (void)poll(waits.data(), waits.size(), kWaitMs);
-    if (interrupted_()) throw Interrupted();
-    robot_.collect(now_);
+    await_frames(kWait);
   }
   return now_;
+}
+
+void KernelLockstepCycle::hold(Time pause) {
+  const auto end = Host::now() + pause;
+  for (auto now = Host::now(); now < end; now = Host::now()) {
+    await_frames(std::chrono::ceil<std::chrono::milliseconds>(std::min<Time>(end - now, kWait)));
+  }
+}
+
+void KernelLockstepCycle::await_frames(Time limit) {
+  std::vector<pollfd> waits;
+  for (const auto& bus : buses_) waits.push_back({bus->socket->descriptor(), POLLIN, 0});
+  const auto limit_ms = std::chrono::duration_cast<std::chrono::milliseconds>(limit).count();
+  (void)poll(waits.data(), waits.size(), static_cast<int>(limit_ms));
+  if (interrupted_()) throw Interrupted();
+  robot_.collect(now_);
 }
 
 KernelRealTimeCycle::KernelRealTimeCycle(MasterBuses& buses, Time period, std::function<bool()> interrupted)

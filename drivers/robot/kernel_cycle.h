@@ -37,11 +37,16 @@ class KernelLockstepCycle final : public Cycle {
 
   Time next() override;
 
+  /// Begins no cycle for as long as `pause` on the host's clock, and takes in what comes nevertheless.
+  void hold(Time pause);
+
   [[nodiscard]] Time now() const { return now_; }
   /// Cycles in which not everything came.
   [[nodiscard]] std::uint64_t incomplete() const { return incomplete_; }
 
  private:
+  void await_frames(Time limit);
+
   Robot& robot_;
   MasterBuses& buses_;
   Time period_;

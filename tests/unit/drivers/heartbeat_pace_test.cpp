@@ -55,6 +55,20 @@ TEST(HeartbeatPace, NodesWhoseTimeIsTheMasters) {
   EXPECT_FALSE(judged(stalled, 5ms));
 }
 
+TEST(HeartbeatPace, CountsTheObservedNodesHeartbeats) {
+  Frames frames;
+  HeartbeatPace pace(frames, 100ms, 5ms);
+  for (int i = 0; i < 25; ++i) {
+    frames.waiting.push_back({i * 100ms, can::Frame(0x70B, {0x05})});
+    frames.waiting.push_back({i * 100ms, can::Frame(0x70C, {0x05})});
+  }
+  frames.waiting.push_back({2500ms, can::Frame(0x70C, {0x00})});
+  can::StampedFrame out;
+  while (pace.receive(out)) {
+  }
+  EXPECT_EQ(pace.heartbeats(), 25);
+}
+
 TEST(HeartbeatPace, NodesWhoseTimeIsAnother) {
   EXPECT_FALSE(judged(every(50ms, 9), 5ms));  // too few to tell
   EXPECT_EQ(judged(every(50ms, 10), 5ms), 50ms);
