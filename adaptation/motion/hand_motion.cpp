@@ -119,8 +119,6 @@ void HandMotion::go_to(const Eigen::Isometry3d& X_WH, const MotionLimits& limits
   state_.status = Status::kMoving;
 }
 
-void HandMotion::hold() noexcept { state_.status = Status::kHolding; }
-
 PoseError HandMotion::error() const noexcept {
   const Eigen::Isometry3d& goal = state_.path.goal();
   return {(goal.translation() - X_WH().translation()).norm(),
@@ -225,7 +223,7 @@ void HandMotion::judge(double dt, double progress) noexcept {
   }
   constexpr double kStalled = 0.02;
   state_.waited = at_end || progress < kStalled ? state_.waited + dt : 0;
-  if (state_.waited > options_.patience) state_.status = Status::kBlocked;
+  if (state_.waited > options_.blocked_after) state_.status = Status::kBlocked;
 }
 
 const std::vector<robot::JointCommand>& HandMotion::step(double dt) noexcept {

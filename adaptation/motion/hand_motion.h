@@ -21,7 +21,7 @@ struct JointRange {
 };
 
 struct HandMotionOptions {
-  std::string hand_link = "r_hand_grasp";  ///< its frame is the hand frame H
+  std::string hand_link = "r_hand_grasp";  ///< its frame is the hand's grasp frame H
   /// Joints that may move, besides the legs of a robot that stands. All others hold the positions given to
   /// `reset`.
   std::vector<std::string> active_joints = {"WaistLat", "WaistSag", "WaistYaw",      "RShSag", "RShLat",
@@ -62,7 +62,7 @@ struct HandMotionOptions {
   /// The target waits for the hand: its speed along the path falls to zero at these errors.
   double position_lag = 0.02;  ///< m
   double rotation_lag = 0.1;   ///< rad
-  double patience = 1.0;       ///< s of no progress before a motion counts as blocked
+  double blocked_after = 1.0;  ///< s without progress after which a motion counts as blocked
 };
 
 struct PoseError {
@@ -79,11 +79,11 @@ struct PoseError {
 class HandMotion {
  public:
   enum class Status {
-    kHolding,  ///< at rest where `reset` or `hold` left it, or coming to rest
+    kHolding,  ///< at rest where `reset` left it
     kMoving,
     kReached,   ///< hand on the target within the tolerances; it stays there
     kBlocked,   ///< limits or the table keep the hand from the target; it came to rest on the way
-    kIkFailed,  ///< no solution was found; the reference stays where it was until `go_to`, `hold` or `reset`
+    kIkFailed,  ///< no solution was found; the reference stays where it was until `go_to` or `reset`
   };
 
   /// A base that is held. `joint_names` are the set-points' order and must contain the active joints; `X_WB`
@@ -107,8 +107,6 @@ class HandMotion {
 
   /// Starts towards a pose of the hand frame in W, along a straight line from where the reference is now.
   void go_to(const Eigen::Isometry3d& X_WH, const MotionLimits& limits) noexcept;
-  /// Brings the reference to rest where it is.
-  void hold() noexcept;
 
   /// Advances the reference by dt (s) and returns the set-points, joint_names order: reference positions, and
   /// the torques that carry the reference model with its payload.
@@ -126,18 +124,21 @@ class HandMotion {
     Status status = Status::kReached;
     PoseError error;          ///< at the end
     double limit_margin = 0;  ///< least distance of an active joint to a position limit on the way, rad
-    double table_clearance =
-        0;  ///< least distance of the arm to the table on the way, m; infinite without one
+    /// Least distance of the arm to the table on the way, m; infinite without one.
+    double table_clearance = 0;
     double trunk_clearance = 0;  ///< least distance of the arm to the robot's trunk on the way, m
     Eigen::VectorXd q;           ///< at the end, joint_names order
   };
   [[nodiscard]] Reach reachable(const Eigen::Isometry3d& X_WH, const MotionLimits& limits);
 
+  /// Positions (rad) and velocities (rad/s) of the reference, joint_names order.
   [[nodiscard]] const Eigen::VectorXd& q_ref() const { return state_.q; }
   [[nodiscard]] const Eigen::VectorXd& v_ref() const { return ik_.joint_velocity(); }
   /// Pose of the reference model's base.
   [[nodiscard]] const Eigen::Isometry3d& X_WB() const { return state_.X_WB; }
+  /// Pose of its hand.
   [[nodiscard]] const Eigen::Isometry3d& X_WH() const { return kinematics_.X_WL(hand_); }
+  /// Of the reference's hand to the target.
   [[nodiscard]] PoseError error() const noexcept;
   /// Distance of the arm to the table now, m; infinite without one.
   [[nodiscard]] double table_clearance() const noexcept;
@@ -145,7 +146,7 @@ class HandMotion {
   [[nodiscard]] double trunk_clearance() const noexcept { return clearance(kinematics_, guards_, trunk_); }
   /// Least distance of an active joint to a position limit now, rad.
   [[nodiscard]] double limit_margin() const noexcept;
-  /// Where the centre of mass of a standing robot is to be now, horizontal.
+  /// Where the centre of mass of a standing robot is to be now, horizontal, in W, m.
   [[nodiscard]] Eigen::Vector2d com_target() const {
     return state_.balance.at(state_.balance_time).X_W.translation().head<2>();
   }

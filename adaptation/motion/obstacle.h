@@ -29,6 +29,7 @@ class ConvexPrism {
   /// The face a point is farthest outside of. Its distance is a lower bound of that to the prism; negative
   /// inside.
   [[nodiscard]] const Face& separating_face(const Eigen::Vector3d& p_W) const noexcept;
+  /// To that face, m.
   [[nodiscard]] double distance(const Eigen::Vector3d& p_W) const noexcept;
 
  private:
@@ -42,10 +43,10 @@ struct GuardSphere {
   double radius = 0;                               ///< m
 };
 
-/// A line segment with a radius fixed to a link.
+/// A line segment AB with a radius, fixed to a link.
 struct GuardCapsule {
   int link = 0;
-  Eigen::Vector3d p_LA = Eigen::Vector3d::Zero(), p_LB = Eigen::Vector3d::Zero();  ///< ends, link frame, m
+  Eigen::Vector3d p_LA = Eigen::Vector3d::Zero(), p_LB = Eigen::Vector3d::Zero();  ///< in the link frame, m
   double radius = 0;                                                               ///< m
 };
 
@@ -61,7 +62,7 @@ struct GuardCapsule {
 [[nodiscard]] double clearance(const Kinematics& kinematics, const std::vector<GuardSphere>& guards,
                                const ConvexPrism& prism) noexcept;
 
-/// Least distance between balls and capsules, m.
+/// Least distance between balls and capsules, m. Negative where they overlap.
 [[nodiscard]] double clearance(const Kinematics& kinematics, const std::vector<GuardSphere>& guards,
                                const std::vector<GuardCapsule>& body) noexcept;
 

@@ -6,10 +6,10 @@
 
 namespace walkman::motion {
 
-inline constexpr int kMaxLevels = 6;
+inline constexpr int kMaxLevels = 6;  ///< feet, hand, centre of mass, upright, posture, and one to spare
 
 /// One priority of a cascade: minimise |A x − b|² + damping |step|², the step being what it adds to the
-/// levels before. At most kMaxVariables rows.
+/// levels before. A is rows × variables, b has as many rows, at most kMaxVariables.
 struct PriorityLevel {
   VariableMatrix A;
   VariableVector b;
@@ -29,8 +29,9 @@ class PriorityCascade {
   /// Opens a level after the present ones; nullptr when there are kMaxLevels already.
   [[nodiscard]] PriorityLevel* add_level(double damping = 1e-6) noexcept;
 
-  /// On anything but kSolved `x()` is zero.
+  /// C is m × variables, d has m rows. On anything but kSolved `x()` is zero.
   [[nodiscard]] QpStatus solve(const InequalityMatrix& C, const InequalityVector& d) noexcept;
+  /// The last solution, one entry per variable.
   [[nodiscard]] const VariableVector& x() const { return x_; }
 
  private:

@@ -7,7 +7,7 @@
 
 namespace walkman::motion {
 
-inline constexpr int kMaxVariables = 40;
+inline constexpr int kMaxVariables = 40;  ///< a floating base and every joint but the hands'
 inline constexpr int kMaxInequalities = 120;
 
 /// Matrices with room inside themselves: resizing within the bounds never allocates.
@@ -43,6 +43,7 @@ class QuadraticProgram {
   [[nodiscard]] const VariableVector& x() const { return x_; }
   /// Lagrange multipliers of the last solution, m, zero for rows that do not bind: G x + g = Cᵀ multipliers.
   [[nodiscard]] const InequalityVector& multipliers() const { return multipliers_; }
+  /// Changes of the active set the last solution took.
   [[nodiscard]] int iterations() const { return iterations_; }
 
  private:

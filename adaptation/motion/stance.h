@@ -23,14 +23,15 @@ class Stance {
   explicit Stance(const RobotModel& model,
                   const std::array<std::string, kFeet>& soles = {"l_sole", "r_sole"});
 
-  /// The feet of `posed` (its base anywhere) stand from now on.
+  /// The feet of `posed` (its base anywhere) stand from now on: T is defined by where they are.
   void take(const Kinematics& posed);
 
+  /// Link of a foot's sole, whose frame is F; `foot` in [0, kFeet).
   [[nodiscard]] int sole_link(int foot) const { return links_[static_cast<std::size_t>(foot)]; }
   [[nodiscard]] const Eigen::Isometry3d& X_TF(int foot) const {
     return X_TF_[static_cast<std::size_t>(foot)];
   }
-  /// Midway between the soles' origins, horizontal, m.
+  /// Midway between the soles' origins, horizontal, in T, m.
   [[nodiscard]] Eigen::Vector2d centre() const;
 
   /// Pose of the base in T by the joints of `posed`, whose own base pose does not matter: the mean of what

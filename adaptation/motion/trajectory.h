@@ -17,17 +17,18 @@ struct MotionLimits {
 /// Both follow s(τ) = 10τ³ − 15τ⁴ + 6τ⁵ over one duration, the least that keeps all four limits.
 class PoseTrajectory {
  public:
+  /// At rest at W's origin.
   PoseTrajectory() = default;
   PoseTrajectory(const Eigen::Isometry3d& X_WA, const Eigen::Isometry3d& X_WB,
                  const MotionLimits& limits) noexcept;
 
   struct Sample {
-    Eigen::Isometry3d X_W;
-    Eigen::Matrix<double, 6, 1> V_W;  ///< [angular; linear] velocity in W
+    Eigen::Isometry3d X_W;            ///< pose in W
+    Eigen::Matrix<double, 6, 1> V_W;  ///< [angular; linear] velocity in W, rad/s and m/s
   };
 
-  [[nodiscard]] double duration() const { return duration_; }
-  /// `time` in s from the start; held at the ends beyond them.
+  [[nodiscard]] double duration() const { return duration_; }  ///< s
+  /// `time` in s from the start; at rest at the first pose before it and at the goal after `duration`.
   [[nodiscard]] Sample at(double time) const noexcept;
   [[nodiscard]] const Eigen::Isometry3d& goal() const { return X_WB_; }
 

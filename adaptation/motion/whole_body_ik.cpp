@@ -90,14 +90,6 @@ void WholeBodyIk::track_pose(int link, const Eigen::Vector3d& p_LP, const Eigen:
   append(0, 6, velocity);
 }
 
-void WholeBodyIk::track_position(int link, const Eigen::Vector3d& p_LP, const Eigen::Vector3d& p_WP,
-                                 const Eigen::Vector3d& v_WP, double gain) noexcept {
-  fill_jacobian(link, p_LP);
-  Eigen::Matrix<double, 6, 1> velocity;
-  velocity << 0, 0, 0, v_WP + gain * (p_WP - kinematics_->X_WL(link) * p_LP);
-  append(3, 3, velocity);
-}
-
 void WholeBodyIk::track_orientation(int link, const Eigen::Matrix3d& R_WL, const Eigen::Vector3d& w_WL,
                                     double gain) noexcept {
   fill_jacobian(link, Eigen::Vector3d::Zero());

@@ -37,6 +37,7 @@ class WholeBodyIk {
   WholeBodyIk(const Kinematics& kinematics, BaseMotion base, std::vector<int> active,
               const JointRates& rates);
 
+  /// Of the cascade: active joints, and six for a floating base.
   [[nodiscard]] int variables() const { return first_joint_ + static_cast<int>(active_.size()); }
 
   /// Begins a cycle at joint positions q (n), to which `kinematics` has been updated; dt in s.
@@ -46,17 +47,16 @@ class WholeBodyIk {
   /// little lag there.
   void next_level(double damping = 1e-6) noexcept;
 
-  /// Frame P fixed to `link`, its origin at p_LP and its axes those of the link, to X_WP.
-  /// V_WP is the target's own [angular; linear] velocity in W.
+  /// Frame P fixed to `link`, its origin at p_LP (m) and its axes those of the link, to X_WP. V_WP is the
+  /// target's own [angular; linear] velocity in W (rad/s, m/s). `gain` in 1/s, here and below.
   void track_pose(int link, const Eigen::Vector3d& p_LP, const Eigen::Isometry3d& X_WP,
                   const Eigen::Matrix<double, 6, 1>& V_WP, double gain) noexcept;
-  void track_position(int link, const Eigen::Vector3d& p_LP, const Eigen::Vector3d& p_WP,
-                      const Eigen::Vector3d& v_WP, double gain) noexcept;
+  /// Axes of `link` to R_WL, whose own angular velocity is w_WL (rad/s, in W).
   void track_orientation(int link, const Eigen::Matrix3d& R_WL, const Eigen::Vector3d& w_WL,
                          double gain) noexcept;
-  /// Horizontal position and velocity of the centre of mass in W.
+  /// Centre of mass to the horizontal position p_Wcm (m), which itself moves at v_Wcm (m/s), both in W.
   void track_com(const Eigen::Vector2d& p_Wcm, const Eigen::Vector2d& v_Wcm, double gain) noexcept;
-  /// One joint, by degree of freedom, to a position. Ignored for a joint that is not active.
+  /// One joint, by degree of freedom, to a position (rad or m). Ignored for a joint that is not active.
   void track_joint(int dof, double position, double gain) noexcept;
 
   /// Half-space: the point p_LP of `link` may move against n_W (unit, pointing to the free side) at most at
@@ -66,12 +66,12 @@ class WholeBodyIk {
   /// The same relative to the point p_KQ of another link K of the robot.
   void keep_apart(int link, const Eigen::Vector3d& p_LP, int other, const Eigen::Vector3d& p_KQ,
                   const Eigen::Vector3d& n_W, double approach) noexcept;
-  /// Joint `dof` keeps to [lower, upper] besides its own limits.
+  /// Joint `dof` keeps to [lower, upper] (rad or m) besides its own limits.
   void limit_joint(int dof, double lower, double upper) noexcept;
 
   /// On failure all velocities are zero: the caller's reference stays where it was.
   [[nodiscard]] QpStatus solve() noexcept;
-  /// Joint velocities (n), zero for joints that are not active.
+  /// Joint velocities (n, rad/s or m/s), zero for joints that are not active.
   [[nodiscard]] const Eigen::VectorXd& joint_velocity() const { return joint_velocity_; }
   /// [angular; linear] velocity of the root in W; zero for a fixed base.
   [[nodiscard]] const Eigen::Matrix<double, 6, 1>& base_velocity() const { return base_velocity_; }

@@ -74,7 +74,6 @@ void expect_no_allocation(HandMotion& hand) {
   hand.go_to(X_WTable, {});
   for (int i = 0; i < 2000; ++i) hand.step(0.005);
   const bool blocked = hand.status() == HandMotion::Status::kBlocked;
-  hand.hold();
   hand.step(0.005);
   const int after = allocations;
   EXPECT_EQ(after, before);

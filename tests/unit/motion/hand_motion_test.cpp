@@ -186,21 +186,6 @@ TEST_F(HandMotionTest, LooksAheadWithoutMoving) {
   EXPECT_LT((hand.q_ref() - near.q).cwiseAbs().maxCoeff(), 0.1);
 }
 
-TEST_F(HandMotionTest, HoldBrakesWithinTheAccelerationBound) {
-  hand.go_to(palm_down(0.62, -0.25, 1.05), {});
-  for (int i = 0; i < 300; ++i) hand.step(kDt);
-  EXPECT_GT(hand.v_ref().norm(), 0.1);
-  hand.hold();
-  EXPECT_TRUE(hand.done());
-  for (int i = 0; i < 100; ++i) {
-    const Eigen::VectorXd v = hand.v_ref();
-    hand.step(kDt);
-    EXPECT_LE((hand.v_ref() - v).cwiseAbs().maxCoeff(), 8 * kDt + 1e-8);
-  }
-  EXPECT_LT(hand.v_ref().norm(), 1e-9);
-  EXPECT_EQ(hand.status(), Status::kHolding);
-}
-
 TEST_F(HandMotionTest, FailureHoldsTheReference) {
   for (int i = 0; i < 20; ++i) hand.step(kDt);
   const Eigen::VectorXd q = hand.q_ref();

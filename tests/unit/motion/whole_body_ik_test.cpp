@@ -115,12 +115,14 @@ TEST_F(WholeBodyIkTest, HandTaskIsBlindToThePosture) {
 TEST_F(WholeBodyIkTest, LimitsHoldAgainstAnUnreachableTarget) {
   WholeBodyIk ik(kinematics, BaseMotion::kFixed, all, {.velocity = 3, .acceleration = 30});
   const int hand = robot.model.link_index("r_hand_grasp");
+  Eigen::Isometry3d beyond = pose("r_hand_grasp");
+  beyond.translation() = Eigen::Vector3d(-3, 2, 4);
   double acceleration = 0;
   Eigen::VectorXd last = Eigen::VectorXd::Zero(q.size());
   for (int step = 0; step < 600; ++step) {
     ik.start(q, kDt);
     ik.next_level();
-    ik.track_position(hand, Eigen::Vector3d::Zero(), Eigen::Vector3d(-3, 2, 4), Eigen::Vector3d::Zero(), 5);
+    ik.track_pose(hand, Eigen::Vector3d::Zero(), beyond, kStill(), 5);
     ik.next_level();
     for (const int dof : all) ik.track_joint(dof, robot.q_home[dof], 1);
     ASSERT_EQ(ik.solve(), QpStatus::kSolved);
@@ -139,8 +141,9 @@ TEST_F(WholeBodyIkTest, OnlyActiveJointsMove) {
   WholeBodyIk ik(kinematics, BaseMotion::kFixed, active, {});
   ik.start(q, kDt);
   ik.next_level();
-  ik.track_position(robot.model.link_index("r_hand_grasp"), Eigen::Vector3d::Zero(), Eigen::Vector3d(1, 0, 1),
-                    Eigen::Vector3d::Zero(), 5);
+  Eigen::Isometry3d X_WH = pose("r_hand_grasp");
+  X_WH.translation() = Eigen::Vector3d(1, 0, 1);
+  ik.track_pose(robot.model.link_index("r_hand_grasp"), Eigen::Vector3d::Zero(), X_WH, kStill(), 5);
   ik.track_joint(kinematics.dof_of("LElbj"), 0, 1);
   ASSERT_EQ(ik.solve(), QpStatus::kSolved);
   EXPECT_GT(ik.joint_velocity().norm(), 0.01);
@@ -171,8 +174,9 @@ TEST_F(WholeBodyIkTest, FailureIsNoMotion) {
   WholeBodyIk ik(kinematics, BaseMotion::kFixed, all, {});
   ik.start(q, kDt);
   ik.next_level();
-  ik.track_position(robot.model.link_index("r_hand_grasp"), Eigen::Vector3d::Zero(),
-                    Eigen::Vector3d(std::nan(""), 0, 1), Eigen::Vector3d::Zero(), 5);
+  Eigen::Isometry3d X_WH = pose("r_hand_grasp");
+  X_WH.translation().x() = std::nan("");
+  ik.track_pose(robot.model.link_index("r_hand_grasp"), Eigen::Vector3d::Zero(), X_WH, kStill(), 5);
   EXPECT_EQ(ik.solve(), QpStatus::kNotConvex);
   EXPECT_EQ(ik.joint_velocity().norm(), 0);
 }
