@@ -4,7 +4,7 @@
 
 #include "sensors/triangulation.h"
 
-namespace walkman::sensors {
+namespace walkman::picture {
 
 void PaintedScene::add(const std::vector<LinkGeometry>& geometry, const Eigen::Isometry3d& X_WL,
                        const Paint& paint) {
@@ -19,11 +19,11 @@ const Paint& PaintedScene::paint_of(std::size_t triangle) const {
 }
 
 Eigen::AlignedBox3d bounds_W(const std::vector<LinkGeometry>& geometry, const Eigen::Isometry3d& X_WL) {
-  TriangleMesh mesh;
-  for (const LinkGeometry& g : geometry) append_triangles(g, X_WL, mesh);
+  sensors::TriangleMesh mesh;
+  for (const LinkGeometry& g : geometry) sensors::append_triangles(g, X_WL, mesh);
   Eigen::AlignedBox3d box;
   for (const Eigen::Vector3f& vertex : mesh.vertices) box.extend(vertex.cast<double>());
   return box;
 }
 
-}  // namespace walkman::sensors
+}  // namespace walkman::picture

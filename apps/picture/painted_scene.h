@@ -7,7 +7,7 @@
 
 #include "sensors/ray_scene.h"
 
-namespace walkman::sensors {
+namespace walkman::picture {
 
 /// How a surface looks.
 struct Paint {
@@ -19,15 +19,16 @@ struct Paint {
 /// Bodies with their colours, where they are at one moment, for a picture.
 class PaintedScene {
  public:
-  /// Adds geometry of a link with the pose X_WL. Throws std::invalid_argument as RayScene::add_fixed does.
+  /// Adds geometry of a link with the pose X_WL. Throws std::invalid_argument as sensors::RayScene::add_fixed
+  /// does.
   void add(const std::vector<LinkGeometry>& geometry, const Eigen::Isometry3d& X_WL, const Paint& paint);
 
-  [[nodiscard]] const RayScene& rays() const { return rays_; }
+  [[nodiscard]] const sensors::RayScene& rays() const { return rays_; }
   /// Paint of a triangle of `rays`, by its index there.
   [[nodiscard]] const Paint& paint_of(std::size_t triangle) const;
 
  private:
-  RayScene rays_;
+  sensors::RayScene rays_;
   std::vector<std::size_t> end_;  // triangle index behind the last one of each addition
   std::vector<Paint> paints_;
 };
@@ -36,4 +37,4 @@ class PaintedScene {
 [[nodiscard]] Eigen::AlignedBox3d bounds_W(const std::vector<LinkGeometry>& geometry,
                                            const Eigen::Isometry3d& X_WL);
 
-}  // namespace walkman::sensors
+}  // namespace walkman::picture

@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <vector>
 
-namespace walkman::sensors {
+namespace walkman::picture {
 
 /// A colour picture, 8 bits a channel, sRGB.
 struct Picture {
@@ -12,4 +12,4 @@ struct Picture {
   std::vector<std::array<std::uint8_t, 3>> pixels;  ///< red, green, blue; rows from the top, left to right
 };
 
-}  // namespace walkman::sensors
+}  // namespace walkman::picture

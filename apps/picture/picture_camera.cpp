@@ -5,7 +5,7 @@
 #include <limits>
 #include <stdexcept>
 
-namespace walkman::sensors {
+namespace walkman::picture {
 namespace {
 
 constexpr double kFilled = 0.92;    // part of the picture's width or height that the points may take
@@ -51,4 +51,4 @@ PictureCamera camera_around(const std::vector<Eigen::Vector3d>& points_W, double
   return camera;
 }
 
-}  // namespace walkman::sensors
+}  // namespace walkman::picture

@@ -4,7 +4,7 @@
 
 #include <Eigen/Geometry>
 
-namespace walkman::sensors {
+namespace walkman::picture {
 
 /// A pinhole camera. Its frame C is an optical one: x right, y down, z forward; the principal point is the
 /// middle of the picture.
@@ -24,4 +24,4 @@ struct PictureCamera {
 [[nodiscard]] PictureCamera camera_around(const std::vector<Eigen::Vector3d>& points_W, double azimuth,
                                           double elevation, double height_angle, int width, int height);
 
-}  // namespace walkman::sensors
+}  // namespace walkman::picture

@@ -98,8 +98,8 @@ void go_to_moment(EmulatedWorld& world, const Options& options, const std::files
                data / "adaptation" / "parameters.yaml", options.phase, after);
 }
 
-sensors::Lighting lighting_for(const ScenePainting& painting, double azimuth) {
-  sensors::Lighting lighting;
+picture::Lighting lighting_for(const ScenePainting& painting, double azimuth) {
+  picture::Lighting lighting;
   const double sun = azimuth + kSunBeside;
   lighting.p_to_sun = Eigen::Vector3d(std::cos(kSunElevation) * std::cos(sun),
                                       std::cos(kSunElevation) * std::sin(sun), std::sin(kSunElevation))
@@ -133,9 +133,9 @@ int make_picture(const Options& options) {
 
   ScenePainting painting;
   paint_scene(world, snapshot, painting);
-  const sensors::PictureCamera camera =
-      sensors::camera_around(painting.subject_W, azimuth, elevation, kHeightAngle, width, height);
-  write_png(sensors::render(painting.bodies, camera, lighting_for(painting, azimuth), options.samples,
+  const picture::PictureCamera camera =
+      picture::camera_around(painting.subject_W, azimuth, elevation, kHeightAngle, width, height);
+  write_png(picture::render(painting.bodies, camera, lighting_for(painting, azimuth), options.samples,
                             options.threads),
             options.out);
   std::fputs(fmt::format("written to {}: {}x{} px, the plant at {:.3f} s\n", one_line(options.out), width,

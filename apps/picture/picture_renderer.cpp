@@ -12,7 +12,7 @@
 #include "sensors/parallel_jobs.h"
 #include "sensors/ray_scene_access.h"
 
-namespace walkman::sensors {
+namespace walkman::picture {
 namespace {
 
 using Colour = Eigen::Vector3f;
@@ -86,7 +86,7 @@ class Renderer {
  public:
   Renderer(const PaintedScene& scene, const PictureCamera& camera, const Lighting& lighting, int samples)
       : scene_(scene),
-        embree_(RaySceneAccess::embree_scene(scene.rays())),
+        embree_(sensors::RaySceneAccess::embree_scene(scene.rays())),
         lighting_(lighting),
         sun_(lighting.p_to_sun.normalized()),
         sun_tangents_(tangents(sun_)),
@@ -207,7 +207,7 @@ Picture render(const PaintedScene& scene, const PictureCamera& camera, const Lig
   picture.height = camera.height;
   picture.pixels.resize(static_cast<std::size_t>(camera.width) * static_cast<std::size_t>(camera.height));
   tbb::task_arena arena(std::min(threads, tbb::info::default_concurrency()));
-  run_jobs(arena, camera.height, [&](int row, int /*worker*/) {
+  sensors::run_jobs(arena, camera.height, [&](int row, int /*worker*/) {
     auto pixel = picture.pixels.begin() + static_cast<std::ptrdiff_t>(row) * camera.width;
     for (int column = 0; column < camera.width; ++column, ++pixel) {
       const Colour colour = renderer.pixel(column, row);
@@ -217,4 +217,4 @@ Picture render(const PaintedScene& scene, const PictureCamera& camera, const Lig
   return picture;
 }
 
-}  // namespace walkman::sensors
+}  // namespace walkman::picture

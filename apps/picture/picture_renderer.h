@@ -4,7 +4,7 @@
 #include "apps/picture/picture.h"
 #include "apps/picture/picture_camera.h"
 
-namespace walkman::sensors {
+namespace walkman::picture {
 
 /// How a picture is lit.
 struct Lighting {
@@ -23,4 +23,4 @@ struct Lighting {
 [[nodiscard]] Picture render(const PaintedScene& scene, const PictureCamera& camera, const Lighting& lighting,
                              int samples, int threads);
 
-}  // namespace walkman::sensors
+}  // namespace walkman::picture

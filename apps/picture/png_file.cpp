@@ -8,7 +8,7 @@
 
 #include <png.h>
 
-namespace walkman::sensors {
+namespace walkman::picture {
 namespace {
 
 /// The picture in PNG's form, in memory.
@@ -45,4 +45,4 @@ void write_png(const Picture& picture, const std::filesystem::path& file) {
   if (!out) throw std::runtime_error(file.string() + ": cannot be written: " + std::strerror(errno));
 }
 
-}  // namespace walkman::sensors
+}  // namespace walkman::picture

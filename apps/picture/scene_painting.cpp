@@ -8,7 +8,7 @@
 namespace walkman::apps {
 namespace {
 
-using sensors::Paint;
+using picture::Paint;
 
 // Reflectances, linear.
 const std::array<Paint, 6> kRobotPaints{Paint{{0.150F, 0.165F, 0.185F}, 0.10F, false},    // graphite
@@ -40,7 +40,7 @@ std::vector<std::size_t> depths(const RobotModel& model) {
 void show(const LinkGeometry& geometry, const Eigen::Isometry3d& X_WL, ScenePainting& painting) {
   LinkGeometry upright = geometry;
   upright.X_LG = Eigen::Isometry3d::Identity();
-  const Eigen::AlignedBox3d box_G = sensors::bounds_W({upright}, Eigen::Isometry3d::Identity());
+  const Eigen::AlignedBox3d box_G = picture::bounds_W({upright}, Eigen::Isometry3d::Identity());
   for (int i = 0; i < 8; ++i) {
     painting.subject_W.emplace_back(X_WL * geometry.X_LG *
                                     box_G.corner(static_cast<Eigen::AlignedBox3d::CornerType>(i)));
@@ -75,14 +75,14 @@ void paint_fixed(const FixedBody& body, const Eigen::AlignedBox3d& robot_W, Scen
   const std::vector<Eigen::Isometry3d> X_FL = link_poses(body.model, {});
   Eigen::AlignedBox3d all;
   for (std::size_t i = 0; i < X_FL.size(); ++i) {
-    all.extend(sensors::bounds_W(body.model.links[i].visuals, body.X_WF * X_FL[i]));
+    all.extend(picture::bounds_W(body.model.links[i].visuals, body.X_WF * X_FL[i]));
   }
   const bool surrounds = (all.min().head<2>().array() < robot_W.min().head<2>().array()).all() &&
                          (all.max().head<2>().array() > robot_W.max().head<2>().array()).all();
   for (std::size_t i = 0; i < X_FL.size(); ++i) {
     for (const LinkGeometry& geometry : body.model.links[i].visuals) {
       const Eigen::Isometry3d X_WL = body.X_WF * X_FL[i];
-      const bool below = sensors::bounds_W({geometry}, X_WL).max().z() <= robot_W.min().z() + kBelow;
+      const bool below = picture::bounds_W({geometry}, X_WL).max().z() <= robot_W.min().z() + kBelow;
       if (surrounds && !below) continue;
       painting.bodies.add({geometry}, X_WL, surrounds ? kGround : kFurniture);
       if (!surrounds) show(geometry, X_WL, painting);

@@ -7,7 +7,7 @@ namespace walkman::apps {
 
 /// A snapshot as bodies with colours, and what a picture of it should show.
 struct ScenePainting {
-  sensors::PaintedScene bodies;
+  picture::PaintedScene bodies;
   std::vector<Eigen::Vector3d> subject_W;  ///< corners of boxes around all but what surrounds the robot
 };
 

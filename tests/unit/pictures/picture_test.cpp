@@ -11,7 +11,7 @@
 #include "apps/picture/picture_renderer.h"
 #include "apps/picture/png_file.h"
 
-namespace walkman::sensors {
+namespace walkman::picture {
 namespace {
 
 const Paint kRed{{0.6F, 0, 0}, 0, false};
@@ -214,4 +214,4 @@ TEST(Pictures, RefuseWhatCannotBeDone) {
 }
 
 }  // namespace
-}  // namespace walkman::sensors
+}  // namespace walkman::picture
