@@ -7,7 +7,7 @@ namespace walkman::apps {
 /// Exit codes of every command.
 enum ExitCode : int {
   kOk = 0,           ///< ran, and the task was done
-  kTaskFailed = 1,   ///< ran, but the task failed or a gate was not met
+  kTaskFailed = 1,   ///< ran, but the task failed or what was asked for did not hold
   kBadInput = 2,     ///< usage or a file: one sentence on stderr
   kEnvironment = 3,  ///< the machine lacks something: an interface, a socket, a package
   kInternal = 5,     ///< a defect of the program itself

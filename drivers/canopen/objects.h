@@ -2,7 +2,7 @@
 
 #include <cstdint>
 
-/// Indices of the objects both ends of the wire name (CiA 301 communication profile, CiA 402 drive profile,
+/// Indices of the objects that masters and devices name (CiA 301 communication profile, CiA 402 drive profile,
 /// CiA 404 measuring devices, and the manufacturer area that docs/protocol.md lists).
 namespace walkman::canopen::object {
 

@@ -80,7 +80,7 @@ std::string to_text(const ModelReport& report) {
                    cell(limited, joint.limits.effort),
                    joint.type == JointType::kPrismatic ? "  (m, m/s, N)" : "");
   }
-  if (!report.joints.empty()) fmt::format_to(out, "  (rad, rad/s, Nm)\n");
+  if (!report.joints.empty()) fmt::format_to(out, "  (rad, rad/s, N·m)\n");
 
   fmt::format_to(out, "\n  sensors{}\n", report.sensors.empty() ? ": none recognised" : "");
   for (const CheckedSensor& sensor : report.sensors)
