@@ -14,7 +14,7 @@ constexpr double kAheadStep = 0.01;
 /// Longest motion `reachable` follows, s.
 constexpr double kAheadTime = 120;
 
-std::vector<int> active_dofs(const Kinematics& kinematics, const std::vector<std::string>& active_joints) {
+std::vector<int> active_dofs(const KinematicTree& kinematics, const std::vector<std::string>& active_joints) {
   std::vector<int> dofs;
   dofs.reserve(active_joints.size());
   for (const std::string& joint_name : active_joints) {

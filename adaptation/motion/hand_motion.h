@@ -7,7 +7,7 @@
 
 #include <Eigen/Geometry>
 
-#include "adaptation/motion/kinematics.h"
+#include "adaptation/motion/kinematic_tree.h"
 #include "adaptation/motion/obstacle.h"
 #include "adaptation/motion/stance.h"
 #include "adaptation/motion/trajectory.h"
@@ -98,7 +98,7 @@ class HandMotion {
   /// Reference at rest at q (rad, joint_names order), no target. Throws std::runtime_error for a wrong size
   /// or a value that is not finite.
   void reset(const Eigen::VectorXd& q);
-  /// Position of a joint outside joint_names, such as the hand's motor. Throws as Kinematics::set_passive.
+  /// Position of a joint outside joint_names, such as the hand's motor. Throws as KinematicTree::set_passive.
   void set_passive(const std::string& joint_name, double value);
   /// The table, from now on out of bounds for the arm. std::nullopt removes it.
   void set_table(std::optional<ConvexPrism> table) { table_ = std::move(table); }
@@ -152,7 +152,7 @@ class HandMotion {
   }
   /// The centre of mass has come where it stays.
   [[nodiscard]] bool balanced() const { return state_.balance_time >= state_.balance.duration(); }
-  [[nodiscard]] const Kinematics& kinematics() const { return kinematics_; }
+  [[nodiscard]] const KinematicTree& kinematics() const { return kinematics_; }
 
  private:
   struct Target {
@@ -181,7 +181,7 @@ class HandMotion {
 
   HandMotionOptions options_;
   std::optional<Stance> stance_;
-  Kinematics kinematics_;
+  KinematicTree kinematics_;
   int hand_;
   std::vector<int> active_;
   std::vector<Target> upright_, posture_, legs_;

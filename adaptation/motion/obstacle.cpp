@@ -38,7 +38,7 @@ struct Gap {
   Eigen::Vector3d way_W;
 };
 
-Gap gap_between(const Kinematics& kinematics, const GuardSphere& ball, const GuardCapsule& capsule) {
+Gap gap_between(const KinematicTree& kinematics, const GuardSphere& ball, const GuardCapsule& capsule) {
   const Eigen::Isometry3d& X_WL = kinematics.X_WL(capsule.link);
   const Eigen::Vector3d a = X_WL * capsule.p_LA;
   const Eigen::Vector3d axis = X_WL * capsule.p_LB - a;
@@ -126,7 +126,7 @@ std::vector<GuardCapsule> trunk_guards(const RobotModel& model) {
   };
 }
 
-double clearance(const Kinematics& kinematics, const std::vector<GuardSphere>& guards,
+double clearance(const KinematicTree& kinematics, const std::vector<GuardSphere>& guards,
                  const std::vector<GuardCapsule>& body) noexcept {
   double least = std::numeric_limits<double>::infinity();
   for (const GuardSphere& guard : guards)
@@ -136,7 +136,7 @@ double clearance(const Kinematics& kinematics, const std::vector<GuardSphere>& g
   return least;
 }
 
-double clearance(const Kinematics& kinematics, const std::vector<GuardSphere>& guards,
+double clearance(const KinematicTree& kinematics, const std::vector<GuardSphere>& guards,
                  const ConvexPrism& prism) noexcept {
   double least = std::numeric_limits<double>::infinity();
   for (const GuardSphere& guard : guards)
@@ -144,7 +144,7 @@ double clearance(const Kinematics& kinematics, const std::vector<GuardSphere>& g
   return least;
 }
 
-void keep_clear(WholeBodyIk& ik, const Kinematics& kinematics, const std::vector<GuardSphere>& guards,
+void keep_clear(WholeBodyIk& ik, const KinematicTree& kinematics, const std::vector<GuardSphere>& guards,
                 const ConvexPrism& prism, double margin, double gain) noexcept {
   for (const GuardSphere& guard : guards) {
     const Eigen::Vector3d p_W = kinematics.X_WL(guard.link) * guard.p_LP;
@@ -154,7 +154,7 @@ void keep_clear(WholeBodyIk& ik, const Kinematics& kinematics, const std::vector
   }
 }
 
-void keep_clear(WholeBodyIk& ik, const Kinematics& kinematics, const std::vector<GuardSphere>& guards,
+void keep_clear(WholeBodyIk& ik, const KinematicTree& kinematics, const std::vector<GuardSphere>& guards,
                 const std::vector<GuardCapsule>& body, double margin, double gain) noexcept {
   for (const GuardSphere& guard : guards) {
     for (const GuardCapsule& capsule : body) {

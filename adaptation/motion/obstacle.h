@@ -5,7 +5,7 @@
 
 #include <Eigen/Geometry>
 
-#include "adaptation/motion/kinematics.h"
+#include "adaptation/motion/kinematic_tree.h"
 
 namespace walkman::motion {
 
@@ -59,19 +59,19 @@ struct GuardCapsule {
 [[nodiscard]] std::vector<GuardCapsule> trunk_guards(const RobotModel& model);
 
 /// Least distance between guards and prism, m. Negative when a guard dips in.
-[[nodiscard]] double clearance(const Kinematics& kinematics, const std::vector<GuardSphere>& guards,
+[[nodiscard]] double clearance(const KinematicTree& kinematics, const std::vector<GuardSphere>& guards,
                                const ConvexPrism& prism) noexcept;
 
 /// Least distance between balls and capsules, m. Negative where they overlap.
-[[nodiscard]] double clearance(const Kinematics& kinematics, const std::vector<GuardSphere>& guards,
+[[nodiscard]] double clearance(const KinematicTree& kinematics, const std::vector<GuardSphere>& guards,
                                const std::vector<GuardCapsule>& body) noexcept;
 
 /// Keeps every guard `margin` (m) away: it may approach its separating face at most at `gain` (1/s) times
 /// what is left, and not at all when it is closer already.
-void keep_clear(WholeBodyIk& ik, const Kinematics& kinematics, const std::vector<GuardSphere>& guards,
+void keep_clear(WholeBodyIk& ik, const KinematicTree& kinematics, const std::vector<GuardSphere>& guards,
                 const ConvexPrism& prism, double margin, double gain) noexcept;
 /// The same towards capsules of the robot's own body.
-void keep_clear(WholeBodyIk& ik, const Kinematics& kinematics, const std::vector<GuardSphere>& guards,
+void keep_clear(WholeBodyIk& ik, const KinematicTree& kinematics, const std::vector<GuardSphere>& guards,
                 const std::vector<GuardCapsule>& body, double margin, double gain) noexcept;
 
 }  // namespace walkman::motion

@@ -9,7 +9,7 @@ Stance::Stance(const RobotModel& model, const std::array<std::string, kFeet>& so
   X_TF_.fill(Eigen::Isometry3d::Identity());
 }
 
-void Stance::take(const Kinematics& posed) {
+void Stance::take(const KinematicTree& posed) {
   const Eigen::Vector3d z =
       (posed.X_WL(links_[0]).linear().col(2) + posed.X_WL(links_[1]).linear().col(2)).normalized();
   const Eigen::Vector3d along = posed.X_WL(links_[0]).linear().col(0) + posed.X_WL(links_[1]).linear().col(0);
@@ -25,7 +25,7 @@ Eigen::Vector2d Stance::centre() const {
   return (X_TF_[0].translation().head<2>() + X_TF_[1].translation().head<2>()) / 2;
 }
 
-Eigen::Isometry3d Stance::X_TB(const Kinematics& posed) const noexcept {
+Eigen::Isometry3d Stance::X_TB(const KinematicTree& posed) const noexcept {
   const auto by_foot = [&](std::size_t i) {
     return Eigen::Isometry3d(X_TF_[i] * posed.X_WL(links_[i]).inverse() * posed.X_WB());
   };
@@ -38,7 +38,7 @@ Eigen::Isometry3d Stance::X_TB(const Kinematics& posed) const noexcept {
   return mean;
 }
 
-std::array<Stance::Support, Stance::kFeet> Stance::supports(const Kinematics& posed) const noexcept {
+std::array<Stance::Support, Stance::kFeet> Stance::supports(const KinematicTree& posed) const noexcept {
   const Eigen::Vector2d com = posed.com().head<2>();
   const Eigen::Vector2d p_0 = posed.X_WL(links_[0]).translation().head<2>();
   const Eigen::Vector2d between = posed.X_WL(links_[1]).translation().head<2>() - p_0;
@@ -54,7 +54,7 @@ std::array<Stance::Support, Stance::kFeet> Stance::supports(const Kinematics& po
   return supports;
 }
 
-void standing_torques(const Kinematics& posed, const Stance& stance, Eigen::MatrixXd& J,
+void standing_torques(const KinematicTree& posed, const Stance& stance, Eigen::MatrixXd& J,
                       Eigen::Ref<Eigen::VectorXd> tau) noexcept {
   posed.gravity_torques(tau);
   const auto supports = stance.supports(posed);

@@ -5,7 +5,7 @@
 
 #include <Eigen/Geometry>
 
-#include "adaptation/motion/kinematics.h"
+#include "adaptation/motion/kinematic_tree.h"
 
 namespace walkman::motion {
 
@@ -24,7 +24,7 @@ class Stance {
                   const std::array<std::string, kFeet>& soles = {"l_sole", "r_sole"});
 
   /// The feet of `posed` (its base anywhere) stand from now on: T is defined by where they are.
-  void take(const Kinematics& posed);
+  void take(const KinematicTree& posed);
 
   /// Link of a foot's sole, whose frame is F; `foot` in [0, kFeet).
   [[nodiscard]] int sole_link(int foot) const { return links_[static_cast<std::size_t>(foot)]; }
@@ -36,7 +36,7 @@ class Stance {
 
   /// Pose of the base in T by the joints of `posed`, whose own base pose does not matter: the mean of what
   /// either foot says.
-  [[nodiscard]] Eigen::Isometry3d X_TB(const Kinematics& posed) const noexcept;
+  [[nodiscard]] Eigen::Isometry3d X_TB(const KinematicTree& posed) const noexcept;
 
   /// What the ground does to one foot: a vertical force (N) at a point of the sole link, its frame.
   struct Support {
@@ -46,7 +46,7 @@ class Stance {
   /// The forces that carry `posed` (its base in T) at rest: shared between the feet as the centre of mass
   /// lies between them, both as far in front as it lies. A centre of mass outside of the feet counts as at
   /// the nearer one.
-  [[nodiscard]] std::array<Support, kFeet> supports(const Kinematics& posed) const noexcept;
+  [[nodiscard]] std::array<Support, kFeet> supports(const KinematicTree& posed) const noexcept;
 
  private:
   std::array<int, kFeet> links_;
@@ -54,7 +54,7 @@ class Stance {
 };
 
 /// Joint torques (n, N·m) that hold `posed` at rest on its feet. `J` is room for 6×n.
-void standing_torques(const Kinematics& posed, const Stance& stance, Eigen::MatrixXd& J,
+void standing_torques(const KinematicTree& posed, const Stance& stance, Eigen::MatrixXd& J,
                       Eigen::Ref<Eigen::VectorXd> tau) noexcept;
 
 }  // namespace walkman::motion

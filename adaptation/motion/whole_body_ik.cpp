@@ -12,7 +12,7 @@ Eigen::Vector3d rotation_error(const Eigen::Matrix3d& R_to, const Eigen::Matrix3
   return turn.angle() * turn.axis();
 }
 
-WholeBodyIk::WholeBodyIk(const Kinematics& kinematics, BaseMotion base, std::vector<int> active,
+WholeBodyIk::WholeBodyIk(const KinematicTree& kinematics, BaseMotion base, std::vector<int> active,
                          const JointRates& rates)
     : kinematics_(&kinematics),
       base_(base),

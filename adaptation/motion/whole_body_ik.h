@@ -4,13 +4,13 @@
 
 #include <Eigen/Geometry>
 
-#include "adaptation/motion/kinematics.h"
+#include "adaptation/motion/kinematic_tree.h"
 #include "adaptation/motion/priority_cascade.h"
 
 namespace walkman::motion {
 
 enum class BaseMotion {
-  kFixed,     ///< the root link stays where Kinematics::set_base puts it
+  kFixed,     ///< the root link stays where KinematicTree::set_base puts it
   kFloating,  ///< six more variables: the root's [angular; linear] velocity in W
 };
 
@@ -34,7 +34,7 @@ class WholeBodyIk {
  public:
   /// `active` are the degrees of freedom of `kinematics` that may move; the rest are held. Keeps a reference
   /// to `kinematics`. Throws std::runtime_error when more than kMaxVariables variables are asked for.
-  WholeBodyIk(const Kinematics& kinematics, BaseMotion base, std::vector<int> active,
+  WholeBodyIk(const KinematicTree& kinematics, BaseMotion base, std::vector<int> active,
               const JointRates& rates);
 
   /// Of the cascade: active joints, and six for a floating base.
@@ -83,7 +83,7 @@ class WholeBodyIk {
   void append(int first_row, int rows, const Eigen::Matrix<double, 6, 1>& velocity) noexcept;
   void write_joint_bounds(bool bound_acceleration) noexcept;
 
-  const Kinematics* kinematics_;
+  const KinematicTree* kinematics_;
   BaseMotion base_;
   int first_joint_;
   std::vector<int> active_;

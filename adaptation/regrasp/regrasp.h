@@ -30,7 +30,7 @@ enum class Ending {
 [[nodiscard]] std::string_view to_string(Ending ending);
 
 struct Report {
-  std::vector<Weighing> weighings;  ///< one a lift
+  std::vector<Weighing> weighings;  ///< one per lift
   Ending ending = Ending::kMinimumTorque;
 };
 

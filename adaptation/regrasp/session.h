@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "adaptation/motion/kinematics.h"
+#include "adaptation/motion/kinematic_tree.h"
 #include "adaptation/motion/stance.h"
 #include "adaptation/regrasp/observer.h"
 #include "drivers/cia404/inertial_unit.h"
@@ -29,10 +29,13 @@ class Session {
   /// for every other fault, when that does not succeed, and when the robot falls.
   void tick(const std::vector<robot::JointCommand>& commands);
 
+  /// The hand's set-point from the next cycle on: closure 0 open .. 1 closed, torque limit as a share of the
+  /// rated torque of its motor.
   void set_grip(double closure, double torque_limit) {
     closure_ = closure;
     grip_torque_ = torque_limit;
   }
+  /// Tells the observer.
   void enter(Phase phase);
 
   /// Whether the hand is closing on an object, or has one: a fault then ends the run, for the arm would let
@@ -41,16 +44,18 @@ class Session {
   /// How often something was got back so far. What was measured across one is not to be used.
   [[nodiscard]] int recoveries() const { return recoveries_; }
 
-  [[nodiscard]] Time now() const { return now_; }
+  [[nodiscard]] Time now() const { return now_; }          ///< of the last cycle
   [[nodiscard]] double period() const { return period_; }  ///< s
   /// Of a robot that stands on its feet, since `boot`; none for one whose base is held.
   [[nodiscard]] const std::optional<motion::Stance>& stance() const { return stance_; }
   /// Posed in the stance T, or in the base where that is held.
-  [[nodiscard]] const motion::Kinematics& measured() const { return measured_; }
+  [[nodiscard]] const motion::KinematicTree& measured() const { return measured_; }
   [[nodiscard]] const std::vector<std::string>& joint_names() const { return robot_.joint_names(); }
+  /// Measured, rad, joint_names order.
   [[nodiscard]] const Eigen::VectorXd& link_positions() const { return q_; }
-  [[nodiscard]] const Wrench& F_So_S() const;  ///< raw reading of the wrist sensor
+  [[nodiscard]] const Wrench& F_So_S() const;  ///< raw reading of the wrist sensor S
   [[nodiscard]] double hand_closure() const;   ///< of the fingers, 0 open .. 1 closed
+  /// Measured poses of the hand's grasp frame H, the wrist sensor S and the camera's optical frame C.
   [[nodiscard]] const Eigen::Isometry3d& X_TH() const { return measured_.X_WL(grasp_link_); }
   [[nodiscard]] const Eigen::Isometry3d& X_TS() const { return measured_.X_WL(sensor_link_); }
   [[nodiscard]] const Eigen::Isometry3d& X_TC() const { return measured_.X_WL(camera_link_); }
@@ -68,7 +73,7 @@ class Session {
   robot::Cycle& cycle_;
   Observer& observer_;
   HandParts parts_;
-  motion::Kinematics measured_;
+  motion::KinematicTree measured_;
   std::optional<motion::Stance> stance_;
   std::vector<std::size_t> foot_sensors_;                // none when the robot has no such sensors
   const cia404::InertialUnit* inertial_unit_ = nullptr;  // none when the robot has no such sensor

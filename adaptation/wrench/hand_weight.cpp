@@ -25,7 +25,7 @@ HandWeight::HandWeight(const RobotModel& model, const std::string& sensor_frame)
   }
 }
 
-Wrench HandWeight::F_So_S(const motion::Kinematics& posed) const {
+Wrench HandWeight::F_So_S(const motion::KinematicTree& posed) const {
   const Eigen::Isometry3d& X_WS = posed.X_WL(sensor_link_);
   Wrench F_So_W;
   for (const int i : links_) {

@@ -3,7 +3,7 @@
 #include <string>
 #include <vector>
 
-#include "adaptation/motion/kinematics.h"
+#include "adaptation/motion/kinematic_tree.h"
 #include "urdf/reader/wrench.h"
 
 namespace walkman::wrench {
@@ -17,7 +17,7 @@ class HandWeight {
   HandWeight(const RobotModel& model, const std::string& sensor_frame);
 
   /// Weight of the hand about So in sensor axes, for posed kinematics of the same model; W has z up.
-  [[nodiscard]] Wrench F_So_S(const motion::Kinematics& posed) const;
+  [[nodiscard]] Wrench F_So_S(const motion::KinematicTree& posed) const;
   [[nodiscard]] double mass() const { return mass_; }  ///< kg
 
  private:

@@ -66,7 +66,7 @@ BENCHMARK(hand_motion_step)->Unit(benchmark::kMicrosecond);
 
 /// The same on two feet: 28 variables, five levels, as in the experiments.
 void standing_motion_step(benchmark::State& state) {
-  Kinematics posed(robot().model, robot().names);
+  KinematicTree posed(robot().model, robot().names);
   posed.update(robot().q);
   Stance stance(robot().model);
   stance.take(posed);
@@ -77,7 +77,7 @@ BENCHMARK(standing_motion_step)->Unit(benchmark::kMicrosecond);
 
 /// 37 variables, five levels: feet, hand, centre of mass, torso, posture.
 void floating_whole_body_solve(benchmark::State& state) {
-  Kinematics kinematics(robot().model, robot().names);
+  KinematicTree kinematics(robot().model, robot().names);
   kinematics.set_base(robot().X_WB);
   Eigen::VectorXd q = robot().q;
   kinematics.update(q);
@@ -113,7 +113,7 @@ void floating_whole_body_solve(benchmark::State& state) {
 BENCHMARK(floating_whole_body_solve)->Unit(benchmark::kMicrosecond);
 
 void kinematics_update(benchmark::State& state) {
-  Kinematics kinematics(robot().model, robot().names);
+  KinematicTree kinematics(robot().model, robot().names);
   for ([[maybe_unused]] auto _ : state) {
     kinematics.update(robot().q);
     benchmark::DoNotOptimize(kinematics.com().data());

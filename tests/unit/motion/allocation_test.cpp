@@ -90,7 +90,7 @@ TEST(Allocation, AStepMakesNone) {
 
 TEST(Allocation, AStepOfARobotThatStandsMakesNone) {
   const ReferenceRobot& robot = reference_robot();
-  Kinematics posed(robot.model, robot.joint_names);
+  KinematicTree posed(robot.model, robot.joint_names);
   posed.set_base(robot.X_WB);
   posed.update(robot.q_home);
   Stance stance(robot.model);

@@ -53,7 +53,7 @@ TEST(ConvexPrism, RejectsWhatHasNoArea) {
 
 TEST(Guards, CoverTheArmsCollisionBoxes) {
   const ReferenceRobot& robot = reference_robot();
-  Kinematics kinematics(robot.model, robot.joint_names);
+  KinematicTree kinematics(robot.model, robot.joint_names);
   kinematics.set_base(robot.X_WB);
   kinematics.update(robot.q_home);
   const auto guards = right_arm_guards(robot.model);
@@ -77,7 +77,7 @@ TEST(Guards, CoverTheArmsCollisionBoxes) {
 
 TEST(Guards, KeepTheArmFromTheTrunkAtHome) {
   const ReferenceRobot& robot = reference_robot();
-  Kinematics kinematics(robot.model, robot.joint_names);
+  KinematicTree kinematics(robot.model, robot.joint_names);
   kinematics.update(robot.q_home);
   const double gap = clearance(kinematics, right_arm_guards(robot.model), trunk_guards(robot.model));
   EXPECT_GT(gap, 0.05);

@@ -31,7 +31,7 @@ class StanceTest : public testing::Test {
   double& joint(const std::string& name) { return q[posed.dof_of(name)]; }
 
   const ReferenceRobot& robot;
-  Kinematics posed;
+  KinematicTree posed;
   Stance stance;
   Eigen::VectorXd q;
 };
@@ -40,7 +40,7 @@ TEST_F(StanceTest, FrameIsLevelWithTheSolesAndAtTheBase) {
   // Any base pose while the stance is taken gives the same frame relative to the robot.
   Eigen::Isometry3d X_WB(Eigen::AngleAxisd(0.7, Eigen::Vector3d(1, -2, 3).normalized()));
   X_WB.translation() << 3, -1, 0.5;
-  Kinematics elsewhere(robot.model, robot.joint_names);
+  KinematicTree elsewhere(robot.model, robot.joint_names);
   elsewhere.set_base(X_WB);
   elsewhere.update(q);
   Stance other(robot.model);

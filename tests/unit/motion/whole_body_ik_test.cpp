@@ -46,7 +46,7 @@ class WholeBodyIkTest : public testing::Test {
   static constexpr auto kStill = [] { return Eigen::Matrix<double, 6, 1>::Zero().eval(); };
 
   const ReferenceRobot& robot;
-  Kinematics kinematics;
+  KinematicTree kinematics;
   Eigen::VectorXd q;
   std::vector<int> all;
 };

@@ -12,7 +12,7 @@ namespace {
 class HandWeightTest : public ::testing::Test {
  protected:
   RobotModel model_ = load_robot_model(std::string(WALKMAN_URDF_DIR) + "/walkman.urdf");
-  motion::Kinematics kinematics_{model_, {"RElbj", "RWrj1", "RWrj2"}};
+  motion::KinematicTree kinematics_{model_, {"RElbj", "RWrj1", "RWrj2"}};
   HandWeight weight_{model_, "r_arm_ft"};
 
   Wrench at(double elbow, double pitch, double roll, double synergy) {

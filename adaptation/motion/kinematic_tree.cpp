@@ -1,4 +1,4 @@
-#include "adaptation/motion/kinematics.h"
+#include "adaptation/motion/kinematic_tree.h"
 
 #include <stdexcept>
 
@@ -15,7 +15,7 @@ Eigen::Matrix3d cross_matrix(const Eigen::Vector3d& v) {
 
 }  // namespace
 
-Kinematics::Kinematics(const RobotModel& model, const std::vector<std::string>& joint_names)
+KinematicTree::KinematicTree(const RobotModel& model, const std::vector<std::string>& joint_names)
     : model_(&model),
       joints_(model.joints.size()),
       X_WL_(model.links.size(), Eigen::Isometry3d::Identity()),
@@ -55,13 +55,15 @@ Kinematics::Kinematics(const RobotModel& model, const std::vector<std::string>& 
   update(Eigen::VectorXd::Zero(dof()));
 }
 
-const JointLimits& Kinematics::limits(int i) const { return model_->joints[at(joint_of_dof_[at(i)])].limits; }
+const JointLimits& KinematicTree::limits(int i) const {
+  return model_->joints[at(joint_of_dof_[at(i)])].limits;
+}
 
-int Kinematics::dof_of(const std::string& joint_name) const {
+int KinematicTree::dof_of(const std::string& joint_name) const {
   return joints_[at(model_->joint_index(joint_name))].dof;
 }
 
-void Kinematics::set_passive(const std::string& joint_name, double value) {
+void KinematicTree::set_passive(const std::string& joint_name, double value) {
   JointState& state = joints_[at(model_->joint_index(joint_name))];
   if (!state.moves || state.dof >= 0 || state.master >= 0)
     throw std::runtime_error(model_->file.string() + ": joint \"" + joint_name +
@@ -69,13 +71,13 @@ void Kinematics::set_passive(const std::string& joint_name, double value) {
   state.value = value;
 }
 
-void Kinematics::set_payload(double mass, int link, const Eigen::Vector3d& p_LP) noexcept {
+void KinematicTree::set_payload(double mass, int link, const Eigen::Vector3d& p_LP) noexcept {
   payload_mass_ = mass;
   payload_link_ = link;
   p_LP_payload_ = p_LP;
 }
 
-void Kinematics::update(const Eigen::Ref<const Eigen::VectorXd>& q) noexcept {
+void KinematicTree::update(const Eigen::Ref<const Eigen::VectorXd>& q) noexcept {
   for (std::size_t i = 0; i < model_->links.size(); ++i) {
     const Link& link = model_->links[i];
     if (link.parent_joint < 0) {
@@ -120,8 +122,8 @@ void Kinematics::update(const Eigen::Ref<const Eigen::VectorXd>& q) noexcept {
   }
 }
 
-void Kinematics::joint_columns(int link, const Eigen::Vector3d& p_WP, Eigen::Ref<Eigen::MatrixXd> J,
-                               Eigen::Index first) const noexcept {
+void KinematicTree::joint_columns(int link, const Eigen::Vector3d& p_WP, Eigen::Ref<Eigen::MatrixXd> J,
+                                  Eigen::Index first) const noexcept {
   for (int carrier = model_->links[at(link)].parent_joint; carrier >= 0;
        carrier = model_->links[at(model_->joints[at(carrier)].parent_link)].parent_joint) {
     const JointState& state = joints_[at(carrier)];
@@ -136,14 +138,14 @@ void Kinematics::joint_columns(int link, const Eigen::Vector3d& p_WP, Eigen::Ref
   }
 }
 
-void Kinematics::jacobian(int link, const Eigen::Vector3d& p_LP,
-                          Eigen::Ref<Eigen::MatrixXd> J) const noexcept {
+void KinematicTree::jacobian(int link, const Eigen::Vector3d& p_LP,
+                             Eigen::Ref<Eigen::MatrixXd> J) const noexcept {
   J.setZero();
   joint_columns(link, X_WL(link) * p_LP, J, 0);
 }
 
-void Kinematics::floating_jacobian(int link, const Eigen::Vector3d& p_LP,
-                                   Eigen::Ref<Eigen::MatrixXd> J) const noexcept {
+void KinematicTree::floating_jacobian(int link, const Eigen::Vector3d& p_LP,
+                                      Eigen::Ref<Eigen::MatrixXd> J) const noexcept {
   const Eigen::Vector3d p_WP = X_WL(link) * p_LP;
   J.setZero();
   J.topLeftCorner<6, 6>().setIdentity();
@@ -151,7 +153,7 @@ void Kinematics::floating_jacobian(int link, const Eigen::Vector3d& p_LP,
   joint_columns(link, p_WP, J, 6);
 }
 
-void Kinematics::com_columns(Eigen::Ref<Eigen::MatrixXd> J, Eigen::Index first) const noexcept {
+void KinematicTree::com_columns(Eigen::Ref<Eigen::MatrixXd> J, Eigen::Index first) const noexcept {
   const double mass = total_mass();
   for (std::size_t i = 0; i < joints_.size(); ++i) {
     const JointState& state = joints_[i];
@@ -166,19 +168,19 @@ void Kinematics::com_columns(Eigen::Ref<Eigen::MatrixXd> J, Eigen::Index first) 
   }
 }
 
-void Kinematics::com_jacobian(Eigen::Ref<Eigen::MatrixXd> J) const noexcept {
+void KinematicTree::com_jacobian(Eigen::Ref<Eigen::MatrixXd> J) const noexcept {
   J.setZero();
   com_columns(J, 0);
 }
 
-void Kinematics::floating_com_jacobian(Eigen::Ref<Eigen::MatrixXd> J) const noexcept {
+void KinematicTree::floating_com_jacobian(Eigen::Ref<Eigen::MatrixXd> J) const noexcept {
   J.setZero();
   J.leftCols<3>() = -cross_matrix(p_Wcm_ - X_WB_.translation());
   J.middleCols<3>(3).setIdentity();
   com_columns(J, 6);
 }
 
-void Kinematics::gravity_torques(Eigen::Ref<Eigen::VectorXd> tau) const noexcept {
+void KinematicTree::gravity_torques(Eigen::Ref<Eigen::VectorXd> tau) const noexcept {
   tau.setZero();
   for (std::size_t i = 0; i < joints_.size(); ++i) {
     const JointState& state = joints_[i];

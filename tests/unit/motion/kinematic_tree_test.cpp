@@ -1,4 +1,4 @@
-#include "adaptation/motion/kinematics.h"
+#include "adaptation/motion/kinematic_tree.h"
 
 #include <random>
 
@@ -75,7 +75,7 @@ class KinematicsAgainstKdl : public testing::Test {
   const RobotModel& model;
   const std::vector<std::string>& names;
   KDL::Tree tree;
-  Kinematics kinematics;
+  KinematicTree kinematics;
   Eigen::Isometry3d X_WB = Eigen::Isometry3d::Identity();
   Eigen::VectorXd q;
   std::map<std::string, double> positions;
@@ -209,7 +209,7 @@ TEST_F(KinematicsAgainstKdl, FloatingJacobianIsTheDerivativeOfThePose) {
 }
 
 TEST_F(KinematicsAgainstKdl, MimicJointsOfADegreeOfFreedomMoveWithIt) {
-  Kinematics hand(model, {"r_handj_synergy"});
+  KinematicTree hand(model, {"r_handj_synergy"});
   const int tip = model.link_index("RFinger2Distal");
   Eigen::VectorXd closure(1);
   closure << 2.5;
@@ -227,11 +227,11 @@ TEST_F(KinematicsAgainstKdl, MimicJointsOfADegreeOfFreedomMoveWithIt) {
   EXPECT_GT(J.col(0).tail<3>().norm(), 0.01);
 }
 
-TEST(Kinematics, RejectsNamesThatAreNoDegreesOfFreedom) {
+TEST(KinematicTree, RejectsNamesThatAreNoDegreesOfFreedom) {
   const RobotModel& model = reference_robot().model;
   const auto message_for = [&](const std::vector<std::string>& names) -> std::string {
     try {
-      const Kinematics kinematics(model, names);
+      const KinematicTree kinematics(model, names);
     } catch (const std::runtime_error& error) {
       return error.what();
     }
@@ -241,7 +241,7 @@ TEST(Kinematics, RejectsNamesThatAreNoDegreesOfFreedom) {
   EXPECT_THAT(message_for({"r_arm_ft_joint"}), testing::HasSubstr("is fixed"));
   EXPECT_THAT(message_for({"RElbj", "RElbj"}), testing::HasSubstr("listed twice"));
   EXPECT_THAT(message_for({"RFinger1Flexion1"}), testing::HasSubstr("mimic"));
-  Kinematics kinematics(model, {"RElbj"});
+  KinematicTree kinematics(model, {"RElbj"});
   EXPECT_THROW(kinematics.set_passive("RElbj", 0), std::runtime_error);
   EXPECT_THROW(kinematics.set_passive("RFinger1Flexion1", 0), std::runtime_error);
 }

@@ -12,24 +12,25 @@ namespace walkman::motion {
 /// Standard gravity as the force of a mass on the ground of W, m/s², along −z of W.
 inline constexpr double kGravity = 9.81;
 
-/// Kinematics, centre of mass and static torques of a tree.
+/// Kinematics, centre of mass and static torques of a robot whose links form a tree.
 ///
 /// The joints named at construction are the degrees of freedom, in that order (n of them). All others are
 /// passive: they keep the value given by `set_passive` (zero at first). A mimic joint follows its master, be
 /// that passive or a degree of freedom. After construction nothing allocates or throws but `set_passive`.
-class Kinematics {
+class KinematicTree {
  public:
   /// Keeps a reference to `model`, which must outlive this. Throws std::runtime_error for a name that is not
   /// a moving joint of the model, is a mimic joint, or comes twice.
-  Kinematics(const RobotModel& model, const std::vector<std::string>& joint_names);
+  KinematicTree(const RobotModel& model, const std::vector<std::string>& joint_names);
 
   [[nodiscard]] const RobotModel& model() const { return *model_; }
   [[nodiscard]] int dof() const { return static_cast<int>(joint_of_dof_.size()); }
-  /// Limits of degree of freedom `i`, as in the model.
+  /// Limits of degree of freedom `i`, as in the model (rad or m, and their rates; N·m or N).
   [[nodiscard]] const JointLimits& limits(int i) const;
   /// Degree of freedom of the joint of that name, −1 for a passive one. Throws std::out_of_range if unknown.
   [[nodiscard]] int dof_of(const std::string& joint_name) const;
 
+  /// Pose of the root link B.
   void set_base(const Eigen::Isometry3d& X_WB) noexcept { X_WB_ = X_WB; }
   [[nodiscard]] const Eigen::Isometry3d& X_WB() const noexcept { return X_WB_; }
   /// Value (rad or m) of a passive joint. Throws std::runtime_error for a degree of freedom or a mimic joint.
@@ -38,14 +39,15 @@ class Kinematics {
   /// removes it.
   void set_payload(double mass, int link, const Eigen::Vector3d& p_LP) noexcept;
 
-  /// Poses all links at q (n). Everything below refers to the last update.
+  /// Poses all links at q (n, rad or m). Everything below refers to the last update.
   void update(const Eigen::Ref<const Eigen::VectorXd>& q) noexcept;
 
+  /// Pose of a link, by its index in the model.
   [[nodiscard]] const Eigen::Isometry3d& X_WL(int link) const noexcept {
     return X_WL_[static_cast<std::size_t>(link)];
   }
 
-  /// Jacobian of the point p_LP of a link: [angular; linear] velocity in W per joint velocity, 6×n.
+  /// Jacobian of the point p_LP (m) of a link: [angular; linear] velocity in W per joint velocity, 6×n.
   void jacobian(int link, const Eigen::Vector3d& p_LP, Eigen::Ref<Eigen::MatrixXd> J) const noexcept;
   /// The same with six leading columns for the base's [angular; linear] velocity in W about its origin,
   /// 6×(6+n).
