@@ -10,7 +10,7 @@ TARA = b"tara"
 
 
 def real(sdo, channel):
-    """6130h of a channel, N or N m."""
+    """6130h of a channel, N or N·m."""
     return struct.unpack("<f", sdo.upload(0x6130, channel))[0]
 
 

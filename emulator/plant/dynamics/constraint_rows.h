@@ -26,7 +26,7 @@ struct RowBlock {
   int row_count = 0;
 };
 
-/// One inequality or friction row, in impulses (N s or N m s) and velocities (m/s or rad/s) along it.
+/// One inequality or friction row, in impulses (N·s or N·m·s) and velocities (m/s or rad/s) along it.
 struct Row {
   double velocity;  // before the solve
   double target;    // what the impulse shall make of it

@@ -17,7 +17,7 @@ std::string bus_of(const std::string& name, std::uint8_t node_id, const nodes::O
   return dbc_text("rarm", {{name, node_id, "Node", &dictionary}});
 }
 
-// Node-ID 5, rated 100 N m: one per mille is 0.1 N m. 205h = 517, 185h = 389.
+// Node-ID 5, rated 100 N·m: one per mille is 0.1 N·m. 205h = 517, 185h = 389.
 TEST(DbcWriter, WritesTheFactoryMappingOfADrive) {
   const nodes::DriveNode drive(nodes::test_drive());
   const std::string text = bus_of("RShLat", 5, drive.dictionary());

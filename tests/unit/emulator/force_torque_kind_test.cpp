@@ -121,7 +121,7 @@ TEST(ForceTorqueKind, ZeroOfTheShippedSensorDriftsByLittleInTheFirstMinute) {
   EXPECT_NEAR(transducer.temperature_c(), 25.387, 1e-3);
   EXPECT_GT(moved.maxCoeff(), 0.005);             // N: it does drift,
   EXPECT_LT(moved.head<3>().maxCoeff(), 0.08);    // within 0.01 % of 2000 N per kelvin,
-  EXPECT_LT(moved.tail<3>().maxCoeff(), 0.0014);  // and of 35 N m
+  EXPECT_LT(moved.tail<3>().maxCoeff(), 0.0014);  // and of 35 N·m
 }
 
 }  // namespace

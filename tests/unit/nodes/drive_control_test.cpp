@@ -115,7 +115,7 @@ TEST_F(DriveControlTest, LimitsOfPositionVelocityAndTorque) {
   EXPECT_NEAR(joint.motor, 2.0, 1e-3);
   EXPECT_LT(fastest, p.max_velocity * 1.4);
   EXPECT_LE(strongest, p.peak_torque);
-  talk.ask("605#2B72600032000000");  // 50 per mille = 5 N m
+  talk.ask("605#2B72600032000000");  // 50 per mille = 5 N·m
   target(-1'000'000);
   for (int i = 0; i < 100; ++i) {
     step();
@@ -126,7 +126,7 @@ TEST_F(DriveControlTest, LimitsOfPositionVelocityAndTorque) {
 TEST_F(DriveControlTest, TorqueModeGivesTheSpringTorqueAsked) {
   joint.link_locked = true;
   enable("0A");
-  talk.ask("205#0F000A3200");  // 50 per mille of 100 N m
+  talk.ask("205#0F000A3200");  // 50 per mille of 100 N·m
   run(1);
   EXPECT_NEAR(p.spring_constant * (joint.motor - joint.link), 5.0, 0.02);
   talk.ask("205#0F000ACEFF");
@@ -140,8 +140,8 @@ TEST_F(DriveControlTest, TorqueModeGivesTheSpringTorqueAsked) {
 }
 
 TEST_F(DriveControlTest, ImpedanceIsASpringAndDamperOnTheLink) {
-  talk.ask("605#23102001A0860100");  // 100 N m/rad
-  talk.ask("605#2310200210270000");  // 10 N m s/rad
+  talk.ask("605#23102001A0860100");  // 100 N·m/rad
+  talk.ask("605#2310200210270000");  // 10 N·m·s/rad
   joint.link_locked = true;
   enable("FF");
   target(100'000);
@@ -202,7 +202,7 @@ TEST(HandDrive, PressesWithTheTorqueLimit) {
   run(1);
   talk.ask("000#0113");
   for (const char* word : {"06", "07", "0F"}) talk.ask(std::string("213#") + word + "00080000");
-  talk.ask("613#2B7260002C010000");   // 30 % of 8 N m
+  talk.ask("613#2B7260002C010000");   // 30 % of 8 N·m
   talk.send("313#404B4C0000000000");  // 5 rad
   talk.ask("080#");
   run(12000);

@@ -132,7 +132,7 @@ TEST_F(DriveObjectsTest, IdentityAndScale) {
 }
 
 TEST_F(DriveObjectsTest, GainsAreUsedAndBounded) {
-  // P = J w^2 = 0.3 (2 pi 25)^2 = 7402.2 N m/rad, D = 2 J w = 94.25 N m s/rad.
+  // P = J w^2 = 0.3 (2 pi 25)^2 = 7402.2 N·m/rad, D = 2 J w = 94.25 N·m·s/rad.
   EXPECT_NEAR(read(0x2040, 1), 7'402'203, 1);
   EXPECT_NEAR(read(0x2040, 3), 94'248, 1);
   EXPECT_EQ(write(0x2040, 1, 40'000'000, 4), 0x06090031U);
@@ -159,8 +159,8 @@ TEST_F(DriveObjectsTest, GainsAreUsedAndBounded) {
 }
 
 TEST_F(DriveObjectsTest, TheIntegralOfThePositionLoopTakesUpAnOffset) {
-  EXPECT_EQ(write(0x2040, 2, 50'000'000, 4), 0U);  // 50000 N m/(rad s)
-  EXPECT_EQ(write(0x60B2, 0, 100, 2), 0U);         // 10 N m too much
+  EXPECT_EQ(write(0x2040, 2, 50'000'000, 4), 0U);  // 50000 N·m/(rad s)
+  EXPECT_EQ(write(0x60B2, 0, 100, 2), 0U);         // 10 N·m too much
   enable();
   run(2);
   EXPECT_NEAR(joint.motor, 0, 1e-4);

@@ -231,7 +231,7 @@ TEST_F(ProfileVelocityTest, HaltAndBackAgain) {
 // With the integral stopped at the torque limit the motor turns back as soon as it is asked to: after the
 // wound-up time of a loop without anti-windup it would still push.
 TEST_F(ProfileVelocityTest, TheIntegralDoesNotWindUp) {
-  write(0x6072, 0, 100, 2);  // 10 N m
+  write(0x6072, 0, 100, 2);  // 10 N·m
   joint.link_locked = true;
   write(0x60FF, 0, 1'000'000, 4);
   run(0.5);
@@ -255,7 +255,7 @@ TEST_F(ProfileVelocityTest, ABlockedJointIsAFault) {
 
 struct ProfileTorqueTest : JointRig {
   ProfileTorqueTest() {
-    write(0x6087, 0, 500, 4);  // 50 N m/s
+    write(0x6087, 0, 500, 4);  // 50 N·m/s
     joint.link_locked = true;
     enable("04");
     run(0.01);
@@ -266,7 +266,7 @@ struct ProfileTorqueTest : JointRig {
 TEST_F(ProfileTorqueTest, RampsToTheTargetAndHoldsIt) {
   write(0x6071, 0, 200, 2);
   run(0.2);
-  EXPECT_NEAR(static_cast<std::int16_t>(read(0x6074)), 100, 1);  // 0.2 s of 50 N m/s
+  EXPECT_NEAR(static_cast<std::int16_t>(read(0x6074)), 100, 1);  // 0.2 s of 50 N·m/s
   EXPECT_EQ(status() & kReached, 0U);
   run(1);
   EXPECT_NEAR(spring(), 20, 0.1);

@@ -48,7 +48,7 @@ TEST_F(DriveStopTest, QuickStop605A) {
     double way;
     bool stays;
   };
-  // 3 and 4: the motor's 150 N m on 0.3 kg m^2 stop it within hundredths of a radian.
+  // 3 and 4: the motor's 150 N·m on 0.3 kg m^2 stop it within hundredths of a radian.
   for (const Case& c : {Case{0, 0, false}, Case{1, kSlowWay, false}, Case{2, kQuickWay, false},
                         Case{3, 0.01, false}, Case{4, 0.01, false}, Case{5, kSlowWay, true},
                         Case{6, kQuickWay, true}, Case{7, 0.01, true}, Case{8, 0.01, true}}) {
@@ -82,7 +82,7 @@ TEST_F(DriveStopTest, QuickStop605A) {
 }
 
 TEST_F(DriveStopTest, TorqueLimitStopUsesTheLimitInForceAndVoltageLimitStopDoesNot) {
-  write(0x6072, 0, 300, 2);  // 30 N m
+  write(0x6072, 0, 300, 2);  // 30 N·m
   for (const int option : {3, 4}) {
     joint = Joint{};
     write(0x605A, 0, option, 2);

@@ -109,7 +109,7 @@ TEST_F(DriveSupervisionTest, ReadingsThatAreNoNumbers) {
   }
 }
 
-// 3 x 150 N m / 1300 N m/rad + 0.05 rad = 0.396 rad between the encoders cannot be.
+// 3 x 150 N·m / 1300 N·m/rad + 0.05 rad = 0.396 rad between the encoders cannot be.
 TEST_F(DriveSupervisionTest, AFrozenEncoderIsFoundByTheOtherOne) {
   push(f);
   for (int i = 1; i <= 400; ++i) {

@@ -54,7 +54,7 @@ TEST_F(ErrorControlTest, ResetsRestoreTheirParametersAndBootAgain) {
   EXPECT_THAT(talk.ask("605#4017100000000000"), ElementsAre("585#4B17100000000000"));
   EXPECT_THAT(talk.ask("605#4010200100000000"), ElementsAre("585#4310200140420F00"));
   EXPECT_THAT(talk.ask("000#8100"), ElementsAre("705#00"));
-  EXPECT_THAT(talk.ask("605#4010200100000000"), ElementsAre("585#43102001A0F70300"));  // 260 N m/rad
+  EXPECT_THAT(talk.ask("605#4010200100000000"), ElementsAre("585#43102001A0F70300"));  // 260 N·m/rad
   EXPECT_THAT(talk.listen(milliseconds(500)), IsEmpty());
 }
 

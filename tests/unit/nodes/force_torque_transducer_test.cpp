@@ -37,8 +37,8 @@ TEST(ForceTorqueTransducer, WithEveryStageOffItIsExact) {
 
 TEST(ForceTorqueTransducer, CrossTalkIsItsMatrix) {
   TransducerParameters p;
-  p.cross_talk(0, 3) = 0.4;    // N of Fx per N m of Tx
-  p.cross_talk(4, 2) = -2e-4;  // N m of Ty per N of Fz
+  p.cross_talk(0, 3) = 0.4;    // N of Fx per N·m of Tx
+  p.cross_talk(4, 2) = -2e-4;  // N·m of Ty per N of Fz
   p.cross_talk(5, 5) = 1.01;
   ForceTorqueTransducer transducer(p, kPeriod);
   const Vector6 read = transducer.measure(load(10, 20, 100, 5, 1, 2));

@@ -4,7 +4,7 @@
 
 namespace walkman::nodes {
 
-/// A shoulder-like drive with node-ID 5, rated 100 N m.
+/// A shoulder-like drive with node-ID 5, rated 100 N·m.
 inline DriveParameters test_drive(std::uint8_t node_id = 5) {
   DriveParameters p;
   p.node_id = node_id;

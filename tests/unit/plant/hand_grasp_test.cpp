@@ -64,7 +64,7 @@ TEST_P(BothHands, GripFollowsTheMotorsTorque) {
       world.step(kTensions[i] * kPulley);
       grips[i] += world.grip() / 200;
     }
-    // Less or more by what the motor's dry friction holds, 0.026 N m.
+    // Less or more by what the motor's dry friction holds, 0.026 N·m.
     EXPECT_NEAR(world.tension(), kTensions[i], 0.026 / kPulley + 0.1);
     if (i > 0) {
       EXPECT_GT(grips[i], grips[i - 1]);

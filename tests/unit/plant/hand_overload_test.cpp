@@ -140,7 +140,7 @@ TEST(Overload, OutOfThePalmItRisesWithTensionAndFriction) {
 }
 
 TEST(Overload, MomentOfAnOffCentreWeightRisesWithTensionAndFriction) {
-  const auto table = sweep(Load::kTilt, "Moment that tilts the bar, N m");
+  const auto table = sweep(Load::kTilt, "Moment that tilts the bar, N·m");
   expect_the_trend(table);
 }
 
