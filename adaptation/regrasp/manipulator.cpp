@@ -10,6 +10,7 @@
 namespace walkman::regrasp {
 namespace {
 
+constexpr double kMostMisfit = 2;    // sensors of their data sheet come to 0.9, at worst to 1.5
 constexpr double kOpenTorque = 0.2;  // share of rated: enough to let the ligaments open the hand
 
 motion::HandMotionOptions motion_options(const HandParts& hand) {
@@ -30,7 +31,10 @@ Manipulator::Manipulator(const RobotModel& model, Session& session, const StageT
     : session_(session),
       parameters_(parameters),
       model_(model),
-      hand_weight_(model, session.hand().force_torque) {}
+      hand_weight_(model, session.hand().force_torque),
+      estimator_({.cross_talk = parameters.sensor_cross_talk,
+                  .force_range = parameters.sensor_force_range,
+                  .torque_range = parameters.sensor_torque_range}) {}
 
 void Manipulator::start() {
   const std::vector<std::string>& joints = session_.joint_names();
@@ -44,6 +48,30 @@ void Manipulator::start() {
   while (!motion_->balanced()) session_.tick(motion_->step(session_.period()));
   hold(parameters_.settle_time);
   X_TH_start_ = motion_->X_WH();
+}
+
+void Manipulator::calibrate() {
+  const Eigen::Matrix3d R_HS = (session_.X_TH().inverse() * session_.X_TS()).linear();
+  estimator_.begin_series();
+  for (const double turn : {-parameters_.calibration_turn, parameters_.calibration_turn, 0.0}) {
+    Eigen::Isometry3d X_TH = X_TH_start_;
+    X_TH.rotate(Eigen::AngleAxisd(turn, R_HS.col(2)));
+    move_to(X_TH, parameters_.travel_speed);
+    hold(parameters_.settle_time);
+    const MeanReading empty = mean_reading(parameters_.tare_time);
+    estimator_.add_empty(empty.reading, empty.count, empty.hand, empty.down_S);
+  }
+}
+
+Manipulator::MeanReading Manipulator::mean_reading(double seconds) {
+  wrench::WrenchAverage reading, hand;
+  Eigen::Vector3d down_S = Eigen::Vector3d::Zero();
+  for_seconds(seconds, [&](double) {
+    reading.add(session_.F_So_S());
+    hand.add(hand_weight_.F_So_S(session_.measured()));
+    down_S -= session_.X_TS().linear().transpose().col(2);
+  });
+  return {reading.mean(), hand.mean(), down_S.normalized(), reading.count()};
 }
 
 void Manipulator::set_table(const Eigen::Vector3d& normal_T, const std::vector<Eigen::Vector3d>& hull_T) {
@@ -89,13 +117,10 @@ void Manipulator::approach(const Eigen::Isometry3d& X_TG) {
 
 void Manipulator::tare() {
   hold(parameters_.settle_time);
-  wrench::WrenchAverage average;
-  for_seconds(parameters_.tare_time, [&](double) {
-    const Wrench hand = hand_weight_.F_So_S(session_.measured());
-    const Wrench& reading = session_.F_So_S();
-    average.add({reading.torque - hand.torque, reading.force - hand.force});
-  });
-  residual_So_S_ = average.mean();
+  const MeanReading empty = mean_reading(parameters_.tare_time);
+  residual_So_S_ = {empty.reading.torque - empty.hand.torque, empty.reading.force - empty.hand.force};
+  estimator_.begin_series();
+  estimator_.add_empty(empty.reading, empty.count, empty.hand, empty.down_S);
 }
 
 void Manipulator::descend(const Eigen::Isometry3d& X_TG) {
@@ -173,7 +198,31 @@ Wrench Manipulator::mean_object_load(double seconds) {
   return average.mean();
 }
 
-Wrench Manipulator::weigh() { return mean_object_load(parameters_.average_time); }
+Wrench Manipulator::weigh() {
+  const Eigen::Isometry3d X_TH = raised(X_TH_grasp_, lifted_);
+  const auto weigh_turned = [&](double turn, double seconds) {
+    Eigen::Isometry3d turned = X_TH;
+    turned.rotate(Eigen::AngleAxisd(turn, Eigen::Vector3d::UnitX()));
+    move_to(turned, parameters_.lift_speed);
+    hold(parameters_.settle_time);
+    const MeanReading loaded = mean_reading(seconds);
+    estimator_.add_loaded(loaded.reading, loaded.count, loaded.hand, loaded.down_S);
+  };
+  weigh_turned(-parameters_.weighing_turn, parameters_.tare_time);
+  weigh_turned(parameters_.weighing_turn, parameters_.tare_time);
+  weigh_turned(0, parameters_.average_time);
+  const wrench::LoadEstimator::Object object = estimator_.object();
+  if (!(object.misfit < kMostMisfit)) {
+    throw RunStopped(fmt::format(
+        "the wrist's readings contradict each other: with the hand turned they are {:.1f} standard "
+        "deviations away from what any one object would make, expected less than {:g}",
+        object.misfit, kMostMisfit));
+  }
+  const Eigen::Isometry3d& X_TS = session_.X_TS();
+  const Eigen::Vector3d down_T = -Eigen::Vector3d::UnitZ();
+  return wrench::shift({(X_TS.linear() * object.moment_S).cross(down_T), object.weight * down_T},
+                       session_.X_TH().translation() - X_TS.translation());
+}
 
 Eigen::Isometry3d Manipulator::lower_and_release() {
   move_to(X_TH_grasp_, parameters_.lift_speed);

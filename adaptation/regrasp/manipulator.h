@@ -9,6 +9,7 @@
 #include "adaptation/regrasp/session.h"
 #include "adaptation/regrasp/stage_two_parameters.h"
 #include "adaptation/wrench/hand_weight.h"
+#include "adaptation/wrench/load_estimator.h"
 
 namespace walkman::regrasp {
 
@@ -20,14 +21,17 @@ class Manipulator {
 
   /// Takes over the posture and the stance the drives and sensors report; to be called once after boot.
   void start();
+  /// Reads the wrist's sensor with the empty hand turned about its long axis to either side and as it was:
+  /// its weight on other axes shows what the sensor makes of a load.
+  void calibrate();
   /// Keeps the arm out of the table from now on. Hull and normal in T.
   void set_table(const Eigen::Vector3d& normal_T, const std::vector<Eigen::Vector3d>& hull_T);
 
   /// Moves to the start pose out of the camera's view.
   void retreat();
-  /// Over and behind the grasp, with the hand open; then, averaging in the air, removes the sensor's
-  /// residuals.
+  /// Over and behind the grasp, with the hand open.
   void approach(const Eigen::Isometry3d& X_TG);
+  /// Averages in the air, with the hand empty: the sensor's residual.
   void tare();
   /// Down to the grasp with the hand open; up again from there.
   void descend(const Eigen::Isometry3d& X_TG);
@@ -37,7 +41,9 @@ class Manipulator {
   /// Up until the force no longer changes with height; from the first stop on the arm carries what it weighed
   /// there by feed-forward.
   void lift();
-  /// Mean load of the object alone over the averaging time, about Ho in T.
+  /// Weighs the object with the hand turned about the handle to either side, and level for the averaging
+  /// time. Returns the load of the object alone about Ho in T, a pure weight. Throws RunStopped when the
+  /// readings are none of a sensor as its data sheet has it.
   [[nodiscard]] Wrench weigh();
   /// Back down to where it was grasped, and opens the hand. Returns the hand's measured pose just before it
   /// opened.
@@ -55,6 +61,13 @@ class Manipulator {
   void move_to(const Eigen::Isometry3d& X_TH, double speed);
   void for_seconds(double seconds, const std::function<void(double share)>& each_cycle);
   [[nodiscard]] Wrench mean_object_load(double seconds);
+  struct MeanReading {
+    Wrench reading, hand;  // about So in S
+    Eigen::Vector3d down_S;
+    int count;
+  };
+  [[nodiscard]] MeanReading mean_reading(double seconds);
+  /// What the sensor as it is says of the object alone, about Ho in T.
   [[nodiscard]] Wrench object_load() const;
 
   Session& session_;
@@ -62,6 +75,7 @@ class Manipulator {
   const RobotModel& model_;
   std::optional<motion::HandMotion> motion_;  // since `start`
   wrench::HandWeight hand_weight_;
+  wrench::LoadEstimator estimator_;
   Wrench residual_So_S_;
   Eigen::Isometry3d X_TH_start_ = Eigen::Isometry3d::Identity();
   Eigen::Isometry3d X_TH_grasp_ = Eigen::Isometry3d::Identity();

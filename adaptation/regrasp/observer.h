@@ -12,11 +12,23 @@
 namespace walkman::regrasp {
 
 /// What the method is doing, in the order in which it first does it.
-enum class Phase { kBoot, kSettle, kLook, kApproach, kTare, kGrasp, kLift, kWeigh, kLower, kRetreat };
+enum class Phase {
+  kBoot,
+  kSettle,
+  kCalibrate,
+  kLook,
+  kApproach,
+  kTare,
+  kGrasp,
+  kLift,
+  kWeigh,
+  kLower,
+  kRetreat
+};
 
 /// The phases' names, in the order of `Phase`.
-inline constexpr std::array<std::string_view, 10> kPhaseNames = {
-    "boot", "settle", "look", "approach", "tare", "grasp", "lift", "weigh", "lower", "retreat"};
+inline constexpr std::array<std::string_view, 11> kPhaseNames = {
+    "boot", "settle", "calibrate", "look", "approach", "tare", "grasp", "lift", "weigh", "lower", "retreat"};
 
 [[nodiscard]] constexpr std::string_view to_string(Phase phase) {
   return kPhaseNames[static_cast<std::size_t>(phase)];

@@ -184,6 +184,8 @@ Report Regrasp::run() {
   r.session.boot();
   r.session.enter(Phase::kSettle);
   r.manipulator.start();
+  r.session.enter(Phase::kCalibrate);
+  r.manipulator.calibrate();
   r.look();
   Eigen::Isometry3d X_TG = r.frame_on(*r.seen.grasp);
   Report report;

@@ -1,0 +1,152 @@
+#include "adaptation/wrench/load_estimator.h"
+
+#include <cmath>
+#include <numbers>
+
+#include <Eigen/Cholesky>
+#include <Eigen/Geometry>
+
+namespace walkman::wrench {
+namespace {
+
+using Eigen::Matrix3d, Eigen::MatrixXd, Eigen::Vector3d, Eigen::VectorXd;
+using Vector6 = Eigen::Matrix<double, 6, 1>;
+using Matrix6 = Eigen::Matrix<double, 6, 6>;
+
+// Places of the unknowns. The last two groups belong to a series.
+constexpr int kCrossTalk = 0;           // 36, by rows
+constexpr int kHandMass = 36;           // of the mass
+constexpr int kHandCentre = 37;         // 3, m
+constexpr int kStaying = 40;            // all before
+constexpr int kResidual = kStaying;     // 6
+constexpr int kWeight = kResidual + 6;  // N
+constexpr int kMoment = kWeight + 1;    // 3, N·m
+constexpr int kUnknowns = kMoment + 3;
+
+// How well a calibrated robot knows the load of its empty hand.
+constexpr double kMassError = 0.017;    // 20 g of 1.2 kg: cables
+constexpr double kCentreError = 0.003;  // m
+constexpr double kDownError = 0.002;    // rad between two postures: joint zeros of 2.5 mrad
+constexpr double kResidualError = 0.1;  // of the range: next to no information
+constexpr double kMostWeight = 1e4;     // N, and N·m: likewise
+constexpr int kIterations = 4;          // E is small, so the second one hardly moves
+
+Matrix3d cross(const Vector3d& v) {
+  Matrix3d m;
+  m << 0, -v.z(), v.y(), v.z(), 0, -v.x(), -v.y(), v.x(), 0;
+  return m;
+}
+
+Vector6 stacked(const Wrench& wrench) {
+  Vector6 out;
+  out << wrench.force, wrench.torque;
+  return out;
+}
+
+Matrix6 cross_talk(const VectorXd& unknowns) {
+  Matrix6 E;
+  for (int i = 0; i < 6; ++i) E.row(i) = unknowns.segment<6>(kCrossTalk + 6 * i).transpose();
+  return E;
+}
+
+/// The load by weight and moment.
+Eigen::Matrix<double, 6, 4> hanging(const Vector3d& down_S) {
+  Eigen::Matrix<double, 6, 4> out = Eigen::Matrix<double, 6, 4>::Zero();
+  out.topLeftCorner<3, 1>() = down_S;
+  out.bottomRightCorner<3, 3>() = -cross(down_S);
+  return out;
+}
+
+}  // namespace
+
+LoadEstimator::LoadEstimator(const DataSheet& sheet) : sheet_(sheet), deviation_(kStaying) {
+  const auto range = [&](int axis) { return axis < 3 ? sheet.force_range : sheet.torque_range; };
+  const double share = sheet.cross_talk / std::numbers::sqrt3;  // uniform within plus or minus
+  for (int i = 0; i < 6; ++i)
+    for (int k = 0; k < 6; ++k) deviation_[kCrossTalk + 6 * i + k] = share * range(i) / range(k);
+  deviation_[kHandMass] = kMassError;
+  deviation_.segment<3>(kHandCentre).setConstant(kCentreError);
+  information_ = deviation_.cwiseAbs2().cwiseInverse().asDiagonal();
+  weighted_ = VectorXd::Zero(kStaying);
+}
+
+void LoadEstimator::begin_series() {
+  if (!series_.empty()) {
+    // What the series tells of the unknowns that stay: its own ones are eliminated.
+    const Fit last = fit();
+    constexpr int kOwn = kUnknowns - kStaying;
+    const MatrixXd gain = last.information.bottomRightCorner(kOwn, kOwn)
+                              .ldlt()
+                              .solve(last.information.bottomLeftCorner(kOwn, kStaying))
+                              .transpose();
+    information_ = last.information.topLeftCorner(kStaying, kStaying) -
+                   gain * last.information.bottomLeftCorner(kOwn, kStaying);
+    weighted_ = last.weighted.head(kStaying) - gain * last.weighted.tail(kOwn);
+  }
+  series_.clear();
+}
+
+void LoadEstimator::add_empty(const Wrench& reading, int count, const Wrench& hand, const Vector3d& down_S) {
+  series_.push_back({reading, hand, down_S, count, false});
+}
+
+void LoadEstimator::add_loaded(const Wrench& reading, int count, const Wrench& hand, const Vector3d& down_S) {
+  series_.push_back({reading, hand, down_S, count, true});
+}
+
+LoadEstimator::Fit LoadEstimator::fit() const {
+  Fit out;
+  out.unknowns = VectorXd::Zero(kUnknowns);
+  for (int iteration = 0; iteration < kIterations; ++iteration) {
+    out.information = MatrixXd::Zero(kUnknowns, kUnknowns);
+    out.information.topLeftCorner(kStaying, kStaying) = information_;
+    for (int i = 0; i < 6; ++i) {
+      const double deviation = kResidualError * (i < 3 ? sheet_.force_range : sheet_.torque_range);
+      out.information(kResidual + i, kResidual + i) = 1 / (deviation * deviation);
+    }
+    out.information.bottomRightCorner<4, 4>().diagonal().setConstant(1 / (kMostWeight * kMostWeight));
+    out.weighted = VectorXd::Zero(kUnknowns);
+    out.weighted.head(kStaying) = weighted_;
+    const Matrix6 E = cross_talk(out.unknowns);
+    double squares = 0;
+    for (const Reading& r : series_) {
+      const Vector6 hand = stacked(r.hand);
+      Eigen::Matrix<double, 6, kUnknowns> slope = Eigen::Matrix<double, 6, kUnknowns>::Zero();
+      slope.col(kHandMass) = hand;
+      slope.block<3, 3>(3, kHandCentre) = -r.hand.force.norm() * cross(r.down_S);
+      Vector6 load = hand + slope.middleCols<4>(kHandMass) * out.unknowns.segment<4>(kHandMass);
+      if (r.loaded) {
+        slope.middleCols<4>(kWeight) = hanging(r.down_S);
+        load += hanging(r.down_S) * out.unknowns.segment<4>(kWeight);
+      }
+      // d((1 + E) load) = dE load + (1 + E) d(load)
+      slope.middleCols<4>(kHandMass) += (E * slope.middleCols<4>(kHandMass)).eval();
+      slope.middleCols<4>(kWeight) += (E * slope.middleCols<4>(kWeight)).eval();
+      for (int i = 0; i < 6; ++i) slope.block<1, 6>(i, kCrossTalk + 6 * i) = load.transpose();
+      slope.middleCols<6>(kResidual).setIdentity();
+      const Vector6 model = load + E * load + out.unknowns.segment<6>(kResidual);
+      const Vector6 ahead = stacked(r.reading) - model + slope * out.unknowns;
+      const double force = load.head<3>().norm() * kDownError;
+      const double torque = load.tail<3>().norm() * kDownError;
+      for (int i = 0; i < 6; ++i) {
+        const double noise = i < 3 ? sheet_.force_noise : sheet_.torque_noise;
+        const double posture = i < 3 ? force : torque;
+        const double information = 1 / (noise * noise / r.count + posture * posture);
+        out.information += information * slope.row(i).transpose() * slope.row(i);
+        out.weighted += information * slope.row(i).transpose() * ahead[i];
+        squares += information * std::pow(stacked(r.reading)[i] - model[i], 2);
+      }
+    }
+    squares += out.unknowns.head(kStaying).cwiseQuotient(deviation_).squaredNorm();
+    out.misfit = std::sqrt(squares / static_cast<double>(6 * series_.size()));
+    out.unknowns = out.information.ldlt().solve(out.weighted);
+  }
+  return out;
+}
+
+LoadEstimator::Object LoadEstimator::object() const {
+  const Fit fit = this->fit();
+  return {fit.unknowns[kWeight], fit.unknowns.segment<3>(kMoment), fit.misfit};
+}
+
+}  // namespace walkman::wrench

@@ -1,0 +1,78 @@
+#pragma once
+
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "urdf/reader/wrench.h"
+
+namespace walkman::wrench {
+
+/// Weighs what hangs in a hand by readings of a force/torque sensor that has cross-talk, gain errors and
+/// residuals.
+///
+/// The sensor S is taken to read (1 + E) load + residual, the load to be the hand's weight and the object's.
+/// The hand's is known from the model, within an error of its mass and centre of mass, so readings with the
+/// empty hand in several orientations tell E; the same object in several orientations tells it apart from
+/// what E makes of it. All unknowns are found together, by least squares over the readings (Gauss-Newton: E
+/// times load is a product of two), with the data sheet as the prior of E, and what is known of E is kept
+/// from one series of readings to the next. The residual is not: it drifts, and a sensor that booted anew has
+/// another.
+class LoadEstimator {
+ public:
+  struct DataSheet {
+    double cross_talk =
+        0.01;  ///< largest reading of an axis, of its range, by another at its range; gain error
+    double force_range = 1500;    ///< N
+    double torque_range = 35;     ///< N·m
+    double force_noise = 0.25;    ///< N, standard deviation of a reading
+    double torque_noise = 0.005;  ///< N·m
+  };
+
+  explicit LoadEstimator(const DataSheet& sheet);
+
+  /// A new residual, and nothing in the hand.
+  void begin_series();
+
+  /// Mean of so many readings at rest, and the weight of the hand at that posture by the model; about So in
+  /// S. `down_S`: unit vector of gravity.
+  void add_empty(const Wrench& reading, int count, const Wrench& hand, const Eigen::Vector3d& down_S);
+  /// The same with the object in the hand; it must not move in it during a series.
+  void add_loaded(const Wrench& reading, int count, const Wrench& hand, const Eigen::Vector3d& down_S);
+
+  struct Object {
+    double weight = 0;  ///< N
+    Eigen::Vector3d moment_S =
+        Eigen::Vector3d::Zero();  ///< weight times the centre of mass seen from So, N·m
+    /// How far readings and data sheet are from what the fit makes of them: root of the sum of squares per
+    /// value read, in their standard deviations. About 1 at most when the sensor is what its data sheet says.
+    double misfit = 0;
+  };
+  /// The object of this series; needs readings with and without it.
+  [[nodiscard]] Object object() const;
+
+ private:
+  struct Reading {
+    Wrench reading, hand;
+    Eigen::Vector3d down_S;
+    int count;
+    bool loaded;
+  };
+  struct Fit {
+    Eigen::VectorXd unknowns;
+    Eigen::MatrixXd information;
+    Eigen::VectorXd weighted;
+    double misfit = 0;
+  };
+  [[nodiscard]] Fit fit() const;
+
+  DataSheet sheet_;
+  // Of what stays from series to series: E by rows, the hand's relative error of mass, that of its centre of
+  // mass. Information matrix, and that times the mean.
+  Eigen::VectorXd deviation_;  // standard deviations before any reading
+  Eigen::MatrixXd information_;
+  Eigen::VectorXd weighted_;
+  std::vector<Reading> series_;
+};
+
+}  // namespace walkman::wrench

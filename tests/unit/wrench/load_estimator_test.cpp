@@ -1,0 +1,155 @@
+// Sensors with errors drawn here: what they read comes from their matrix, not from the code under test.
+
+#include "adaptation/wrench/load_estimator.h"
+
+#include <cmath>
+#include <random>
+
+#include <Eigen/Geometry>
+#include <gtest/gtest.h>
+
+namespace walkman::wrench {
+namespace {
+
+using Eigen::Vector3d;
+using Vector6 = Eigen::Matrix<double, 6, 1>;
+using Matrix6 = Eigen::Matrix<double, 6, 6>;
+
+constexpr double kWeight = 1.2 * 9.81;  // N, of the object and of the hand
+const Vector3d kHandCentre(0, 0.01, -0.12);
+const Vector3d kLevel = Vector3d(-0.1, 1, -0.06).normalized();  // gravity in S, the hand over the object
+const Vector3d kStart = Vector3d(-0.87, 0.27, -0.41).normalized();
+constexpr double kAsIs = 0.0;
+
+Vector3d about(const Vector3d& axis, double angle, const Vector3d& v) {
+  return Eigen::AngleAxisd(angle, axis) * v;
+}
+
+Wrench hung(double weight, const Vector3d& p_SCm, const Vector3d& down_S) {
+  return {p_SCm.cross(weight * down_S), weight * down_S};
+}
+
+/// Reads matrix * load + residual.
+struct Sensor {
+  Matrix6 matrix = Matrix6::Identity();
+  Vector6 residual = Vector6::Zero();
+
+  static Sensor drawn(std::mt19937& generator, double cross_talk) {
+    const Vector6 range = (Vector6() << 1500, 1500, 2000, 35, 35, 25).finished();
+    std::uniform_real_distribution<double> spread(-1, 1);
+    Sensor sensor;
+    for (int i = 0; i < 6; ++i) {
+      for (int k = 0; k < 6; ++k) sensor.matrix(i, k) += spread(generator) * cross_talk * range[i] / range[k];
+      sensor.residual[i] = spread(generator) * (i < 3 ? 2 : 0.05);
+    }
+    return sensor;
+  }
+
+  Wrench read(const Wrench& load) const {
+    Vector6 stacked;
+    stacked << load.force, load.torque;
+    const Vector6 reading = matrix * stacked + residual;
+    return {reading.tail<3>(), reading.head<3>()};
+  }
+};
+
+/// A robot's wrist: what the sensor reads of the true hand and object, and what the model says of the hand.
+struct Wrist {
+  Sensor sensor;
+  double hand_weight = kWeight;
+  LoadEstimator estimator{LoadEstimator::DataSheet{}};
+
+  void empty(const Vector3d& down_S) {
+    estimator.add_empty(sensor.read(hung(hand_weight, kHandCentre, down_S)), 200,
+                        hung(kWeight, kHandCentre, down_S), down_S);
+  }
+  void loaded(const Vector3d& p_SCm, const Vector3d& down_S) {
+    const Wrench hand = hung(hand_weight, kHandCentre, down_S);
+    const Wrench object = hung(kWeight, p_SCm, down_S);
+    estimator.add_loaded(sensor.read({hand.torque + object.torque, hand.force + object.force}), 200,
+                         hung(kWeight, kHandCentre, down_S), down_S);
+  }
+  void calibrate() {
+    estimator.begin_series();
+    for (const double turn : {-0.7, 0.7, kAsIs}) empty(about(Vector3d::UnitZ(), turn, kStart));
+  }
+  LoadEstimator::Object weigh(const Vector3d& p_SCm) {
+    estimator.begin_series();
+    empty(kLevel);
+    for (const double turn : {-0.25, 0.25, kAsIs}) loaded(p_SCm, about(Vector3d::UnitX(), turn, kLevel));
+    return estimator.object();
+  }
+};
+
+const Vector3d kAside(0.08, 0.04, -0.157);  // held 8 cm beside the centre of mass
+const Vector3d kBelow(0, 0.04, -0.157);
+
+TEST(LoadEstimator, APerfectSensorWeighsExactly) {
+  Wrist wrist;
+  wrist.sensor.residual << 1, -2, 0.5, 0.03, -0.02, 0.01;
+  wrist.calibrate();
+  const LoadEstimator::Object object = wrist.weigh(kAside);
+  EXPECT_NEAR(object.weight, kWeight, 1e-3);
+  EXPECT_LT((object.moment_S / object.weight - kAside).cross(kLevel).norm(), 1e-4);
+  EXPECT_LT(object.misfit, 0.01);
+}
+
+TEST(LoadEstimator, CrossTalkOfADataSheet) {
+  std::mt19937 generator(1);
+  constexpr int kSensors = 200;
+  double by_difference = 0;
+  double aside = 0;
+  double below = 0;
+  double along = 0;
+  for (int n = 0; n < kSensors; ++n) {
+    Wrist wrist;
+    wrist.sensor = Sensor::drawn(generator, 0.01);
+    wrist.calibrate();
+    const LoadEstimator::Object first = wrist.weigh(kAside);
+    wrist.sensor.residual += 0.3 * Vector6::Ones();  // it drifts between two grasps
+    const LoadEstimator::Object second = wrist.weigh(kBelow);
+
+    const Wrench hand = hung(kWeight, kHandCentre, kLevel);
+    const Wrench object = hung(kWeight, kAside, kLevel);
+    const Wrench both{hand.torque + object.torque, hand.force + object.force};
+    by_difference +=
+        std::pow((wrist.sensor.read(both).force - wrist.sensor.read(hand).force).dot(kLevel) - kWeight, 2);
+    aside += std::pow(first.weight - kWeight, 2);
+    below += std::pow(second.weight - kWeight, 2);
+    along += std::pow(first.moment_S.x() / first.weight - kAside.x(), 2);
+    EXPECT_LT(std::max(first.misfit, second.misfit), 1.5);
+  }
+  const auto rms = [](double squares) { return std::sqrt(squares / kSensors); };
+  EXPECT_GT(rms(by_difference), 0.4);  // N
+  EXPECT_LT(rms(aside), 0.25);
+  EXPECT_LT(rms(below), 0.12);
+  EXPECT_LT(rms(along), 0.002);  // m
+}
+
+/// What a hand heavier than its model may cost: no more than the weight that the model lacks.
+TEST(LoadEstimator, AnErrorOfTheHandsMassIsNotMagnified) {
+  Wrist wrist;
+  wrist.hand_weight = 1.02 * kWeight;
+  wrist.calibrate();
+  EXPECT_NEAR(wrist.weigh(kAside).weight, kWeight, 0.02 * kWeight);
+}
+
+TEST(LoadEstimator, ASensorThatIsNoneOfItsDataSheetContradictsItself) {
+  Wrist sign;
+  sign.sensor.matrix(3, 3) = -1;
+  sign.calibrate();
+  EXPECT_GT(sign.weigh(kAside).misfit, 2);
+
+  Wrist swapped;
+  swapped.sensor.matrix.row(1).swap(swapped.sensor.matrix.row(2));
+  swapped.calibrate();
+  EXPECT_GT(swapped.weigh(kAside).misfit, 2);
+
+  Wrist gain;
+  gain.sensor.matrix *= 1.3;
+  gain.calibrate();
+  EXPECT_GT(gain.weigh(kAside).misfit, 2);
+}
+
+}  // namespace
+}  // namespace walkman::wrench
