@@ -39,14 +39,4 @@ bool ForceTorqueSensor::decode(const ChannelSample& channels) noexcept {
   return true;
 }
 
-canopen::DevicePdos ForceTorqueSensor::factory_pdos() {
-  canopen::DevicePdos pdos = canopen::predefined_pdos();
-  constexpr std::uint16_t kValue = object::kProcessValueInt16;
-  enable(pdos.transmit[0], 1,
-         {{kValue, 1, 16}, {kValue, 2, 16}, {kValue, 3, 16}, {object::kCycleCounter, 1, 16}});
-  enable(pdos.transmit[1], 1,
-         {{kValue, 4, 16}, {kValue, 5, 16}, {kValue, 6, 16}, {object::kMeasuringStatus, 1, 8}});
-  return pdos;
-}
-
 }  // namespace walkman::cia404

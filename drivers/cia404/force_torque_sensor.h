@@ -25,7 +25,7 @@ class ForceTorqueSensor final : public MeasuringDevice {
   [[nodiscard]] const ForceTorqueSample& sample() const noexcept { return sample_; }
 
   /// Its factory mapping, layout A of docs/protocol.md.
-  [[nodiscard]] static canopen::DevicePdos factory_pdos();
+  [[nodiscard]] static canopen::DevicePdos factory_pdos() { return vector_pdos(); }
 
  private:
   [[nodiscard]] bool decode(const ChannelSample& channels) noexcept override;

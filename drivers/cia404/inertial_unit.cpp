@@ -36,12 +36,8 @@ bool InertialUnit::decode(const ChannelSample& channels) noexcept {
 }
 
 canopen::DevicePdos InertialUnit::factory_pdos() {
-  canopen::DevicePdos pdos = canopen::predefined_pdos();
+  canopen::DevicePdos pdos = vector_pdos();
   constexpr std::uint16_t kValue = object::kProcessValueInt16;
-  enable(pdos.transmit[0], 1,
-         {{kValue, 1, 16}, {kValue, 2, 16}, {kValue, 3, 16}, {object::kCycleCounter, 1, 16}});
-  enable(pdos.transmit[1], 1,
-         {{kValue, 4, 16}, {kValue, 5, 16}, {kValue, 6, 16}, {object::kMeasuringStatus, 1, 8}});
   enable(pdos.transmit[2], 1, {{kValue, 7, 16}, {kValue, 8, 16}, {kValue, 9, 16}, {kValue, 10, 16}});
   return pdos;
 }

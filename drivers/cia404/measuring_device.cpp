@@ -1,5 +1,7 @@
 #include "drivers/cia404/measuring_device.h"
 
+#include "drivers/canopen/objects.h"
+
 namespace walkman::cia404 {
 
 namespace cause = canopen::cause;
@@ -14,6 +16,17 @@ void MeasuringDevice::set_measuring_steps(const std::vector<canopen::SdoStep>& e
   canopen::append(steps, extra);
   canopen::append(steps, canopen::pdo_steps(settings().pdos, node_id()));
   set_configuration(std::move(steps));
+}
+
+canopen::DevicePdos MeasuringDevice::vector_pdos() {
+  namespace object = canopen::object;
+  canopen::DevicePdos pdos = canopen::predefined_pdos();
+  constexpr std::uint16_t kValue = object::kProcessValueInt16;
+  enable(pdos.transmit[0], 1,
+         {{kValue, 1, 16}, {kValue, 2, 16}, {kValue, 3, 16}, {object::kCycleCounter, 1, 16}});
+  enable(pdos.transmit[1], 1,
+         {{kValue, 4, 16}, {kValue, 5, 16}, {kValue, 6, 16}, {object::kMeasuringStatus, 1, 8}});
+  return pdos;
 }
 
 void MeasuringDevice::on_begin_boot() noexcept {

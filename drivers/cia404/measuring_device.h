@@ -34,6 +34,10 @@ class MeasuringDevice : public canopen::RemoteNode {
   /// To be called by the derived constructor.
   void set_measuring_steps(const std::vector<canopen::SdoStep>& extra);
 
+  /// Factory mapping of a device whose first six channels are two vectors: TPDO1 7130h:1-3 and the sample
+  /// counter 2050h:1, TPDO2 7130h:4-6 and the status 6150h:1, at every SYNC.
+  [[nodiscard]] static canopen::DevicePdos vector_pdos();
+
   /// A new sample is complete: `channels` into SI units. The counter, status and age are taken care of; true
   /// when the values are a measurement, false when they cannot be one.
   [[nodiscard]] virtual bool decode(const ChannelSample& channels) noexcept = 0;

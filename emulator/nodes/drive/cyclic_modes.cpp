@@ -8,9 +8,27 @@
 
 namespace walkman::nodes {
 
+void LineMode::slow_down(const Motion& from) noexcept {
+  line_.go_on(from.position, from.velocity, context_.settings.deceleration);
+}
+
+double LineMode::move_to(std::int64_t target) noexcept {
+  const RangedTarget within = within_range(context_, target);
+  target_limited_ = within.limited;
+  line_.move_to(within.position, context_.settings.interpolation_period);
+  return within.position;
+}
+
+Demand LineMode::follow(Demand::Loop loop, double dt) noexcept {
+  line_.set_max_velocity(context_.settings.max_velocity);
+  line_.step(dt);
+  return {loop, line_.position(), line_.velocity(),
+          context_.objects.torque_offset.get() * context_.settings.per_mille};
+}
+
 void CyclicPosition::enter(const Motion& from) noexcept {
   has_target_ = target_limited_ = false;
-  line_.go_on(from.position, from.velocity, context_.settings.deceleration);
+  slow_down(from);
 }
 
 void CyclicPosition::target(TargetObject object, std::int32_t value) noexcept {
@@ -23,17 +41,13 @@ void CyclicPosition::target(TargetObject object, std::int32_t value) noexcept {
   } else {
     return;
   }
-  const RangedTarget target = within_range(context_, sum);
-  target_limited_ = target.limited;
-  line_.move_to(target.position, context_.settings.interpolation_period);
+  move_to(sum);
 }
 
 Demand CyclicPosition::step(double dt) noexcept {
-  line_.set_max_velocity(context_.settings.max_velocity);
-  line_.step(dt);
-  const DriveObjects& o = context_.objects;
-  return {Demand::Loop::kPosition, line_.position(), line_.velocity() + o.velocity_offset.get() * kMicro,
-          o.torque_offset.get() * context_.settings.per_mille};
+  Demand demand = follow(Demand::Loop::kPosition, dt);
+  demand.velocity += context_.objects.velocity_offset.get() * kMicro;
+  return demand;
 }
 
 void CyclicVelocity::enter(const Motion& from) noexcept {
@@ -69,33 +83,28 @@ constexpr std::uint16_t kInterpolate = 1U << 4U;
 
 void InterpolatedPosition::enter(const Motion& from) noexcept {
   active_ = target_limited_ = false;
-  line_.go_on(from.position, from.velocity, context_.settings.deceleration);
+  slow_down(from);
   target_ = from.position;
   in_position_.restart();
 }
 
 void InterpolatedPosition::controlword(std::uint16_t /*before*/, std::uint16_t now) noexcept {
   const bool wanted = (now & kInterpolate) != 0;
-  if (active_ && !wanted) line_.go_on(line_.position(), line_.velocity(), context_.settings.deceleration);
+  if (active_ && !wanted) slow_down({line_.position(), line_.velocity()});
   active_ = wanted;
 }
 
 void InterpolatedPosition::target(TargetObject object, std::int32_t value) noexcept {
   if (object != TargetObject::kInterpolation || !active_) return;
-  const RangedTarget target = within_range(context_, value);
-  target_limited_ = target.limited;
-  if (target.position != target_) in_position_.restart();
-  target_ = target.position;
-  line_.move_to(target.position, context_.settings.interpolation_period);
+  const double last = target_;
+  target_ = move_to(value);
+  if (target_ != last) in_position_.restart();
 }
 
 Demand InterpolatedPosition::step(double dt) noexcept {
   const ServoSettings& s = context_.settings;
-  line_.set_max_velocity(s.max_velocity);
-  line_.step(dt);
   in_position_.step(target_ - context_.feedback.motor_position, s.position_window, s.position_time, dt);
-  return {Demand::Loop::kPosition, line_.position(), line_.velocity(),
-          context_.objects.torque_offset.get() * s.per_mille};
+  return follow(Demand::Loop::kPosition, dt);
 }
 
 std::uint16_t InterpolatedPosition::status() const noexcept {
@@ -109,17 +118,9 @@ void Impedance::enter(const Motion& /*from*/) noexcept {
 }
 
 void Impedance::target(TargetObject object, std::int32_t value) noexcept {
-  if (object != TargetObject::kPosition) return;
-  const RangedTarget target = within_range(context_, value);
-  target_limited_ = target.limited;
-  line_.move_to(target.position, context_.settings.interpolation_period);
+  if (object == TargetObject::kPosition) move_to(value);
 }
 
-Demand Impedance::step(double dt) noexcept {
-  line_.set_max_velocity(context_.settings.max_velocity);
-  line_.step(dt);
-  return {Demand::Loop::kImpedance, line_.position(), line_.velocity(),
-          context_.objects.torque_offset.get() * context_.settings.per_mille};
-}
+Demand Impedance::step(double dt) noexcept { return follow(Demand::Loop::kImpedance, dt); }
 
 }  // namespace walkman::nodes

@@ -7,24 +7,41 @@
 
 namespace walkman::nodes {
 
-/// Cyclic synchronous position (mode 8): each 607Ah plus 60B0h is reached on a straight line over 60C2h, then
-/// held; 60B1h and 60B2h are fed forward. Holds where it starts until a target is written.
-class CyclicPosition final : public OperatingMode {
+/// What the modes have in common that go on a straight line to each new target, over 60C2h and never faster
+/// than the velocity limit, then hold: 607Dh cuts the targets.
+class LineMode : public OperatingMode {
  public:
   using OperatingMode::OperatingMode;
+
+  [[nodiscard]] bool limited() const noexcept final { return target_limited_ || line_.limited(); }
+  [[nodiscard]] bool takes_offsets() const noexcept final { return true; }
+
+ protected:
+  /// Goes on from a state of motion, slowing down by 6084h.
+  void slow_down(const Motion& from) noexcept;
+  /// A target in urad as on the wire, from now on; returns what 607Dh leaves of it, rad.
+  double move_to(std::int64_t target) noexcept;
+  /// One step of the line, and the torque 60B2h, as the demand of a loop.
+  [[nodiscard]] Demand follow(Demand::Loop loop, double dt) noexcept;
+
+  Interpolator line_;
+  bool target_limited_ = false;
+};
+
+/// Cyclic synchronous position (mode 8): each 607Ah plus 60B0h is reached on a straight line over 60C2h, then
+/// held; 60B1h and 60B2h are fed forward. Holds where it starts until a target is written.
+class CyclicPosition final : public LineMode {
+ public:
+  using LineMode::LineMode;
 
   void enter(const Motion& from) noexcept override;
   void target(TargetObject object, std::int32_t value) noexcept override;
   Demand step(double dt) noexcept override;
   [[nodiscard]] std::uint16_t status() const noexcept override { return status_bit::kMode12; }
-  [[nodiscard]] bool limited() const noexcept override { return target_limited_ || line_.limited(); }
   [[nodiscard]] bool follows_position() const noexcept override { return true; }
-  [[nodiscard]] bool takes_offsets() const noexcept override { return true; }
 
  private:
-  Interpolator line_;
   bool has_target_ = false;
-  bool target_limited_ = false;
 };
 
 /// Cyclic synchronous velocity (mode 9): each 60FFh is reached linearly over 60C2h, then held; 60B1h is
@@ -67,43 +84,33 @@ class CyclicTorque final : public OperatingMode {
 
 /// Interpolated position (mode 7): each 60C1h:1 is reached on a straight line over 60C2h while controlword
 /// bit 4 is set; without the bit the motor slows down by 6084h and stands.
-class InterpolatedPosition final : public OperatingMode {
+class InterpolatedPosition final : public LineMode {
  public:
-  using OperatingMode::OperatingMode;
+  using LineMode::LineMode;
 
   void enter(const Motion& from) noexcept override;
   void controlword(std::uint16_t before, std::uint16_t now) noexcept override;
   void target(TargetObject object, std::int32_t value) noexcept override;
   Demand step(double dt) noexcept override;
   [[nodiscard]] std::uint16_t status() const noexcept override;
-  [[nodiscard]] bool limited() const noexcept override { return target_limited_ || line_.limited(); }
   [[nodiscard]] bool follows_position() const noexcept override { return true; }
-  [[nodiscard]] bool takes_offsets() const noexcept override { return true; }
 
  private:
-  Interpolator line_;
   Window in_position_;
   double target_ = 0;
   bool active_ = false;
-  bool target_limited_ = false;
 };
 
 /// Impedance (manufacturer's mode -1): a spring and damper 2010h between the link and 607Ah, which is reached
 /// on a straight line over 60C2h, plus the torque 60B2h.
-class Impedance final : public OperatingMode {
+class Impedance final : public LineMode {
  public:
-  using OperatingMode::OperatingMode;
+  using LineMode::LineMode;
 
   void enter(const Motion& from) noexcept override;
   void target(TargetObject object, std::int32_t value) noexcept override;
   Demand step(double dt) noexcept override;
   [[nodiscard]] std::uint16_t status() const noexcept override { return status_bit::kMode12; }
-  [[nodiscard]] bool limited() const noexcept override { return target_limited_ || line_.limited(); }
-  [[nodiscard]] bool takes_offsets() const noexcept override { return true; }
-
- private:
-  Interpolator line_;
-  bool target_limited_ = false;
 };
 
 }  // namespace walkman::nodes

@@ -16,20 +16,17 @@ using cia402::State;
 
 namespace {
 
-/// Codes of 603Fh and EMCY that the drive's control finds itself; those of its measurements are in
-/// `Supervision`, those of its communication in `CanopenSlave`.
+/// Codes of 603Fh and EMCY of the connection with the master; those of the drive's measurements are in
+/// `Supervision`, of its motion in `MotionWatch`.
 namespace drive_fault {
 
-constexpr std::uint16_t kBlocked = 0x7121;
 constexpr std::uint16_t kCommunication = 0x8100;
 constexpr std::uint16_t kHeartbeatLost = 0x8130;
 constexpr std::uint16_t kRpdoTimeout = 0x8250;
-constexpr std::uint16_t kFollowingError = 0x8611;
-constexpr std::uint16_t kPositionLimit = 0x8612;
 
 /// Those that are over once the torque is off.
-constexpr std::array<std::uint16_t, 4> kOverWithoutTorque{kBlocked, kCommunication, kFollowingError,
-                                                          kPositionLimit};
+constexpr std::array<std::uint16_t, 4> kOverWithoutTorque{
+    MotionWatch::kBlocked, kCommunication, MotionWatch::kFollowingError, MotionWatch::kPositionLimit};
 
 }  // namespace drive_fault
 
@@ -53,11 +50,6 @@ const DriveParameters& checked(const DriveParameters& p) {
 // Objects are published at least this often for event-driven PDOs; SDO and SYNC ask for the newest
 // themselves.
 constexpr double kPublishPeriod = 1e-3 - 1e-9;  // s
-
-// Fault 8612h: torque modes do not stop at the position limits by themselves.
-constexpr double kRangeMargin = 0.02;  // rad
-// Fault 7121h: the torque limit in a velocity mode without any motion.
-constexpr double kBlockedTime = 1.0;  // s
 
 bool finite(double value) noexcept { return std::abs(value) <= 1e9; }
 
@@ -175,7 +167,7 @@ void DriveNode::command_operation(std::uint16_t last, std::uint16_t word, bool w
 
 Motion DriveNode::present_motion() const noexcept {
   // From the demand when the motor follows it, which keeps the torque steady; else from where the motor is.
-  if (power_.powered() && demand_.loop == Demand::Loop::kPosition && !following_error_) {
+  if (power_.powered() && demand_.loop == Demand::Loop::kPosition && !watch_.following_error()) {
     return {demand_.position, demand_.velocity};
   }
   const double velocity = std::abs(feedback_.motor_velocity) < kStandstill ? 0 : feedback_.motor_velocity;
@@ -273,8 +265,9 @@ void DriveNode::on_reset() noexcept {
   power_.reset();
   fault_code_ = 0;
   halt_ = false;
-  following_error_for_ = blocked_for_ = torque_ = 0;
-  following_error_ = torque_limited_ = speed_limited_ = false;
+  torque_ = 0;
+  torque_limited_ = speed_limited_ = false;
+  watch_.rest();
   supervision_.reset();
   motion_.zero = 0;
   modes_.homing.forget();
@@ -290,8 +283,6 @@ void DriveNode::on_reset() noexcept {
   unpublished_ = true;
   update_statusword();
 }
-
-using cia402::State;
 
 double DriveNode::control(const ServoFeedback& feedback, double dt) noexcept {
   power_.ready();
@@ -339,8 +330,8 @@ double DriveNode::unpowered_step() noexcept {
   const bool of_link = mode_ == &modes_.impedance;
   demand_ = {of_link ? Demand::Loop::kImpedance : Demand::Loop::kPosition,
              of_link ? feedback_.link_position : feedback_.motor_position, 0, 0};
-  torque_limited_ = speed_limited_ = following_error_ = false;
-  following_error_for_ = blocked_for_ = 0;
+  torque_limited_ = speed_limited_ = false;
+  watch_.rest();
   return 0;
 }
 
@@ -354,10 +345,11 @@ double DriveNode::powered_step(double dt) noexcept {
   }
   const State before = power_.state();
   if (before == State::kOperationEnabled) {
-    watch_motion(dt);
+    const std::uint16_t wrong =
+        watch_.step(demand_, mode_->follows_position(), torque_limited_, mode_drives(), dt);
+    if (wrong != 0) trip(wrong, error_register::kProfile);
   } else {
-    following_error_ = false;
-    following_error_for_ = blocked_for_ = 0;
+    watch_.rest();
   }
   if (power_.state() != before) {
     if (!power_.powered()) return unpowered_step();
@@ -401,75 +393,15 @@ double DriveNode::limited(double torque) noexcept {
   return inside;
 }
 
-void DriveNode::watch_motion(double dt) noexcept {
-  watch_following_error(dt);
-  if (demand_.loop == Demand::Loop::kTorque) {
-    const double beyond = out_of_range(motion_);
-    if (std::abs(beyond) > kRangeMargin && beyond * demand_.torque > 0) {
-      trip(drive_fault::kPositionLimit, error_register::kProfile);
-    }
-  }
-  const bool blocked = demand_.loop == Demand::Loop::kVelocity && torque_limited_ && mode_drives() &&
-                       std::abs(feedback_.motor_velocity) <= settings_.velocity_threshold;
-  blocked_for_ = blocked ? blocked_for_ + dt : 0;
-  if (blocked_for_ > kBlockedTime) trip(drive_fault::kBlocked, error_register::kProfile);
-}
-
-void DriveNode::watch_following_error(double dt) noexcept {
-  const bool watched = mode_->follows_position() && demand_.loop == Demand::Loop::kPosition;
-  const double error = demand_.position - feedback_.motor_position;
-  following_error_ = watched && std::abs(error) > settings_.following_window;
-  following_error_for_ = following_error_ ? following_error_for_ + dt : 0;
-  if (following_error_for_ > settings_.following_time) {
-    trip(drive_fault::kFollowingError, error_register::kProfile);
-  }
-}
-
-using cia402::State;
-
 void DriveNode::publish() noexcept {
   if (!unpublished_) return;
   unpublished_ = false;
   ever_published_ = true;
-  publish_motion();
-  publish_measurements();
-}
-
-void DriveNode::publish_motion() noexcept {
-  const double motor = feedback_.motor_position - motion_.zero;
-  const double link = feedback_.link_position - motion_.zero;
-  const bool of_link = demand_.loop == Demand::Loop::kImpedance;
-  const bool of_position = of_link || demand_.loop == Demand::Loop::kPosition;
-  const double demand = of_position ? demand_.position : feedback_.motor_position;
-  const double followed = of_link ? feedback_.link_position : feedback_.motor_position;
-  objects_.position_demand.set(to_wire<std::int32_t>(demand - motion_.zero, kMicro));
-  objects_.position_actual.set(to_wire<std::int32_t>(motor, kMicro));
-  objects_.position_increments.set(to_wire<std::int32_t>(motor, parameters_.motor_encoder_step));
-  objects_.link_position.set(to_wire<std::int32_t>(link, kMicro));
-  objects_.following_error.set(to_wire<std::int32_t>(demand - followed, kMicro));
-  objects_.deflection.set(to_wire<std::int32_t>(motor - link, kMicro));
-  objects_.velocity_demand.set(to_wire<std::int32_t>(demand_.velocity, kMicro));
-  objects_.velocity_actual.set(to_wire<std::int32_t>(feedback_.motor_velocity, kMicro));
-  objects_.link_velocity.set(to_wire<std::int32_t>(feedback_.link_velocity, kMicro));
-}
-
-void DriveNode::publish_measurements() noexcept {
-  const double rated = parameters_.rated_torque;
+  objects_.publish_motion(demand_, feedback_, motion_.zero, parameters_.motor_encoder_step);
   const bool of_torque = power_.powered() && demand_.loop == Demand::Loop::kTorque;
   const double limit = settings_.torque_limit;
-  const double demand = of_torque ? std::clamp(demand_.torque, -limit, limit) : torque_;
-  objects_.torque_demand.set(to_wire<std::int16_t>(demand / rated, kMilli));
-  objects_.torque_actual.set(to_wire<std::int16_t>(feedback_.spring_torque / rated, kMilli));
-  objects_.spring_torque.set(to_wire<std::int32_t>(feedback_.spring_torque, kMilli));
-  // Without a current sensor: torque over the torque constant, which is rated torque over rated current.
-  const bool measured = !std::isnan(feedback_.motor_current);
-  const double current = measured ? feedback_.motor_current / parameters_.rated_current : torque_ / rated;
-  objects_.current_actual.set(to_wire<std::int16_t>(current, kMilli));
-  objects_.motor_temperature.set(to_wire<std::int16_t>(feedback_.motor_temperature_c, kDeci));
-  objects_.board_temperature.set(to_wire<std::int16_t>(feedback_.board_temperature_c, kDeci));
-  objects_.temperature_compact.set(to_wire<std::int8_t>(feedback_.motor_temperature_c, 1.0));
-  objects_.supply_voltage.set(to_wire<std::uint32_t>(feedback_.supply_voltage, kMilli));
-  objects_.digital_inputs.set(feedback_.digital_inputs);
+  objects_.publish_electronics(feedback_, of_torque ? std::clamp(demand_.torque, -limit, limit) : torque_,
+                               torque_, parameters_);
 }
 
 std::uint16_t DriveNode::mode_bits() const noexcept {
@@ -489,7 +421,7 @@ void DriveNode::update_statusword() noexcept {
   if (power_.powered() && (torque_limited_ || speed_limited_ || target_limited)) {
     word |= status_bit::kInternalLimit;
   }
-  if (following_error_) word |= status_bit::kMode13;
+  if (watch_.following_error()) word |= status_bit::kMode13;
   if (word == objects_.statusword.get()) return;
   objects_.statusword.set(word);
   announce(objects_.statusword.entry());

@@ -7,6 +7,7 @@
 #include "emulator/nodes/drive/drive_objects.h"
 #include "emulator/nodes/drive/drive_parameters.h"
 #include "emulator/nodes/drive/mode_set.h"
+#include "emulator/nodes/drive/motion_watch.h"
 #include "emulator/nodes/drive/power_state.h"
 #include "emulator/nodes/drive/servo_law.h"
 #include "emulator/nodes/drive/servo_settings.h"
@@ -77,8 +78,6 @@ class DriveNode : public CanopenSlave {
   [[nodiscard]] double powered_step(double dt) noexcept;
   double unpowered_step() noexcept;
   void report_causes() noexcept;
-  void watch_motion(double dt) noexcept;
-  void watch_following_error(double dt) noexcept;
   [[nodiscard]] double law(double dt) noexcept;
   [[nodiscard]] double speed_limited(double torque) noexcept;
   [[nodiscard]] double limited(double torque) noexcept;
@@ -89,8 +88,6 @@ class DriveNode : public CanopenSlave {
   [[nodiscard]] bool mode_drives() const noexcept { return !halt_ && power_.driving(); }
 
   void publish() noexcept;
-  void publish_motion() noexcept;
-  void publish_measurements() noexcept;
   [[nodiscard]] std::uint16_t mode_bits() const noexcept;
   void update_statusword() noexcept;
   void announce(const Entry& entry) noexcept;
@@ -103,6 +100,7 @@ class DriveNode : public CanopenSlave {
   ServoFeedback feedback_;
   MotionContext motion_{objects_, settings_, feedback_};
   ModeSet modes_{motion_};
+  MotionWatch watch_{motion_};
   OperatingMode* mode_;
   cia402::Mode requested_mode_ = cia402::Mode::kCyclicSynchronousPosition;
   PowerState power_;
@@ -113,9 +111,7 @@ class DriveNode : public CanopenSlave {
   Demand demand_;
   double torque_ = 0;  // of the last step, N·m
   std::uint16_t fault_code_ = 0;
-  bool halt_ = false;                                 // controlword bit 8
-  double following_error_for_ = 0, blocked_for_ = 0;  // s
-  bool following_error_ = false;
+  bool halt_ = false;  // controlword bit 8
   bool torque_limited_ = false;
   bool speed_limited_ = false;
   double publish_clock_ = 0;  // s

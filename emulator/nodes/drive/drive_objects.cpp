@@ -62,6 +62,41 @@ void DriveObjects::on_measurement_read(const std::function<void()>& hook) {
   }
 }
 
+void DriveObjects::publish_motion(const Demand& demand, const ServoFeedback& feedback, double zero,
+                                  double increment) noexcept {
+  const double motor = feedback.motor_position - zero;
+  const double link = feedback.link_position - zero;
+  const bool of_link = demand.loop == Demand::Loop::kImpedance;
+  const bool of_position = of_link || demand.loop == Demand::Loop::kPosition;
+  const double asked = of_position ? demand.position : feedback.motor_position;
+  const double followed = of_link ? feedback.link_position : feedback.motor_position;
+  position_demand.set(to_wire<std::int32_t>(asked - zero, kMicro));
+  position_actual.set(to_wire<std::int32_t>(motor, kMicro));
+  position_increments.set(to_wire<std::int32_t>(motor, increment));
+  link_position.set(to_wire<std::int32_t>(link, kMicro));
+  following_error.set(to_wire<std::int32_t>(asked - followed, kMicro));
+  deflection.set(to_wire<std::int32_t>(motor - link, kMicro));
+  velocity_demand.set(to_wire<std::int32_t>(demand.velocity, kMicro));
+  velocity_actual.set(to_wire<std::int32_t>(feedback.motor_velocity, kMicro));
+  link_velocity.set(to_wire<std::int32_t>(feedback.link_velocity, kMicro));
+}
+
+void DriveObjects::publish_electronics(const ServoFeedback& feedback, double torque_asked,
+                                       double motor_torque, const DriveParameters& parameters) noexcept {
+  const double rated = parameters.rated_torque;
+  torque_demand.set(to_wire<std::int16_t>(torque_asked / rated, kMilli));
+  torque_actual.set(to_wire<std::int16_t>(feedback.spring_torque / rated, kMilli));
+  spring_torque.set(to_wire<std::int32_t>(feedback.spring_torque, kMilli));
+  const bool measured = !std::isnan(feedback.motor_current);
+  const double current = measured ? feedback.motor_current / parameters.rated_current : motor_torque / rated;
+  current_actual.set(to_wire<std::int16_t>(current, kMilli));
+  motor_temperature.set(to_wire<std::int16_t>(feedback.motor_temperature_c, kDeci));
+  board_temperature.set(to_wire<std::int16_t>(feedback.board_temperature_c, kDeci));
+  temperature_compact.set(to_wire<std::int8_t>(feedback.motor_temperature_c, 1.0));
+  supply_voltage.set(to_wire<std::uint32_t>(feedback.supply_voltage, kMilli));
+  digital_inputs.set(feedback.digital_inputs);
+}
+
 void DriveObjects::bind_manufacturer_objects(const DriveParameters& p) {
   dictionary_.object<std::uint32_t>(0x2000, 2).factory(p.model_hash);
   dictionary_.object<std::uint16_t>(0x2000, 3).factory(p.joint_number);

@@ -7,6 +7,7 @@
 
 #include "emulator/nodes/cia301/object_dictionary.h"
 #include "emulator/nodes/drive/drive_parameters.h"
+#include "emulator/nodes/drive/operating_mode.h"
 #include "emulator/nodes/drive/servo_law.h"
 
 namespace walkman::nodes {
@@ -22,6 +23,15 @@ struct DriveObjects {
   void on_setting(const std::function<void()>& hook);
   /// `hook` is called before a client reads one of the values the servo measures or computes.
   void on_measurement_read(const std::function<void()>& hook);
+
+  /// Stores what the servo does: demand and encoders, seen from `zero` (rad, where 6064h is zero);
+  /// `increment` of the motor encoder in rad.
+  void publish_motion(const Demand& demand, const ServoFeedback& feedback, double zero,
+                      double increment) noexcept;
+  /// Stores torques in N·m, demanded and of the motor, and what the electronics measure. Without a current
+  /// sensor 6078h is the motor's torque over the torque constant, which is rated torque over rated current.
+  void publish_electronics(const ServoFeedback& feedback, double torque_asked, double motor_torque,
+                           const DriveParameters& parameters) noexcept;
 
   Object<std::uint32_t> stiffness, damping;                ///< 2010h:1-2, mN·m/rad, mN·m·s/rad
   Object<std::uint32_t> stiffness_actual, damping_actual;  ///< 2010h:3-4, the gains in use

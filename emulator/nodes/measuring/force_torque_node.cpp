@@ -43,19 +43,7 @@ ForceTorqueNode::ForceTorqueNode(const ForceTorqueParameters& parameters)
   objects().add(sensor_temperature_table());
   temperature_ =
       objects().object<std::int16_t>(object::kSensorTemperature, 1).factory(wire_temperature(transducer_));
-  constexpr std::uint16_t kValue = object::kProcessValueInt16;
-  PdoSet transmit;
-  transmit[0] = {true,
-                 1,
-                 0,
-                 {mapped(kValue, 1, 16), mapped(kValue, 2, 16), mapped(kValue, 3, 16),
-                  mapped(object::kCycleCounter, 1, 16)}};
-  transmit[1] = {true,
-                 1,
-                 0,
-                 {mapped(kValue, 4, 16), mapped(kValue, 5, 16), mapped(kValue, 6, 16),
-                  mapped(object::kMeasuringStatus, 1, 8)}};
-  configure_pdos({}, transmit);
+  configure_pdos({}, vector_tpdos());
 }
 
 void ForceTorqueNode::sample(const Wrench& F_So_S) noexcept {

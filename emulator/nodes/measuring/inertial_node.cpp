@@ -45,17 +45,7 @@ InertialNode::InertialNode(const InertialParameters& parameters)
       parameters_(parameters),
       generator_(parameters.noise_seed) {
   constexpr std::uint16_t kValue = object::kProcessValueInt16;
-  PdoSet transmit;
-  transmit[0] = {true,
-                 1,
-                 0,
-                 {mapped(kValue, 1, 16), mapped(kValue, 2, 16), mapped(kValue, 3, 16),
-                  mapped(object::kCycleCounter, 1, 16)}};
-  transmit[1] = {true,
-                 1,
-                 0,
-                 {mapped(kValue, 4, 16), mapped(kValue, 5, 16), mapped(kValue, 6, 16),
-                  mapped(object::kMeasuringStatus, 1, 8)}};
+  PdoSet transmit = vector_tpdos();
   transmit[2] = {
       true,
       1,

@@ -36,6 +36,22 @@ MeasuringNode::MeasuringNode(DeviceIdentity identity, std::span<const ChannelDes
   counter_ = objects().object<std::uint16_t>(object::kCycleCounter, 1);
 }
 
+CanopenSlave::PdoSet MeasuringNode::vector_tpdos() {
+  constexpr std::uint16_t kValue = object::kProcessValueInt16;
+  PdoSet transmit;
+  transmit[0] = {true,
+                 1,
+                 0,
+                 {mapped(kValue, 1, 16), mapped(kValue, 2, 16), mapped(kValue, 3, 16),
+                  mapped(object::kCycleCounter, 1, 16)}};
+  transmit[1] = {true,
+                 1,
+                 0,
+                 {mapped(kValue, 4, 16), mapped(kValue, 5, 16), mapped(kValue, 6, 16),
+                  mapped(object::kMeasuringStatus, 1, 8)}};
+  return transmit;
+}
+
 void MeasuringNode::take_sample(std::span<const double> readings) noexcept {
   std::uint8_t all = 0;
   bool silent = false;

@@ -24,6 +24,10 @@ class MeasuringNode : public CanopenSlave {
   MeasuringNode(DeviceIdentity identity, std::span<const ChannelDescription> channels,
                 std::uint32_t sample_period_us);
 
+  /// Factory mapping of a device whose first six channels are two vectors: TPDO1 7130h:1-3 and the sample
+  /// counter 2050h:1, TPDO2 7130h:4-6 and the status 6150h:1, at every SYNC.
+  [[nodiscard]] static PdoSet vector_tpdos();
+
   /// One sample: a reading a channel, SI units. Hot: a thousand times a second.
   void take_sample(std::span<const double> readings) noexcept;
   void on_reset() noexcept override;
