@@ -2,8 +2,6 @@
 
 #include <algorithm>
 #include <cctype>
-#include <fstream>
-#include <iterator>
 #include <sstream>
 #include <stdexcept>
 
@@ -15,6 +13,7 @@
 #include "emulator/nodes/cia301/pdo_record.h"
 #include "emulator/nodes/drive/drive_table.h"
 #include "emulator/nodes/measuring/measuring_table.h"
+#include "urdf/reader/text_file.h"
 
 namespace walkman::datasheets {
 namespace {
@@ -25,6 +24,7 @@ using nodes::EntryRow;
 using nodes::ObjectRow;
 using nodes::Quantity;
 
+constexpr std::size_t kMostBytes = 16'000'000;  // of a document
 constexpr std::string_view kBegin = "<!-- generated: ";
 constexpr std::string_view kClose = " -->";
 constexpr std::string_view kEnd = "<!-- end -->";
@@ -246,10 +246,7 @@ std::string with_object_tables(const std::string& document, const std::vector<Wi
 
 std::vector<std::filesystem::path> update_object_tables(const std::vector<WiredBus>& buses,
                                                         const std::filesystem::path& file) {
-  std::ifstream in(file, std::ios::binary);
-  const std::string before{std::istreambuf_iterator<char>(in), {}};
-  if (!in) throw std::runtime_error(file.string() + ": cannot be read, expected a Markdown document");
-  in.close();
+  const std::string before = read_text_file(file, kMostBytes);
   try {
     write_file(file, with_object_tables(before, buses));
   } catch (const std::runtime_error& e) {
