@@ -58,6 +58,8 @@ class Observer {
   /// A fault took something away while nothing was held, and the drivers have it back. `reason` is the
   /// fault's sentence.
   virtual void on_recovery(std::string_view /*reason*/, Time /*now*/) {}
+  /// Something is not well and no fault, one sentence; each is told once, as it is learnt.
+  virtual void on_warning(std::string_view /*warning*/, Time /*now*/) {}
   /// Once, after boot: the robot has found that it stands on its feet, or that it does not, and where its
   /// base is in T.
   virtual void on_stance(bool /*stands*/, const Eigen::Isometry3d& /*X_TB*/) {}

@@ -81,7 +81,10 @@ void Session::boot() {
   enter(Phase::kBoot);
   now_ = cycle_.next();
   try {
-    while (!robot_.boot(now_)) now_ = cycle_.next();
+    while (!robot_.boot(now_)) {
+      tell_warnings();
+      now_ = cycle_.next();
+    }
   } catch (const std::runtime_error& e) {
     throw RunStopped(e.what());
   }
@@ -138,9 +141,17 @@ void Session::tick(const std::vector<robot::JointCommand>& commands) {
 }
 
 void Session::read() {
-  while (!robot_.read(now_)) recover();
+  while (!robot_.read(now_)) {
+    tell_warnings();  // before the fault that may follow from it
+    recover();
+  }
+  tell_warnings();
   pose_kinematics();
   watch_tilt();
+}
+
+void Session::tell_warnings() {
+  for (const std::string& warning : robot_.new_warnings()) observer_.on_warning(warning, now_);
 }
 
 void Session::recover() {

@@ -64,6 +64,7 @@ class Session {
  private:
   void read();
   void recover();
+  void tell_warnings();
   void pose_kinematics();
   void find_stance();
   [[nodiscard]] double weight_on_feet() const;

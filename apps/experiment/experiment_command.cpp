@@ -5,7 +5,6 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
-#include "apps/experiment/paper_table.h"
 #include "apps/experiment/repetition_pool.h"
 #include "apps/experiment/result_folder.h"
 #include "apps/experiment/result_report.h"
@@ -93,6 +92,11 @@ int run_experiment(const Options& options) {
       line.show(fmt::format(
           "experiment {}  repetition {}/{}  {:<8}  {:6.2f} s simulated  {:4.2f} x real time", options.number,
           index + 1, options.repeat, p.phase, p.simulated_seconds, p.real_time_factor));
+    };
+    events.warned = [&](std::size_t index, const std::string& sentence) {
+      line.clear();
+      std::fprintf(stderr, "walkman-hil: seed %llu: warning: %s\n",
+                   static_cast<unsigned long long>(repetitions[index].seed), one_line(sentence).c_str());
     };
     events.completed = [&](std::size_t index, const RepetitionResult& completed) {
       results[index] = completed;

@@ -70,12 +70,14 @@ std::optional<std::string> contradiction(const regrasp::Weighing& reported, cons
 }
 
 Judge::Judge(const Emulator& emulator, const Scene& scene, const KnownRobot& robot,
-             std::function<void(std::string_view)> phase_changed, std::function<void(Time)> each_cycle)
+             std::function<void(std::string_view)> phase_changed, std::function<void(Time)> each_cycle,
+             std::function<void(std::string_view)> warned)
     : emulator_(emulator),
       scene_(scene),
       robot_(robot.model),
       phase_changed_(std::move(phase_changed)),
-      each_cycle_(std::move(each_cycle)) {
+      each_cycle_(std::move(each_cycle)),
+      warned_(std::move(warned)) {
   const HandParts& hand = robot.description.working_hand();
   sensor_ = sensor_at(hand.force_torque, robot.devices);
   sensor_link_ = robot_.link_index(hand.force_torque);
@@ -134,6 +136,11 @@ void Judge::on_located(const camera::OrganizedCloud& cloud, const perception::St
     cloud_error_ = e.what();  // the run goes on without
   }
   cloud_file_.clear();
+}
+
+void Judge::on_warning(std::string_view warning, Time) {
+  warnings_.emplace_back(warning);
+  if (warned_) warned_(warning);
 }
 
 void Judge::on_stance(bool, const Eigen::Isometry3d& X_TB) {

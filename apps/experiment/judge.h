@@ -35,9 +35,11 @@ struct TrueWeighing {
 /// goes back.
 class Judge : public regrasp::Observer {
  public:
-  /// `phase_changed` is told every phase as it begins, `each_cycle` every cycle's time.
+  /// `phase_changed` is told every phase as it begins, `each_cycle` every cycle's time, `warned` every
+  /// warning of the drivers.
   Judge(const Emulator& emulator, const Scene& scene, const KnownRobot& robot,
-        std::function<void(std::string_view)> phase_changed, std::function<void(Time)> each_cycle);
+        std::function<void(std::string_view)> phase_changed, std::function<void(Time)> each_cycle,
+        std::function<void(std::string_view)> warned = {});
 
   /// Writes the wrench trace from now on, as CSV. Throws EnvironmentError.
   void trace_to(const std::filesystem::path& csv_file);
@@ -50,6 +52,7 @@ class Judge : public regrasp::Observer {
 
   void on_phase(std::string_view phase, Time now) override;
   void on_recovery(std::string_view /*reason*/, Time /*now*/) override { ++recoveries_; }
+  void on_warning(std::string_view warning, Time now) override;
   void on_stance(bool stands, const Eigen::Isometry3d& X_TB) override;
   void on_cycle(Time now, const Wrench& F_So_S, const Eigen::Isometry3d& X_TH) override;
   void on_located(const camera::OrganizedCloud& cloud, const perception::StageOneResult& result) override;
@@ -62,6 +65,8 @@ class Judge : public regrasp::Observer {
   /// One for each of `weighings`.
   [[nodiscard]] const std::vector<TrueWeighing>& true_weighings() const { return true_weighings_; }
   [[nodiscard]] int recoveries() const { return recoveries_; }
+  /// Of the drivers, one sentence each.
+  [[nodiscard]] const std::vector<std::string>& warnings() const { return warnings_; }
   /// At each weighing the object hung free of everything but the hand.
   [[nodiscard]] bool always_held() const { return always_held_; }
   /// The object hangs free now.
@@ -78,6 +83,8 @@ class Judge : public regrasp::Observer {
   std::vector<std::size_t> hand_links_;  // with mass, below the sensor
   std::function<void(std::string_view)> phase_changed_;
   std::function<void(Time)> each_cycle_;
+  std::function<void(std::string_view)> warned_;
+  std::vector<std::string> warnings_;
   std::filesystem::path cloud_file_;
   std::string cloud_error_;
   std::filesystem::path trace_file_;

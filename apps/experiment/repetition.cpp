@@ -10,7 +10,6 @@
 #include "apps/experiment/judge.h"
 #include "apps/shared/emulated_world.h"
 #include "apps/shared/exit_code.h"
-#include "apps/shared/lockstep_cycle.h"
 #include "apps/shared/master_options.h"
 #include "apps/shared/result_files.h"
 #include "apps/shared/scene_reach.h"
@@ -36,7 +35,7 @@ WorldOptions world_options(const RepetitionOptions& options) {
   return out;
 }
 
-/// Watches the buses: writes the CAN log, and loses what the options say.
+/// Watches the buses: writes the CAN log and the state log.
 class WireTap {
  public:
   WireTap(Emulator& emulator, const RepetitionOptions& options) {
@@ -51,11 +50,6 @@ class WireTap {
         bus->set_observer([this, bus](const can::StampedFrame& f) { log_->write(bus->interface_name(), f); });
       }
       if (states_) states_->watch(*bus);
-      if (options.wire) {
-        bus->set_filter([bus, &options](const can::Frame& frame, Time now) {
-          return options.wire(bus->name(), frame.id, seconds(now));
-        });
-      }
     }
   }
   void cycle() {
@@ -194,6 +188,7 @@ RepetitionResult run_repetition(const RepetitionOptions& options) {
   robot::Robot robot(world.robot.model, world.robot.devices, world.emulator.interfaces(), robot_options);
   LockstepCycle cycle(world.emulator, options.robot.cycle);
   WireTap tap(world.emulator, options);
+  if (options.prepare) options.prepare(world.emulator);
 
   const Time start = pacing::host_now();
   Progress progress;
@@ -211,7 +206,8 @@ RepetitionResult run_repetition(const RepetitionOptions& options) {
       [&](Time now) {
         tap.cycle();
         report_progress(now);
-      });
+      },
+      options.warned);
   if (!options.out.empty()) {
     judge.trace_to(options.out / "wrench.csv");
     judge.keep_cloud(options.out / "cloud.pcd");
@@ -250,6 +246,7 @@ RepetitionResult run_repetition(const RepetitionOptions& options) {
   result.truth = true_row(judge);
   result.weighed = !judge.weighings().empty();
   result.recoveries = judge.recoveries();
+  result.warnings = judge.warnings();
   result.regrasps = std::max(0, static_cast<int>(judge.weighings().size()) - 1);
   result.simulated_seconds = progress.simulated_seconds;
   result.real_time_factor = progress.real_time_factor;

@@ -5,9 +5,15 @@
 #include <functional>
 #include <optional>
 #include <string>
+#include <string_view>
+#include <vector>
 
 #include "drivers/robot/robot.h"
 #include "urdf/reader/robot_description.h"
+
+namespace walkman {
+class Emulator;
+}
 
 namespace walkman::apps {
 
@@ -52,7 +58,8 @@ struct RepetitionResult {
   int regrasps = 0;
   int recoveries = 0;  ///< how often the drivers got back what a fault had taken away
   Outcome outcome = Outcome::kStopped;
-  std::string reason;     ///< of a stop or a wrong result, one sentence
+  std::string reason;                 ///< of a stop or a wrong result, one sentence
+  std::vector<std::string> warnings;  ///< of the drivers, one sentence each
   std::string unwritten;  ///< which file could not be written completely, one sentence; empty: all were
   double simulated_seconds = 0;
   double real_time_factor = 0;
@@ -74,10 +81,11 @@ struct RepetitionOptions {
   std::uint64_t seed = 1;  ///< object pose and sensor noise
   std::filesystem::path
       out;  ///< folder for the CAN log and its DBC files, the cloud, the wrench trace; none when empty
-  bool state_log = false;  ///< and for what the devices' objects were at every PDO
-  std::function<void(const Progress&)> progress;
-  /// Loses every frame on the wire that it returns false for; for tests of what the run does then.
-  std::function<bool(const std::string& bus, std::uint32_t can_id, double seconds)> wire;
+  bool state_log = false;                         ///< and for what the devices' objects were at every PDO
+  std::function<void(const Progress&)> progress;  ///< every cycle
+  std::function<void(std::string_view sentence)> warned;  ///< of a warning of the drivers, once each
+  /// Told of the emulated robot before it is booted; for tests that lose frames of its buses, or send some.
+  std::function<void(Emulator&)> prepare;
 };
 
 /// Throws std::runtime_error, one sentence, for files that do not fit: before anything is run or written.

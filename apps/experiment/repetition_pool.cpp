@@ -57,6 +57,7 @@ void write_line(int pipe, const nlohmann::json& message) {
     last = now;
     write_line(pipe, {{"phase", p.phase}, {"time", p.simulated_seconds}, {"rtf", p.real_time_factor}});
   };
+  own.warned = [&](std::string_view sentence) { write_line(pipe, {{"warning", sentence}}); };
   try {
     write_line(pipe, {{"result", to_json(run_repetition(own))}});
   } catch (const EnvironmentError& e) {
@@ -95,6 +96,8 @@ void take_messages(Child& child, std::optional<RepetitionResult>& result, const 
     if (message.contains("result")) {
       result = repetition_from_json(message["result"]);
       if (events.completed) events.completed(child.index, *result);
+    } else if (message.contains("warning")) {
+      if (events.warned) events.warned(child.index, message["warning"].get<std::string>());
     } else if (events.progress) {
       events.progress(child.index, {message["phase"].get<std::string>(), message["time"].get<double>(),
                                     message["rtf"].get<double>()});

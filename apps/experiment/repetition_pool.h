@@ -2,6 +2,7 @@
 
 #include <functional>
 #include <optional>
+#include <string>
 #include <vector>
 
 #include "apps/experiment/repetition.h"
@@ -13,6 +14,7 @@ class StopSignals;
 /// Told while repetitions run.
 struct PoolEvents {
   std::function<void(std::size_t index, const Progress&)> progress;
+  std::function<void(std::size_t index, const std::string& sentence)> warned;
   std::function<void(std::size_t index, const RepetitionResult&)> completed;
 };
 

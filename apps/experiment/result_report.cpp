@@ -62,6 +62,15 @@ constexpr std::array kOutcomes = {Outcome::kMinimumTorque, Outcome::kMinimumDisp
 
 }  // namespace
 
+std::optional<TableRow> paper_row(int experiment) {
+  switch (experiment) {
+    case 1:
+      return TableRow{0.520, 0.450, 12.0, 0.886, 0.0736, -0.031, -0.0020, 96.5};
+    default:
+      return std::nullopt;
+  }
+}
+
 Mean ExperimentResult::mean() const {
   const auto complete = [](const RepetitionResult& r) { return r.outcome != Outcome::kStopped; };
   Mean mean;
@@ -97,6 +106,7 @@ nlohmann::json to_json(const RepetitionResult& result) {
   json["recoveries"] = result.recoveries;
   json["outcome"] = to_string(result.outcome);
   if (!result.reason.empty()) json["reason"] = result.reason;
+  if (!result.warnings.empty()) json["warnings"] = result.warnings;
   if (!result.unwritten.empty()) json["unwritten"] = result.unwritten;
   json["simulated_seconds"] = rounded(result.simulated_seconds);
   json["real_time_factor"] = std::round(result.real_time_factor * 1e3) / 1e3;
@@ -122,6 +132,7 @@ RepetitionResult repetition_from_json(const nlohmann::json& json) {
     if (to_string(candidate) == outcome) result.outcome = candidate;
   }
   result.reason = json.value("reason", "");
+  result.warnings = json.value("warnings", std::vector<std::string>());
   result.unwritten = json.value("unwritten", "");
   result.simulated_seconds = json.at("simulated_seconds").get<double>();
   result.real_time_factor = json.at("real_time_factor").get<double>();

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -8,6 +9,10 @@
 #include "apps/experiment/repetition.h"
 
 namespace walkman::apps {
+
+/// Row of the paper's Table 1 (Kanoulas et al., average of ten repetitions) for an experiment; none for a
+/// number it does not have there. Signs as printed.
+[[nodiscard]] std::optional<TableRow> paper_row(int experiment);
 
 /// Mean over the repetitions that ran to their end, whatever end: all but the stopped ones.
 struct Mean {

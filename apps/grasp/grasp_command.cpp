@@ -60,6 +60,10 @@ int run(const Options& options) {
     std::fputs((to_text(weighing) + "\n").c_str(), stdout);
     std::fflush(stdout);
   };
+  events.warned = [&](std::string_view sentence) {
+    line.clear();
+    std::fprintf(stderr, "walkman-hil: warning: %s\n", one_line(sentence).c_str());
+  };
   const GraspResult result = run_grasp(known, grasp, signals, events);
   line.clear();
   std::fputs(printable(options.as_json ? to_json_text(result) : to_text(result)).c_str(), stdout);

@@ -41,12 +41,12 @@ std::string to_text(const GraspResult& result) {
                         com.y(), com.z());
   }
   if (result.recoveries > 0) text += fmt::format(", {} recovered faults", result.recoveries);
-  text += fmt::format("\n{} SYNC cycles, {} frames received, {} not sent, {} lost, {} emergencies, ",
-                      result.counters.syncs, result.counters.frames_received, result.counters.frames_not_sent,
-                      result.counters.receive_overflows, result.counters.emergencies);
+  text += fmt::format(
+      "\n{} SYNC cycles, {} frames received, {} of another master, {} not sent, {} lost, {} emergencies, ",
+      result.counters.syncs, result.counters.frames_received, result.counters.foreign_frames,
+      result.counters.frames_not_sent, result.counters.receive_overflows, result.counters.emergencies);
   text += result.pacing == Pacing::kLockstep ? fmt::format("{} incomplete cycles\n", result.incomplete)
                                              : fmt::format("{} overruns\n", result.overruns);
-  for (const std::string& warning : result.warnings) text += "warning: " + warning + "\n";
   return text;
 }
 
@@ -71,6 +71,7 @@ std::string to_json_text(const GraspResult& result) {
   json["overruns"] = result.overruns;
   json["incomplete_cycles"] = result.incomplete;
   json["frames_received"] = result.counters.frames_received;
+  json["foreign_frames"] = result.counters.foreign_frames;
   json["frames_not_sent"] = result.counters.frames_not_sent;
   json["receive_overflows"] = result.counters.receive_overflows;
   json["emergencies"] = result.counters.emergencies;

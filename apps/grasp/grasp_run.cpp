@@ -61,6 +61,10 @@ class Watcher : public regrasp::Observer {
   }
   void on_cycle(Time now, const Wrench&, const Eigen::Isometry3d&) override { report(now); }
   void on_recovery(std::string_view, Time) override { ++result_.recoveries; }
+  void on_warning(std::string_view warning, Time) override {
+    result_.warnings.emplace_back(warning);
+    if (events_.warned) events_.warned(warning);
+  }
   void on_weighed(const regrasp::Weighing& weighing) override {
     result_.weighings.push_back(weighing);
     if (events_.weighed) events_.weighed(weighing);
@@ -195,7 +199,6 @@ GraspResult run_grasp(const KnownRobot& known, const GraspOptions& options, Stop
   } catch (const std::exception& e) {
     defect = e.what();
   }
-  result.warnings = robot.warnings();
   // Quick stop and NMT stop, and a SYNC behind them: in lock-step it is what makes them happen.
   robot.stop();
   robot.sync(lockstep ? lockstep->now() : real_time->now());

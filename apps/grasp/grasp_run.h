@@ -32,7 +32,8 @@ struct GraspResult {
   std::uint64_t incomplete = 0;  ///< lock-step: cycles in which not everything came
   int recoveries = 0;            ///< how often the drivers got back what a fault had taken away
   std::vector<regrasp::Weighing> weighings;
-  std::vector<std::string> warnings;  ///< what was not well at the end and no fault, one sentence each
+  std::vector<std::string>
+      warnings;  ///< what was not well and no fault, one sentence each, as they were told
   robot::Counters counters;
 };
 
@@ -40,6 +41,7 @@ struct GraspResult {
 struct GraspEvents {
   std::function<void(std::string_view phase, double seconds)> cycle;
   std::function<void(const regrasp::Weighing&)> weighed;
+  std::function<void(std::string_view sentence)> warned;  ///< once each, as it is learnt
 };
 
 /// Runs the method against whatever robot is on the kernel's CAN interfaces. Knows the drivers, the camera's

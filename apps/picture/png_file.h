@@ -2,7 +2,7 @@
 
 #include <filesystem>
 
-#include "apps/picture/picture.h"
+#include "apps/picture/picture_renderer.h"
 
 namespace walkman::picture {
 

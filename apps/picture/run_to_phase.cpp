@@ -9,7 +9,6 @@
 #include <fmt/ranges.h>
 
 #include "adaptation/regrasp/regrasp.h"
-#include "apps/shared/lockstep_cycle.h"
 
 namespace walkman::apps {
 namespace {

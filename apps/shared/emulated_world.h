@@ -3,6 +3,7 @@
 #include <filesystem>
 #include <optional>
 
+#include "drivers/robot/cycle.h"
 #include "emulator/emulator.h"
 #include "emulator/scene/scene.h"
 #include "urdf/reader/robot_description.h"
@@ -26,6 +27,22 @@ struct EmulatedWorld {
 
   /// Throws std::runtime_error for files that do not fit, one sentence.
   explicit EmulatedWorld(const WorldOptions& options);
+};
+
+/// Paces a control program by the emulated clock: each cycle advances the emulator by one SYNC period.
+class LockstepCycle : public robot::Cycle {
+ public:
+  /// `emulator` must outlive this.
+  LockstepCycle(Emulator& emulator, Time period) : emulator_(emulator), period_(period) {}
+
+  Time next() override {
+    emulator_.advance(emulator_.now() + period_);
+    return emulator_.now();
+  }
+
+ private:
+  Emulator& emulator_;
+  Time period_;
 };
 
 }  // namespace walkman::apps

@@ -1,5 +1,7 @@
 #include "drivers/canopen/master.h"
 
+#include <algorithm>
+
 #include "drivers/canopen/cob_id.h"
 #include "drivers/canopen/node_settings.h"
 #include "drivers/canopen/remote_node.h"
@@ -47,12 +49,9 @@ void Master::receive(Time now) noexcept {
 
 void Master::note_foreign(std::uint32_t id) noexcept {
   ++counters_.foreign;
-  for (std::size_t i = 0; i < foreign_ids_; ++i) {
-    if (foreign_[i].id != id) continue;
-    ++foreign_[i].count;
-    return;
-  }
-  if (foreign_ids_ < kForeignIds) foreign_[foreign_ids_++] = {id, 1};
+  const auto known = foreign_ids();
+  if (foreign_count_ == kForeignIds || std::find(known.begin(), known.end(), id) != known.end()) return;
+  foreign_[foreign_count_++] = id;
 }
 
 void Master::discard() noexcept {

@@ -24,12 +24,6 @@ class Master {
     std::uint64_t reports = 0;   ///< of those received: reports of the own controller, no frames of the bus
   };
 
-  /// Frames that only a master sends, received under one identifier: there is another one.
-  struct ForeignCommand {
-    std::uint32_t id = 0;  ///< COB-ID
-    std::uint64_t count = 0;
-  };
-
   /// `interface` must outlive the master. `sync_overflow`: 0, or 2 to 240: SYNC carries a counter that goes
   /// up to it (1019h).
   Master(can::Interface& interface, const can::BitRates& rates, Time heartbeat_period,
@@ -85,9 +79,10 @@ class Master {
   [[nodiscard]] int full_cycles() const noexcept { return full_cycles_; }
   [[nodiscard]] const Counters& counters() const noexcept { return counters_; }
   [[nodiscard]] const BusTraffic& traffic() const noexcept { return traffic_; }
-  /// What another master sent since construction, by identifier; the first `kForeignIds` identifiers.
-  [[nodiscard]] std::span<const ForeignCommand> foreign_commands() const noexcept {
-    return std::span(foreign_).first(foreign_ids_);
+  /// COB-IDs of frames that only a master sends and this one did not, in the order in which they were first
+  /// received; the first eight.
+  [[nodiscard]] std::span<const std::uint32_t> foreign_ids() const noexcept {
+    return std::span(foreign_).first(foreign_count_);
   }
   [[nodiscard]] can::Interface& interface() const noexcept { return *interface_; }
 
@@ -111,8 +106,8 @@ class Master {
   int full_cycles_ = 0;
   Counters counters_;
   BusTraffic traffic_;
-  std::array<ForeignCommand, kForeignIds> foreign_{};
-  std::size_t foreign_ids_ = 0;
+  std::array<std::uint32_t, kForeignIds> foreign_{};
+  std::size_t foreign_count_ = 0;
 };
 
 }  // namespace walkman::canopen

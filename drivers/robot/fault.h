@@ -14,7 +14,7 @@ namespace walkman::robot {
 
 using canopen::FaultKind;
 
-/// The first thing that went wrong. Stays until `Robot::clear_fault`.
+/// The first thing that went wrong. Stays until `Robot::recover` or `boot` has undone it.
 struct Fault {
   FaultKind kind{};
   std::string device;        ///< URDF joint or frame; the interface's name of a whole bus; empty of the robot

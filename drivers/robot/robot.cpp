@@ -293,15 +293,6 @@ const std::optional<Fault>& Robot::fault() const {
   return described_;
 }
 
-void Robot::clear_fault() {
-  fault_.reset();
-  described_.reset();
-  for (auto& bus : buses_) {
-    bus->master().forget_overflows();
-    for (const auto& device : bus->devices()) device->clear_events();
-  }
-}
-
 Counters Robot::counters() const noexcept {
   Counters sum;
   sum.syncs = syncs_;
@@ -318,12 +309,9 @@ Counters Robot::counters() const noexcept {
   return sum;
 }
 
-std::vector<std::string> Robot::warnings() const {
+std::vector<std::string> Robot::new_warnings() {
   std::vector<std::string> list;
-  for (const auto& bus : buses_) {
-    const std::vector<std::string> more = bus->warnings();
-    list.insert(list.end(), more.begin(), more.end());
-  }
+  for (auto& bus : buses_) bus->tell_new_warnings(list);
   return list;
 }
 

@@ -85,7 +85,7 @@ class Robot {
   [[nodiscard]] bool cycle_complete() const noexcept;
 
   /// Takes in everything received, judges ages and states. Returns false once a fault is latched; from then
-  /// on the drives hold their last set-points and `write` is without effect until `clear_fault`.
+  /// on the drives hold their last set-points and `write` is without effect until `recover` or `boot`.
   bool read(Time now) noexcept;
 
   /// Stores set-points, in the order of `joint_names`; sent by the next `sync`.
@@ -122,15 +122,11 @@ class Robot {
 
   /// The latched fault. Words are made when it is first asked for, outside the cycle.
   [[nodiscard]] const std::optional<Fault>& fault() const;
-  /// Forgets the latched fault and the events behind it; a cause that persists is found again by the next
-  /// `read`. A node that booted up, or a drive that left operation enabled, comes back by `recover` or `boot`
-  /// only.
-  void clear_fault();
-
   [[nodiscard]] Counters counters() const noexcept;
-  /// What is not well but no fault, one sentence each: controllers with raised error counters, drives with
-  /// their warning bit set, buses that others leave no room, another master's commands with their COB-IDs.
-  [[nodiscard]] std::vector<std::string> warnings() const;
+  /// What is not well but no fault, one sentence each, and each told once: controllers with raised error
+  /// counters, drives with their warning bit set, buses that others leave no room, another master's commands
+  /// with their COB-IDs. To be called once a cycle; allocates only when there is something new.
+  [[nodiscard]] std::vector<std::string> new_warnings();
 
  private:
   enum class State { kIdle, kBooting, kRunning, kStopped };

@@ -28,6 +28,7 @@ RobotBus::RobotBus(can::Interface& interface, const can::BitRates& rates, double
 void RobotBus::add(std::unique_ptr<canopen::RemoteNode> device) {
   master_.add(*device);
   devices_.push_back(std::move(device));
+  told_devices_.push_back(false);
 }
 
 void RobotBus::receive(Time now) noexcept {
@@ -125,28 +126,37 @@ std::string RobotBus::meaning_of(std::uint32_t cob_id) const {
   return "set-points (RPDO) for " + whom;
 }
 
-std::vector<std::string> RobotBus::warnings() const {
-  std::vector<std::string> list;
+void RobotBus::tell_new_warnings(std::vector<std::string>& list) {
   const can::LinkState link = master_.interface().link();
-  if (link == can::LinkState::kWarning || link == can::LinkState::kPassive) {
+  const auto is_new = [](bool now, bool& told) {
+    const bool tell = now && !told;
+    told = told || now;
+    return tell;
+  };
+  if (is_new(link == can::LinkState::kWarning, told_warning_) ||
+      is_new(link == can::LinkState::kPassive, told_passive_)) {
     list.push_back(fmt::format("{}: controller is {}, frames are being lost to errors on the bus", name(),
                                can::name_of(link)));
   }
-  if (const auto flooded = flood()) list.push_back(name() + ": " + canopen::sentence(*flooded));
-  std::vector<std::string> foreign;
-  for (const canopen::Master::ForeignCommand& command : master_.foreign_commands()) {
-    foreign.push_back(fmt::format("{:03X}h ({}) {} time{}", command.id, meaning_of(command.id), command.count,
-                                  command.count == 1 ? "" : "s"));
-  }
-  if (!foreign.empty()) {
+  const auto flooded = flood();
+  if (is_new(flooded.has_value(), told_flood_)) list.push_back(name() + ": " + canopen::sentence(*flooded));
+  const auto foreign = master_.foreign_ids();
+  if (told_foreign_ < foreign.size()) {
+    std::vector<std::string> commands;
+    for (; told_foreign_ < foreign.size(); ++told_foreign_) {
+      const std::uint32_t id = foreign[told_foreign_];
+      commands.push_back(fmt::format("{:03X}h ({})", id, meaning_of(id)));
+    }
     list.push_back(
-        fmt::format("{}: another master is on the bus and sent {}", name(), fmt::join(foreign, ", ")));
+        fmt::format("{}: another master is on the bus and sent {}", name(), fmt::join(commands, ", ")));
   }
-  for (const auto& device : devices_) {
-    const std::string warning = device->warning();
-    if (!warning.empty()) list.push_back(device->label() + ": " + warning);
+  for (std::size_t i = 0; i < devices_.size(); ++i) {
+    if (told_devices_[i]) continue;
+    const std::string warning = devices_[i]->warning();
+    if (warning.empty()) continue;
+    told_devices_[i] = true;
+    list.push_back(devices_[i]->label() + ": " + warning);
   }
-  return list;
 }
 
 }  // namespace walkman::robot

@@ -15,7 +15,7 @@ namespace walkman::robot {
 
 /// One bus of the robot: its master, the devices on it, and the judgement over all of them together. A device
 /// is blamed only for what the bus as a whole does not explain. Once it is set up nothing in it allocates but
-/// `warnings`.
+/// a warning that is told.
 class RobotBus {
  public:
   /// `own_load`: share of the bus time that the bus's own traffic needs at most (`BusLoad::with_events`).
@@ -56,8 +56,8 @@ class RobotBus {
   /// Frames of nobody's business leave the bus's own traffic no room.
   [[nodiscard]] std::optional<canopen::cause::BusFlooded> flood() const noexcept;
 
-  /// What is not well but no fault, one sentence each.
-  [[nodiscard]] std::vector<std::string> warnings() const;
+  /// Adds to `list` what is not well but no fault and has not been told yet, one sentence each.
+  void tell_new_warnings(std::vector<std::string>& list);
 
   // Where the bus stands in a boot or recovery; `Boot` keeps them.
   bool commanded = false;      ///< the NMT command of the present phase has been sent
@@ -76,6 +76,11 @@ class RobotBus {
   double own_load_;
   Time cycle_;
   int stale_after_cycles_;
+
+  // Warnings that have been told.
+  bool told_warning_ = false, told_passive_ = false, told_flood_ = false;
+  std::size_t told_foreign_ = 0;    // the first so many of the master's foreign identifiers
+  std::vector<bool> told_devices_;  // table order
 };
 
 }  // namespace walkman::robot

@@ -8,13 +8,13 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "apps/experiment/paper_table.h"
 #include "apps/experiment/repetition_pool.h"
 #include "apps/experiment/result_report.h"
 
 namespace walkman::apps {
 namespace {
 
+using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 
 RepetitionOptions options(std::uint64_t seed) {
@@ -33,6 +33,54 @@ std::string contents(const std::filesystem::path& file) {
   out << in.rdbuf();
   return out.str();
 }
+
+/// Says of a frame whether it gets through.
+using Wire = std::function<bool(const std::string& bus, std::uint32_t can_id, double seconds)>;
+
+void lose(RepetitionOptions& o, const Wire& passes) {
+  o.prepare = [passes](Emulator& emulator) {
+    for (bus::CanBus* bus : emulator.buses()) {
+      bus->set_filter([passes, bus](const can::Frame& frame, Time now) {
+        return passes(bus->name(), frame.id, std::chrono::duration<double>(now).count());
+      });
+    }
+  };
+}
+
+/// Somebody else's computer, which sends one frame.
+class Stranger final : public bus::Participant {
+ public:
+  Stranger(Time at, const can::Frame& frame) : at_(at), frame_(frame) {}
+
+  void receive(const can::Frame& /*frame*/, Time /*now*/) noexcept override {}
+  void advance(Time now) noexcept override { due_ = due_ || now >= at_; }
+  [[nodiscard]] Time next_event() const noexcept override { return due_ ? Time::max() : at_; }
+  [[nodiscard]] const can::Frame* pending() const noexcept override {
+    return due_ && !sent_ ? &frame_ : nullptr;
+  }
+  void take() noexcept override { sent_ = true; }
+  [[nodiscard]] std::uint64_t transmit_overflows() const noexcept override { return 0; }
+
+ private:
+  Time at_;
+  can::Frame frame_;
+  bool due_ = false, sent_ = false;
+};
+
+/// A run in which a stranger sends a frame on the right arm's bus.
+RepetitionOptions with_stranger(Time at, const can::Frame& frame) {
+  RepetitionOptions o = options(1);
+  o.prepare = [stranger = std::make_shared<Stranger>(at, frame)](Emulator& emulator) {
+    for (bus::CanBus* bus : emulator.buses()) {
+      if (bus->name() == "rarm") bus->attach(*stranger);
+    }
+  };
+  return o;
+}
+
+const can::Frame kResetShoulder(0x000, {0x81, 11});  // NMT reset node
+// SDO write of 0 to the controlword of the same drive: disable voltage.
+const can::Frame kDisableShoulder(0x60B, {0x2B, 0x40, 0x60, 0, 0, 0, 0, 0});
 
 TEST(Experiment1, RegraspsOnceAtTheCentreOfMassAndTheSameBytesComeOutTwice) {
   const std::filesystem::path out = ::testing::TempDir() + "walkman_experiment_1";
@@ -151,9 +199,9 @@ TEST(Experiment1, WhatNobodyStopsForAReasonIsADefect) {
 TEST(Experiment1, WithoutTheWristsTpdosTheRunStopsAndSaysWhy) {
   for (const std::uint32_t cob_id : {0x180U + 18, 0x280U + 18}) {
     RepetitionOptions o = options(1);
-    o.wire = [&](const std::string& bus, std::uint32_t id, double seconds) {
+    lose(o, [=](const std::string& bus, std::uint32_t id, double seconds) {
       return bus != "rarm" || id != cob_id || seconds < 10;
-    };
+    });
     const RepetitionResult result = run_repetition(o);
     EXPECT_EQ(result.outcome, Outcome::kStopped);
     EXPECT_THAT(result.reason, HasSubstr("r_arm_ft"));
@@ -168,9 +216,9 @@ TEST(Experiment1, WithoutTheWristsTpdosTheRunStopsAndSaysWhy) {
 // anew, what was measured across that is measured again, and the plant says that the result is right.
 TEST(Experiment1, WhatIsLostWhileNothingIsHeldIsGotBack) {
   RepetitionOptions o = options(1);
-  o.wire = [](const std::string& bus, std::uint32_t id, double seconds) {
+  lose(o, [=](const std::string& bus, std::uint32_t id, double seconds) {
     return bus != "rarm" || (id & 0x7FU) != 18 || seconds < 10 || seconds > 10.3;
-  };
+  });
   const RepetitionResult result = run_repetition(o);
   EXPECT_TRUE(result.outcome == Outcome::kMinimumTorque || result.outcome == Outcome::kMinimumDisplacement)
       << to_string(result.outcome) << ": " << result.reason;
@@ -183,14 +231,54 @@ TEST(Experiment1, WhatIsLostWhileNothingIsHeldIsGotBack) {
 
 TEST(Experiment1, WhatIsLostWhileTheObjectIsHeldEndsTheRun) {
   RepetitionOptions o = options(1);
-  o.wire = [](const std::string& bus, std::uint32_t id, double seconds) {
+  lose(o, [=](const std::string& bus, std::uint32_t id, double seconds) {
     return bus != "rarm" || (id & 0x7FU) != 18 || seconds < 20 || seconds > 20.3;
-  };
+  });
   const RepetitionResult result = run_repetition(o);
   EXPECT_EQ(result.outcome, Outcome::kStopped);
   EXPECT_THAT(result.reason, HasSubstr("r_arm_ft"));
   EXPECT_EQ(result.recoveries, 0);
   EXPECT_NEAR(result.simulated_seconds, 20.02, 0.05);
+}
+
+// As `grasp` and `experiment` run it: the drives fall out of operation while the hand is in the air, and are
+// got back; who did it is told at once.
+TEST(Experiment1, ANodeThatIsResetWhileNothingIsHeldIsGotBack) {
+  const RepetitionOptions o = with_stranger(std::chrono::microseconds(10'002'300), kResetShoulder);
+  std::vector<std::string> warned;
+  PoolEvents events;
+  events.warned = [&](std::size_t, const std::string& sentence) { warned.push_back(sentence); };
+  const RepetitionResult result = run_repetitions({o}, 1, events).front().value();
+  EXPECT_TRUE(result.outcome == Outcome::kMinimumTorque || result.outcome == Outcome::kMinimumDisplacement)
+      << to_string(result.outcome) << ": " << result.reason;
+  EXPECT_EQ(result.recoveries, 1);
+  EXPECT_THAT(warned, ElementsAre("can_rarm: another master is on the bus and sent 000h (NMT command)"));
+  EXPECT_EQ(result.warnings, warned);
+}
+
+TEST(Experiment1, ADriveThatIsSwitchedOffWhileNothingIsHeldIsGotBack) {
+  RepetitionOptions o = with_stranger(std::chrono::microseconds(10'002'300), kDisableShoulder);
+  std::vector<std::string> warned;
+  o.warned = [&](std::string_view sentence) { warned.emplace_back(sentence); };
+  const RepetitionResult result = run_repetition(o);
+  EXPECT_TRUE(result.outcome == Outcome::kMinimumTorque || result.outcome == Outcome::kMinimumDisplacement)
+      << to_string(result.outcome) << ": " << result.reason;
+  EXPECT_EQ(result.recoveries, 1);
+  EXPECT_THAT(warned, ElementsAre("can_rarm: another master is on the bus and sent 60Bh (SDO request to "
+                                  "drive RShSag)"));
+}
+
+TEST(Experiment1, AFaultWhileTheObjectIsHeldEndsTheRun) {
+  for (const auto& [frame, reason] :
+       {std::pair{kResetShoulder, "RShSag (node 11 on can_rarm): booted up"},
+        std::pair{kDisableShoulder, "RShSag (node 11 on can_rarm): is in state"}}) {
+    const RepetitionResult result =
+        run_repetition(with_stranger(std::chrono::microseconds(20'002'300), frame));
+    EXPECT_EQ(result.outcome, Outcome::kStopped);
+    EXPECT_THAT(result.reason, HasSubstr(reason));
+    EXPECT_EQ(result.recoveries, 0);
+    EXPECT_NEAR(result.simulated_seconds, 20.02, 0.05);
+  }
 }
 
 TEST(Experiment1, ARateThatTheBusesCannotCarryIsReported) {

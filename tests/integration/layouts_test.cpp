@@ -10,7 +10,6 @@
 #include <gtest/gtest.h>
 
 #include "apps/shared/emulated_world.h"
-#include "apps/shared/lockstep_cycle.h"
 #include "apps/shared/master_options.h"
 
 namespace walkman::apps {

@@ -138,7 +138,7 @@ TEST_F(Causes, ABabblingDeviceIsAFloodToo) {
 TEST_F(Causes, FramesLostInAFloodAreTheFloods) {
   static_cast<void>(flooded_cycles("7FF#00 00 00 00 00 00 00 00", 60));
   ASSERT_FALSE(rig.robot->fault()) << "as long as it harms nobody it is a warning: " << rig.fault_text();
-  EXPECT_THAT(rig.robot->warnings(),
+  EXPECT_THAT(rig.robot->new_warnings(),
               ElementsAre(AllOf(StartsWith("can_rarm: flooded: "), HasSubstr("7FFh"))));
   rig.rarm.overflows = 50;
   EXPECT_FALSE(rig.cycle());
@@ -155,7 +155,7 @@ TEST_F(Causes, AFloodDoesNotHideWhatItCannotHaveDone) {
 TEST_F(Causes, SomeForeignTrafficIsNoFlood) {
   static_cast<void>(flooded_cycles("7E5#00", 3));
   EXPECT_FALSE(rig.robot->fault()) << rig.fault_text();
-  EXPECT_THAT(rig.robot->warnings(), IsEmpty());
+  EXPECT_THAT(rig.robot->new_warnings(), IsEmpty());
   mute({&rig.drive});
   EXPECT_GT(flooded_cycles("7E5#00", 3), 0);
   EXPECT_THAT(rig.fault_text(), StartsWith("drive RShSag"));
@@ -191,13 +191,13 @@ TEST_F(Causes, DeviceSpecificCodesMeanWhatTheSenderSays) {
   EXPECT_EQ(rig.fault_text(),
             "F/T sensor r_arm_ft (node 18 on can_rarm): emergency FF01h: a channel is over its range (error "
             "register 81h)");
-  rig.robot->clear_fault();
+  ASSERT_TRUE(rig.recover());
   rig.torso.inject(frame("0DB#02 FF 81 00 00 00 00 00"), rig.now);
   EXPECT_FALSE(rig.cycle());
   EXPECT_EQ(
       rig.fault_text(),
       "IMU imu_link (node 91 on can_torso): emergency FF02h: a channel has no reading (error register 81h)");
-  rig.robot->clear_fault();
+  ASSERT_TRUE(rig.recover());
   rig.rarm.inject(frame("08B#01 FF 81 0A 0B 0C 0D 0E"), rig.now);
   EXPECT_FALSE(rig.cycle());
   EXPECT_EQ(
@@ -216,7 +216,7 @@ TEST(CausesOfScripts, ADeviceOfAnotherVendorMeansSomethingElse) {
       rig.fault_text(),
       "F/T sensor r_arm_ft (node 18 on can_rarm): emergency FF01h, device-specific (error register 81h, "
       "data 01 02 03 04 05)");
-  rig.robot->clear_fault();
+  ASSERT_TRUE(rig.robot->recover(rig.now));
   // 2310h is a drive's word; CiA 301 knows its class.
   rig.bus.inject(frame("092#10 23 03 00 00 00 00 00"), rig.now);
   EXPECT_FALSE(rig.cycle());
@@ -224,7 +224,7 @@ TEST(CausesOfScripts, ADeviceOfAnotherVendorMeansSomethingElse) {
 }
 
 TEST_F(Causes, AnotherMastersCommandsAreAWarningWithTheirIdentifiers) {
-  EXPECT_THAT(rig.robot->warnings(), IsEmpty());
+  EXPECT_THAT(rig.robot->new_warnings(), IsEmpty());
   rig.rarm.inject(frame("20B#0F 00 08 00 00"), rig.now);
   rig.rarm.inject(frame("30B#00 00 00 00 00 00 00 00"), rig.now);
   rig.rarm.inject(frame("30B#00 00 00 00 00 00 00 00"), rig.now);
@@ -234,13 +234,21 @@ TEST_F(Causes, AnotherMastersCommandsAreAWarningWithTheirIdentifiers) {
   rig.torso.inject(frame("77F#05"), rig.now);
   EXPECT_TRUE(rig.cycle()) << rig.fault_text();
   EXPECT_THAT(
-      rig.robot->warnings(),
+      rig.robot->new_warnings(),
       ElementsAre(
-          "can_rarm: another master is on the bus and sent 20Bh (set-points (RPDO) for drive RShSag) 1 "
-          "time, 30Bh (set-points (RPDO) for drive RShSag) 2 times, 080h (SYNC) 1 time, 612h (SDO "
-          "request to F/T sensor r_arm_ft) 1 time",
-          "can_torso: another master is on the bus and sent 000h (NMT command) 1 time, 77Fh (a "
-          "master's heartbeat) 1 time"));
+          "can_rarm: another master is on the bus and sent 20Bh (set-points (RPDO) for drive RShSag), 30Bh "
+          "(set-points (RPDO) for drive RShSag), 080h (SYNC), 612h (SDO request to F/T sensor r_arm_ft)",
+          "can_torso: another master is on the bus and sent 000h (NMT command), 77Fh (a master's "
+          "heartbeat)"));
+  EXPECT_EQ(rig.robot->counters().foreign_frames, 7U);
+  rig.rarm.inject(frame("30B#00 00 00 00 00 00 00 00"), rig.now);
+  rig.rarm.inject(frame("313#00 00 00 00 00 00 00 00"), rig.now);
+  EXPECT_TRUE(rig.cycle()) << rig.fault_text();
+  EXPECT_THAT(
+      rig.robot->new_warnings(),
+      ElementsAre(
+          "can_rarm: another master is on the bus and sent 313h (set-points (RPDO) for hand r_handj)"))
+      << "each is told once";
 }
 
 }  // namespace

@@ -104,7 +104,7 @@ TEST_F(CycleTest, NotFiniteCommandsAreAFaultAndChangeNothing) {
   for (const double bad :
        {std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::infinity()}) {
     for (const auto& [position, torque] : {std::pair{bad, 0.0}, std::pair{0.5, bad}}) {
-      rig.robot->clear_fault();
+      ASSERT_TRUE(rig.robot->recover(rig.now));
       EXPECT_EQ(command(position, torque), "30B#20 A1 07 00 00 00 00 00");
       ASSERT_TRUE(rig.robot->fault());
       EXPECT_EQ(rig.robot->fault()->kind, FaultKind::kNotFinite);
@@ -127,7 +127,7 @@ TEST_F(CycleTest, WrongNumberOfCommandsIsAFault) {
 TEST_F(CycleTest, WritesAreWithoutEffectWhileAFaultIsLatched) {
   command(std::numeric_limits<double>::quiet_NaN(), 0);
   EXPECT_EQ(command(0.51, 0), "30B#20 A1 07 00 00 00 00 00");
-  rig.robot->clear_fault();
+  ASSERT_TRUE(rig.robot->recover(rig.now));
   EXPECT_EQ(command(0.51, 0).substr(0, 15), "30B#30 C8 07 00");
 }
 

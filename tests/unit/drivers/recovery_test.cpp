@@ -239,12 +239,13 @@ TEST_F(Recovery, LostFramesAreANamedFaultAndAreCounted) {
 }
 
 TEST_F(Recovery, ErrorPassiveIsAWarningOnly) {
-  EXPECT_THAT(rig.robot->warnings(), IsEmpty());
+  EXPECT_THAT(rig.robot->new_warnings(), IsEmpty());
   rig.rarm.state = LinkState::kPassive;
   EXPECT_TRUE(rig.cycles(20)) << rig.fault_text();
   EXPECT_THAT(
-      rig.robot->warnings(),
+      rig.robot->new_warnings(),
       ElementsAre("can_rarm: controller is error-passive, frames are being lost to errors on the bus"));
+  EXPECT_THAT(rig.robot->new_warnings(), IsEmpty()) << "told once";
   rig.rarm.state = LinkState::kActive;
   rig.drive.moves = false;
   rig.drive.set(0x6041, 0, 0x12B7);
@@ -261,7 +262,7 @@ TEST_F(Recovery, ADriveWarningIsTold) {
   rig.rarm.inject(frame("18B#B7 12 08 00 00"), rig.now);
   EXPECT_TRUE(rig.robot->read(rig.now)) << rig.fault_text();
   EXPECT_THAT(
-      rig.robot->warnings(),
+      rig.robot->new_warnings(),
       ElementsAre("drive RShSag (node 11 on can_rarm): reports a warning (statusword 12B7h, motor at 35 "
                   "degC)"));
 }

@@ -4,8 +4,6 @@
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
-#include "apps/experiment/paper_table.h"
-
 namespace walkman::apps {
 namespace {
 
@@ -98,6 +96,7 @@ TEST(ResultReport, SurvivesTheWayThroughJson) {
   before.reason = "no TPDO";
   before.unwritten = "can.log: full";
   before.recoveries = 2;
+  before.warnings = {"can_rarm: one", "can_larm: two"};
   const RepetitionResult after = repetition_from_json(to_json(before));
   EXPECT_EQ(after.seed, 7U);
   EXPECT_DOUBLE_EQ(after.row.tau, 0.886);
@@ -105,6 +104,7 @@ TEST(ResultReport, SurvivesTheWayThroughJson) {
   EXPECT_EQ(after.reason, "no TPDO");
   EXPECT_EQ(after.unwritten, "can.log: full");
   EXPECT_EQ(after.recoveries, 2);
+  EXPECT_EQ(after.warnings, before.warnings);
   EXPECT_DOUBLE_EQ(after.truth.tau, 0.896);
   EXPECT_DOUBLE_EQ(after.truth.com_error, 0.0005);
 }
