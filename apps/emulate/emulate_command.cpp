@@ -1,5 +1,4 @@
 #include <cmath>
-#include <cstdio>
 #include <cstdlib>
 #include <stdexcept>
 
@@ -15,8 +14,8 @@
 #include "apps/shared/exit_code.h"
 #include "apps/shared/progress_line.h"
 #include "apps/shared/scene_options.h"
+#include "apps/shared/standard_streams.h"
 #include "apps/shared/stop_signals.h"
-#include "urdf/reader/utf8.h"
 
 namespace walkman::apps {
 namespace {
@@ -63,7 +62,7 @@ EmulationOptions emulation_options(const Options& options) {
 void tell_booted(const Emulation& emulation, std::optional<int> descriptor) {
   std::size_t nodes = 0;
   for (const BusSummary& bus : emulation.summary().buses) nodes += bus.nodes;
-  std::fprintf(stderr, "walkman-hil: ready, %zu nodes have booted\n", nodes);
+  say(fmt::format("ready, {} nodes have booted", nodes));
   if (!descriptor) return;
   // Nobody may be listening any more.
   constexpr std::string_view kReady = "ready\n";
@@ -88,7 +87,7 @@ int run_emulate(const Options& options) {
   }
   Emulation emulation(emulation_options(options));
   const GatewaySet gateway_set(emulation, {options.socketcand, options.beacon, options.slcan});
-  std::fputs(printable(gateway_set.addresses()).c_str(), stderr);
+  print_to_stderr(gateway_set.addresses());
   {
     ProgressLine line;
     Emulation::Events events;
@@ -101,7 +100,7 @@ int run_emulate(const Options& options) {
   }
   emulation.finish_log();
   const EmulationSummary summary = emulation.summary();
-  std::fputs((options.as_json ? to_json_text(summary) : to_text(summary)).c_str(), stdout);
+  options.as_json ? print_json(to_json_text(summary)) : print(to_text(summary));
   return kOk;
 }
 

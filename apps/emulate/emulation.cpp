@@ -1,15 +1,14 @@
 #include "apps/emulate/emulation.h"
 
-#include <cstdio>
 #include <stdexcept>
 
 #include "apps/shared/exit_code.h"
 #include "apps/shared/frame_log.h"
+#include "apps/shared/standard_streams.h"
 #include "apps/shared/stop_signals.h"
 #include "emulator/pacing/host.h"
 #include "emulator/pacing/lockstep_pacer.h"
 #include "emulator/pacing/real_time_pacer.h"
-#include "urdf/reader/utf8.h"
 
 namespace walkman::apps {
 namespace {
@@ -96,7 +95,7 @@ void Emulation::Impl::open_camera() {
     camera = std::make_unique<gateways::CloudServer>(path, world.emulator.camera());
   } catch (const std::runtime_error& e) {
     if (named) throw EnvironmentError(e.what());
-    std::fprintf(stderr, "walkman-hil: %s; going on without the camera\n", one_line(e.what()).c_str());
+    say(std::string(e.what()) + "; going on without the camera");
   }
 }
 

@@ -1,5 +1,4 @@
 #include <algorithm>
-#include <cstdio>
 #include <thread>
 
 #include <fmt/format.h>
@@ -14,6 +13,7 @@
 #include "apps/shared/master_options.h"
 #include "apps/shared/progress_line.h"
 #include "apps/shared/scene_options.h"
+#include "apps/shared/standard_streams.h"
 #include "apps/shared/stop_signals.h"
 #include "emulator/scene/scene.h"
 #include "urdf/reader/utf8.h"
@@ -95,8 +95,7 @@ int run_experiment(const Options& options) {
     };
     events.warned = [&](std::size_t index, const std::string& sentence) {
       line.clear();
-      std::fprintf(stderr, "walkman-hil: seed %llu: warning: %s\n",
-                   static_cast<unsigned long long>(repetitions[index].seed), one_line(sentence).c_str());
+      say(fmt::format("seed {}: warning: {}", repetitions[index].seed, sentence));
     };
     events.completed = [&](std::size_t index, const RepetitionResult& completed) {
       results[index] = completed;
@@ -110,19 +109,15 @@ int run_experiment(const Options& options) {
   const std::string json = json_text(result);
   folder.write_result(json);
   if (options.as_json) {
-    std::fputs(json.c_str(), stdout);
+    print_json(json);
   } else {
-    std::fputs(printable(to_text(result)).c_str(), stdout);
-    std::fputs(fmt::format("written to {}: result.json, can.log, dbc, cloud.pcd, wrench.csv{}\n",
-                           one_line(out.string()), options.state_log ? ", state.csv" : "")
-                   .c_str(),
-               stdout);
+    print(to_text(result));
+    print(fmt::format("written to {}: result.json, can.log, dbc, cloud.pcd, wrench.csv{}\n",
+                      one_line(out.string()), options.state_log ? ", state.csv" : ""));
   }
   if (result.interrupted) {
-    std::fputs(fmt::format("walkman-hil: interrupted: {} of {} repetitions done, kept in {}\n",
-                           result.repetitions.size(), repetitions.size(), out.string())
-                   .c_str(),
-               stderr);
+    say(fmt::format("interrupted: {} of {} repetitions done, kept in {}", result.repetitions.size(),
+                    repetitions.size(), out.string()));
   }
   for (const RepetitionResult& done : result.repetitions) {
     if (!done.unwritten.empty()) throw EnvironmentError(done.unwritten);

@@ -1,5 +1,3 @@
-#include <cstdio>
-
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
@@ -7,6 +5,7 @@
 #include "apps/shared/data_directory.h"
 #include "apps/shared/exit_code.h"
 #include "apps/shared/scene_options.h"
+#include "apps/shared/standard_streams.h"
 #include "emulator/datasheets/device_files.h"
 #include "emulator/datasheets/object_tables.h"
 #include "urdf/reader/utf8.h"
@@ -32,9 +31,9 @@ int run_export(const Options& options, Writer write) {
     nlohmann::json json;
     json["files"] = nlohmann::json::array();
     for (const std::filesystem::path& file : files) json["files"].push_back(file.string());
-    std::fputs((json.dump(2) + "\n").c_str(), stdout);
+    print_json(json.dump(2) + "\n");
   } else {
-    for (const std::filesystem::path& file : files) std::puts(one_line(file.string()).c_str());
+    for (const std::filesystem::path& file : files) print(one_line(file.string()) + "\n");
   }
   return kOk;
 }

@@ -12,8 +12,8 @@
 #include "apps/shared/master_options.h"
 #include "apps/shared/progress_line.h"
 #include "apps/shared/robot_command_line.h"
+#include "apps/shared/standard_streams.h"
 #include "apps/shared/stop_signals.h"
-#include "urdf/reader/utf8.h"
 
 namespace walkman::apps {
 namespace {
@@ -57,16 +57,16 @@ int run(const Options& options) {
   events.weighed = [&](const regrasp::Weighing& weighing) {
     if (options.as_json) return;
     line.clear();
-    std::fputs((to_text(weighing) + "\n").c_str(), stdout);
+    print(to_text(weighing) + "\n");
     std::fflush(stdout);
   };
   events.warned = [&](std::string_view sentence) {
     line.clear();
-    std::fprintf(stderr, "walkman-hil: warning: %s\n", one_line(sentence).c_str());
+    say(fmt::format("warning: {}", sentence));
   };
   const GraspResult result = run_grasp(known, grasp, signals, events);
   line.clear();
-  std::fputs(printable(options.as_json ? to_json_text(result) : to_text(result)).c_str(), stdout);
+  options.as_json ? print_json(to_json_text(result)) : print(to_text(result));
   return result.done ? kOk : kTaskFailed;
 }
 

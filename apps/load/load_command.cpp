@@ -1,6 +1,5 @@
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <memory>
 #include <string>
 
@@ -13,8 +12,8 @@
 #include "apps/shared/exit_code.h"
 #include "apps/shared/master_options.h"
 #include "apps/shared/robot_command_line.h"
+#include "apps/shared/standard_streams.h"
 #include "drivers/robot/bus_load.h"
-#include "urdf/reader/utf8.h"
 
 namespace walkman::apps {
 namespace {
@@ -29,17 +28,14 @@ struct Options {
   bool as_json = false;
 };
 
-void print(const std::vector<robot::BusLoad>& loads, const std::string& layout, const Options& options) {
-  std::printf(
-      "%s", printable(fmt::format("layout {} at {:g} Hz, worst-case bit stuffing\n", layout, options.rate_hz))
-                .c_str());
-  std::printf("bus      frames   us a cycle   load   with heartbeats and timed PDOs   highest rate\n");
+void print_table(const std::vector<robot::BusLoad>& loads, const std::string& layout,
+                 const Options& options) {
+  print(fmt::format("layout {} at {:g} Hz, worst-case bit stuffing\n", layout, options.rate_hz));
+  print("bus      frames   us a cycle   load   with heartbeats and timed PDOs   highest rate\n");
   for (const robot::BusLoad& load : loads) {
-    std::printf("%s",
-                fmt::format("{:<8} {:>6} {:>12} {:>5.0f}% {:>31.0f}% {:>11} Hz{}\n", load.bus, load.frames,
-                            load.cyclic.count() / 1000, 100 * load.load, 100 * load.with_events,
-                            load.highest_rate_hz, load.load > 1 ? "   OVERLOAD" : "")
-                    .c_str());
+    print(fmt::format("{:<8} {:>6} {:>12} {:>5.0f}% {:>31.0f}% {:>11} Hz{}\n", load.bus, load.frames,
+                      load.cyclic.count() / 1000, 100 * load.load, 100 * load.with_events,
+                      load.highest_rate_hz, load.load > 1 ? "   OVERLOAD" : ""));
   }
 }
 
@@ -65,9 +61,9 @@ int run_load(const Options& options) {
   const auto cycle = Time(std::llround(1e9 / options.rate_hz));
   const auto loads = robot::bus_loads(known.devices, layout, cycle, kHeartbeat);
   if (options.as_json) {
-    std::printf("%s\n", to_json(loads, name, options).dump(2).c_str());
+    print_json(to_json(loads, name, options).dump(2) + "\n");
   } else {
-    print(loads, name, options);
+    print_table(loads, name, options);
   }
   const bool fits = std::none_of(loads.begin(), loads.end(), [](const auto& load) { return load.load > 1; });
   return fits ? kOk : kTaskFailed;

@@ -1,5 +1,3 @@
-#include <cstdio>
-
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
@@ -9,6 +7,7 @@
 #include "apps/shared/commands.h"
 #include "apps/shared/data_directory.h"
 #include "apps/shared/exit_code.h"
+#include "apps/shared/standard_streams.h"
 
 namespace walkman::apps {
 namespace {
@@ -109,8 +108,7 @@ void add_locate_command(CLI::App& app, std::function<int()>& run) {
         throw std::runtime_error(what.find(options->cloud) == std::string::npos ? options->cloud + ": " + what
                                                                                 : what);
       }
-      std::fputs((options->as_json ? result_json(result).dump(2) + "\n" : result_text(result)).c_str(),
-                 stdout);
+      options->as_json ? print_json(result_json(result).dump(2) + "\n") : print(result_text(result));
       return result.grasp ? kOk : kTaskFailed;
     };
   });

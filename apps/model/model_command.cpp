@@ -1,9 +1,7 @@
-#include <cstdio>
-
 #include "apps/shared/commands.h"
 #include "apps/shared/exit_code.h"
+#include "apps/shared/standard_streams.h"
 #include "urdf/reader/model_check.h"
-#include "urdf/reader/utf8.h"
 
 namespace walkman::apps {
 
@@ -26,7 +24,7 @@ void add_model_command(CLI::App& app, std::function<int()>& run) {
     run = [options] {
       const PackagePath packages(options->packages.begin(), options->packages.end());
       const ModelReport report = check_model(options->urdf, packages);
-      std::fputs(printable(options->as_json ? to_json(report) : to_text(report)).c_str(), stdout);
+      options->as_json ? print_json(to_json(report)) : print(to_text(report));
       return report.unusable.empty() ? kOk : kTaskFailed;
     };
   });

@@ -1,6 +1,5 @@
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <fstream>
 #include <numbers>
 #include <sstream>
@@ -18,6 +17,7 @@
 #include "apps/shared/data_directory.h"
 #include "apps/shared/exit_code.h"
 #include "apps/shared/scene_options.h"
+#include "apps/shared/standard_streams.h"
 #include "urdf/reader/text_file.h"
 #include "urdf/reader/utf8.h"
 
@@ -138,10 +138,8 @@ int make_picture(const Options& options) {
   write_png(picture::render(painting.bodies, camera, lighting_for(painting, azimuth), options.samples,
                             options.threads),
             options.out);
-  std::fputs(fmt::format("written to {}: {}x{} px, the plant at {:.3f} s\n", one_line(options.out), width,
-                         height, std::chrono::duration<double>(snapshot.at).count())
-                 .c_str(),
-             stdout);
+  print(fmt::format("written to {}: {}x{} px, the plant at {:.3f} s\n", one_line(options.out), width, height,
+                    std::chrono::duration<double>(snapshot.at).count()));
   return kOk;
 }
 

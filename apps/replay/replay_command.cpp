@@ -1,4 +1,3 @@
-#include <cstdio>
 #include <memory>
 #include <optional>
 #include <stdexcept>
@@ -12,6 +11,7 @@
 #include "apps/shared/data_directory.h"
 #include "apps/shared/exit_code.h"
 #include "apps/shared/scene_options.h"
+#include "apps/shared/standard_streams.h"
 #include "apps/shared/stop_signals.h"
 #include "urdf/reader/utf8.h"
 
@@ -57,11 +57,8 @@ std::map<std::string, std::string> parse_pairs(const std::string& option, const 
 
 void say_gap(Time from, Time until) {
   const auto seconds = [](Time t) { return std::chrono::duration<double>(t).count(); };
-  std::fputs(fmt::format(
-                 "walkman-hil: no frame in the log for {:.3f} s, from {:.3f} s to {:.3f} s: waiting it out\n",
-                 seconds(until - from), seconds(from), seconds(until))
-                 .c_str(),
-             stderr);
+  say(fmt::format("no frame in the log for {:.3f} s, from {:.3f} s to {:.3f} s: waiting it out",
+                  seconds(until - from), seconds(from), seconds(until)));
 }
 
 int replay_kernel(const Options& options) {
@@ -79,13 +76,11 @@ int replay_kernel(const Options& options) {
                                  {"refused", result.refused},
                                  {"interrupted", result.interrupted},
                                  {"seconds", result.seconds}};
-    std::fputs((json.dump(2) + "\n").c_str(), stdout);
+    print_json(json.dump(2) + "\n");
   } else {
-    std::fputs(fmt::format("{}{} frames sent in {:.3f} s, {} skipped, {} refused\n",
-                           result.interrupted ? "interrupted: " : "", result.sent, result.seconds,
-                           result.skipped, result.refused)
-                   .c_str(),
-               stdout);
+    print(fmt::format("{}{} frames sent in {:.3f} s, {} skipped, {} refused\n",
+                      result.interrupted ? "interrupted: " : "", result.sent, result.seconds, result.skipped,
+                      result.refused));
   }
   return result.interrupted || result.refused > 0 ? kTaskFailed : kOk;
 }
@@ -108,16 +103,13 @@ int replay_emulated(const Options& options) {
                                  {"equal", result.equal},     {"different", result.different},
                                  {"missing", result.missing}, {"extra", result.extra},
                                  {"latest_us", latest_us},    {"first_difference", result.first}};
-    std::fputs((json.dump(2) + "\n").c_str(), stdout);
+    print_json(json.dump(2) + "\n");
   } else {
-    std::fputs(
-        fmt::format("{:.3f} s, {} frames of the computer given; answers: {} equal (at most {:.1f} us off in "
-                    "time), {} different, {} missing, {} extra\n{}",
-                    result.seconds, result.given, result.equal, latest_us, result.different, result.missing,
-                    result.extra,
-                    result.first.empty() ? "" : "first difference: " + one_line(result.first) + "\n")
-            .c_str(),
-        stdout);
+    print(fmt::format(
+        "{:.3f} s, {} frames of the computer given; answers: {} equal (at most {:.1f} us off in time), {} "
+        "different, {} missing, {} extra\n{}",
+        result.seconds, result.given, result.equal, latest_us, result.different, result.missing, result.extra,
+        result.first.empty() ? "" : "first difference: " + one_line(result.first) + "\n"));
   }
   return result.same() ? kOk : kTaskFailed;
 }

@@ -1,6 +1,5 @@
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <cstdlib>
 #include <optional>
 #include <stdexcept>
@@ -30,16 +29,11 @@ bool is_unknown_verb(const CLI::App& app, int argc, char** argv) {
                       [&](const CLI::App* verb) { return verb->get_name() == argv[1]; });
 }
 
-/// One sentence, nothing of which a terminal acts on.
-void say(const char* what, const std::string& reason) {
-  std::fprintf(stderr, "walkman-hil: %s%s\n", what, walkman::one_line(reason).c_str());
-}
-
 /// An argument may be a path or go into a file, and both are text.
 bool arguments_are_text(int argc, char** argv) {
   for (int i = 1; i < argc; ++i) {
     if (!walkman::first_non_utf8(argv[i])) continue;
-    say("", std::string("argument ") + argv[i] + ": not UTF-8");
+    walkman::apps::say(std::string("argument ") + argv[i] + ": not UTF-8");
     return false;
   }
   return true;
@@ -66,7 +60,7 @@ std::optional<int> parse(CLI::App& app, int argc, char** argv) {
     return std::nullopt;
   } catch (const CLI::ParseError& e) {
     if (e.get_exit_code() == 0) return app.exit(e);
-    say("", e.what());
+    walkman::apps::say(e.what());
     return walkman::apps::kBadInput;
   }
 }
@@ -87,7 +81,8 @@ int run_command(int argc, char** argv) {
   walkman::apps::add_picture_command(app, run);
   walkman::apps::add_replay_command(app, run);
   if (is_unknown_verb(app, argc, argv)) {
-    say("", std::string("unknown verb '") + argv[1] + "', expected one of those that --help lists");
+    walkman::apps::say(std::string("unknown verb '") + argv[1] +
+                       "', expected one of those that --help lists");
     return walkman::apps::kBadInput;
   }
   refuse_non_finite(app);
@@ -103,13 +98,13 @@ int main(int argc, char** argv) {
   try {
     return walkman::apps::checked_output(run_command(argc, argv));
   } catch (const walkman::apps::EnvironmentError& e) {
-    say("", e.what());
+    walkman::apps::say(e.what());
     return walkman::apps::kEnvironment;
   } catch (const std::runtime_error& e) {
-    say("", e.what());
+    walkman::apps::say(e.what());
     return walkman::apps::kBadInput;
   } catch (const std::exception& e) {
-    say("internal error, please report: ", e.what());
+    walkman::apps::say(std::string("internal error, please report: ") + e.what());
     return walkman::apps::kInternal;
   }
 }

@@ -4,6 +4,8 @@
 
 #include <unistd.h>
 
+#include "urdf/reader/utf8.h"
+
 namespace walkman::apps {
 
 ProgressLine::ProgressLine() : terminal_(isatty(STDERR_FILENO) == 1) {}
@@ -17,7 +19,7 @@ void ProgressLine::clear() {
 
 void ProgressLine::show(const std::string& text) {
   if (!terminal_) return;
-  std::fprintf(stderr, "\r\033[K%s", text.c_str());
+  std::fprintf(stderr, "\r\033[K%s", one_line(text).c_str());
   std::fflush(stderr);
   shown_ = true;
 }

@@ -1,7 +1,6 @@
 #include "apps/shared/scene_options.h"
 
 #include <algorithm>
-#include <cstdio>
 #include <stdexcept>
 #include <system_error>
 #include <vector>
@@ -10,6 +9,7 @@
 #include <fmt/ranges.h>
 
 #include "apps/shared/data_directory.h"
+#include "apps/shared/standard_streams.h"
 #include "urdf/reader/nearest_name.h"
 
 namespace walkman::apps {
@@ -39,7 +39,7 @@ CLI::Option* add_scene_options(CLI::App& command, SceneCommandLine& options,
           default_scene + ")");
   scene->each([](const std::string& named) {
     if (named != kList) return;
-    for (const std::string& name : shipped_scenes(data_directory())) std::puts(name.c_str());
+    for (const std::string& name : shipped_scenes(data_directory())) print(name + "\n");
     throw CLI::Success();
   });
   add_robot_options(command, options.robot);

@@ -6,9 +6,11 @@
 #include <cstring>
 
 #include <fcntl.h>
+#include <fmt/format.h>
 #include <unistd.h>
 
 #include "apps/shared/exit_code.h"
+#include "urdf/reader/utf8.h"
 
 namespace walkman::apps {
 
@@ -22,12 +24,26 @@ void secure_standard_streams() {
   static_cast<void>(std::signal(SIGXFSZ, SIG_IGN));
 }
 
+void print(std::string_view text) { std::fputs(printable(text).c_str(), stdout); }
+
+void print_json(std::string_view document) {
+  // Control characters below space are escaped by the library; the rest of them `printable` escapes as JSON
+  // does, but for this one.
+  std::string text;
+  for (const char c : document) c == '\x7F' ? text += "\\u007F" : text += c;
+  print(text);
+}
+
+void print_to_stderr(std::string_view text) { std::fputs(printable(text).c_str(), stderr); }
+
+void say(std::string_view sentence) { print_to_stderr("walkman-hil: " + one_line(sentence) + '\n'); }
+
 int checked_output(int code) {
   errno = 0;
   const bool lost = std::fflush(stdout) != 0;
   if (lost || std::ferror(stdout) != 0) {
-    std::fprintf(stderr, "walkman-hil: standard output: cannot be written completely%s%s%s\n",
-                 errno == 0 ? "" : " (", errno == 0 ? "" : std::strerror(errno), errno == 0 ? "" : ")");
+    say(fmt::format("standard output: cannot be written completely{}",
+                    errno == 0 ? "" : fmt::format(" ({})", std::strerror(errno))));
     return kEnvironment;
   }
   return code == kOk && std::ferror(stderr) != 0 ? kEnvironment : code;

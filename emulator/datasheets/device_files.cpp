@@ -11,6 +11,7 @@
 
 #include "emulator/datasheets/dbc_writer.h"
 #include "emulator/datasheets/eds_writer.h"
+#include "urdf/reader/text_file.h"
 
 namespace walkman::datasheets {
 namespace {
@@ -68,6 +69,7 @@ void create(const std::filesystem::path& folder) {
 std::string type_name(DeviceKind kind) { return type_of(kind).name; }
 
 void write_file(const std::filesystem::path& path, const std::string& text) {
+  require_regular_output(path);
   std::ofstream file(path, std::ios::binary);
   file << text;
   file.close();

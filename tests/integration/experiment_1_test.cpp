@@ -10,6 +10,8 @@
 
 #include "apps/experiment/repetition_pool.h"
 #include "apps/experiment/result_report.h"
+#include "emulator/bus/can_bus.h"
+#include "emulator/emulator.h"
 
 namespace walkman::apps {
 namespace {
