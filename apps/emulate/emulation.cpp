@@ -3,9 +3,9 @@
 #include <stdexcept>
 
 #include "apps/shared/exit_code.h"
-#include "apps/shared/frame_log.h"
 #include "apps/shared/standard_streams.h"
 #include "apps/shared/stop_signals.h"
+#include "emulator/logs/can_log.h"
 #include "emulator/pacing/host.h"
 #include "emulator/pacing/lockstep_pacer.h"
 #include "emulator/pacing/real_time_pacer.h"
@@ -17,6 +17,23 @@ constexpr Time kRestartAfter = std::chrono::milliseconds(100);
 constexpr Time kHousekeeping = std::chrono::milliseconds(200);
 
 double seconds(Time time) { return std::chrono::duration<double>(time).count(); }
+
+/// Everything the emulated buses carry, written to a file as it passes.
+class FrameLog {
+ public:
+  FrameLog(const std::filesystem::path& file, Emulator& emulator) : log_(bus::open_can_log(file)) {
+    for (bus::CanBus* bus : emulator.buses()) {
+      bus->set_observer([this, bus](const can::StampedFrame& f) { log_->write(bus->interface_name(), f); });
+    }
+  }
+
+  /// What has passed, in order of time; to be called when all buses have reached one instant.
+  void commit() { log_->commit(); }
+  void finish() { log_->flush(); }
+
+ private:
+  std::unique_ptr<bus::CanLog> log_;
+};
 
 }  // namespace
 

@@ -14,7 +14,6 @@
 
 namespace walkman::apps {
 
-class FrameLog;
 class StopSignals;
 
 struct EmulationOptions {
