@@ -149,10 +149,7 @@ void add_emulate_command(CLI::App& app, std::function<int()>& run) {
       ->add_option("--seed", options->seed,
                    "Seed of the object's pose and of the sensors' noise (default: the scene's)")
       ->check(CLI::Range(std::int64_t{0}, std::int64_t{1} << 53));
-  command->add_option("--camera-socket", options->camera_socket,
-                      "Local socket for the camera's clouds (default: walkman-hil/camera.sock in "
-                      "$XDG_RUNTIME_DIR, /run/user/UID "
-                      "or /run, else /tmp/walkman-hil-UID/camera.sock)");
+  add_camera_option(*command, options->camera_socket);
   command
       ->add_option(
           "--socketcand", options->socketcand,

@@ -86,10 +86,7 @@ void add_grasp_command(CLI::App& app, std::function<int()>& chosen) {
       *command, options->pacing,
       "A cycle ends when every answer has come: for an emulator with --lockstep and the same period",
       "Cycles begin on the host's clock (default)");
-  command->add_option("--camera-socket", options->camera_socket,
-                      "Local socket of the camera's clouds (default: walkman-hil/camera.sock in "
-                      "$XDG_RUNTIME_DIR, /run/user/UID "
-                      "or /run, else /tmp/walkman-hil-UID/camera.sock)");
+  add_camera_option(*command, options->camera_socket);
   command->add_option("--parameters", options->parameters, "YAML of both stages' parameters");
   add_master_options(*command, options->master);
   command->add_flag("--json", options->as_json, "Print the result as JSON (SI units)");

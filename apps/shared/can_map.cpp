@@ -56,6 +56,12 @@ void add_pacing_options(CLI::App& command, Pacing& pacing, const char* lockstep,
   first->excludes(second);
 }
 
+void add_camera_option(CLI::App& command, std::string& socket) {
+  command.add_option("--camera-socket", socket,
+                     "Local socket of the camera's clouds (default: walkman-hil/camera.sock in "
+                     "$XDG_RUNTIME_DIR, /run/user/UID or /run, else /tmp/walkman-hil-UID/camera.sock)");
+}
+
 std::vector<CanAssignment> parse_can_map(const std::string& text, const DeviceTable& devices) {
   std::vector<CanAssignment> assignments;
   if (text.empty()) return assignments;

@@ -20,6 +20,9 @@ enum class Pacing {
 /// Adds `--lockstep` and `--realtime`, of which at most one may be given, with their help texts.
 void add_pacing_options(CLI::App& command, Pacing& pacing, const char* lockstep, const char* real_time);
 
+/// Adds `--camera-socket`; empty when it is not given, which means `camera::default_camera_socket`.
+void add_camera_option(CLI::App& command, std::string& socket);
+
 /// One bus of the device table and the kernel's network interface it is plugged into.
 struct CanAssignment {
   std::size_t bus = 0;  ///< place in the device table

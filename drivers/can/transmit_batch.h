@@ -13,6 +13,7 @@ namespace walkman::can {
 /// Frames on their way to the kernel, in order, handed over many at a time. Allocates when made only.
 class TransmitBatch {
  public:
+  /// Room for `capacity` frames.
   explicit TransmitBatch(std::size_t capacity);
 
   [[nodiscard]] bool empty() const noexcept { return size() == 0; }
@@ -26,6 +27,7 @@ class TransmitBatch {
   /// which it refused the first.
   [[nodiscard]] int hand_over(int descriptor) noexcept;
 
+  /// Only when not `empty`.
   void drop_first() noexcept;
   /// How many there were.
   std::size_t clear() noexcept;

@@ -30,8 +30,10 @@ class BusTraffic {
   /// A control cycle has ended.
   void end_cycle(Time now) noexcept;
 
+  /// Zeros until `kCycles` cycles have ended.
   [[nodiscard]] Foreign foreign() const noexcept;
 
+  /// Begins anew, as after a pause.
   void forget() noexcept;
 
  private:

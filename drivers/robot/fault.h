@@ -31,6 +31,7 @@ struct FaultRecord {
   Time time{};
 };
 
+/// In words, with the bus or device that the record points to.
 [[nodiscard]] Fault describe(const FaultRecord& record);
 
 }  // namespace walkman::robot

@@ -10,6 +10,7 @@ class Motor {
  public:
   explicit Motor(const ActuatorParameters& parameters);
 
+  /// At rest at `position` (rad), as warm as the air.
   void reset(double position);
   /// One step of `dt` s. `wanted_torque`: asked for by the drive, N·m; `load`: torque of the transmission
   /// against it, N·m; `locked`: the holding brake is closed and the power stage off.
@@ -23,8 +24,8 @@ class Motor {
   /// From now on; 0 leaves the motor without torque.
   void set_supply_voltage(double volts) { supply_voltage_ = volts; }
 
-  [[nodiscard]] double winding_temperature_c() const { return winding_c_; }
-  [[nodiscard]] double case_temperature_c() const { return case_c_; }
+  [[nodiscard]] double winding_temperature_c() const { return winding_c_; }  ///< degC
+  [[nodiscard]] double case_temperature_c() const { return case_c_; }        ///< degC
   /// Share of the power stage's overload allowance that is used up, 0..1; at 1 it gives the continuous
   /// current only.
   [[nodiscard]] double overload() const { return overload_; }

@@ -19,11 +19,12 @@ class GroupMotion {
   /// poses of its start.
   void update(const std::vector<double>& before, double dt);
 
+  /// Of a group, rad/s and rad/s².
   [[nodiscard]] const btVector3& angular_velocity(std::size_t group) const { return angular_[group]; }
   [[nodiscard]] const btVector3& angular_acceleration(std::size_t group) const {
     return angular_rate_[group];
   }
-  /// Of the group's centre of mass.
+  /// Of the group's centre of mass, m/s².
   [[nodiscard]] const btVector3& acceleration(std::size_t group) const { return acceleration_[group]; }
 
  private:

@@ -30,7 +30,8 @@ struct Surface {
 /// where the model gives no shape. Link indices of Bullet are group indices of the tree less one.
 class Multibody {
  public:
-  /// X_WR: pose of the model's root link. `surfaces`: one per URDF link, in the model's order.
+  /// X_WR: pose of the model's root link. `surfaces`: one per URDF link, in the model's order. `world` must
+  /// outlive this.
   Multibody(btMultiBodyDynamicsWorld& world, const RobotModel& model, RigidTree tree, bool fixed_base,
             const Eigen::Isometry3d& X_WR, int collision_group, int collision_mask,
             const std::vector<Surface>& surfaces);

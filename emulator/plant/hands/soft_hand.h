@@ -28,6 +28,7 @@ class SoftHand {
   SoftHand(const RobotModel& model, Multibody& body, const std::string& synergy_joint,
            const ActuatorParameters& actuator, const SoftHandParameters& parameters);
 
+  /// At its open posture and at rest, without tension.
   void reset();
   /// One control sub-step; finger joints are at the multibody's positions, carried on by their velocities
   /// over `since_step` seconds. `wanted_torque`: of the synergy motor, N·m.

@@ -22,6 +22,7 @@ class InertialProbe final : public StepProbe {
   /// S is the frame of the URDF link `sensor_link`.
   InertialProbe(const Multibody& body, int sensor_link);
 
+  /// Of the last step that was measured.
   [[nodiscard]] const InertialMotion& motion() const { return motion_; }
 
   [[nodiscard]] const btMultiBody& body() const override { return body_->bullet(); }
