@@ -52,15 +52,21 @@ void Manipulator::start() {
 
 void Manipulator::calibrate() {
   const Eigen::Matrix3d R_HS = (session_.X_TH().inverse() * session_.X_TS()).linear();
-  estimator_.begin_series();
-  for (const double turn : {-parameters_.calibration_turn, parameters_.calibration_turn, 0.0}) {
-    Eigen::Isometry3d X_TH = X_TH_start_;
-    X_TH.rotate(Eigen::AngleAxisd(turn, R_HS.col(2)));
-    move_to(X_TH, parameters_.travel_speed);
-    hold(parameters_.settle_time);
-    const MeanReading empty = mean_reading(parameters_.tare_time);
-    estimator_.add_empty(empty.reading, empty.count, empty.hand, empty.down_S);
-  }
+  const wrench::LoadEstimator before = estimator_;
+  int recoveries;
+  do {  // a sensor that booted anew in between has another residual
+    recoveries = session_.recoveries();
+    estimator_ = before;
+    estimator_.begin_series();
+    for (const double turn : {-parameters_.calibration_turn, parameters_.calibration_turn, 0.0}) {
+      Eigen::Isometry3d X_TH = X_TH_start_;
+      X_TH.rotate(Eigen::AngleAxisd(turn, R_HS.col(2)));
+      move_to(X_TH, parameters_.travel_speed);
+      hold(parameters_.settle_time);
+      const MeanReading empty = mean_reading(parameters_.tare_time);
+      estimator_.add_empty(empty.reading, empty.count, empty.hand, empty.down_S);
+    }
+  } while (session_.recoveries() != recoveries);
 }
 
 Manipulator::MeanReading Manipulator::mean_reading(double seconds) {
