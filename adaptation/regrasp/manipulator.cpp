@@ -204,19 +204,26 @@ Wrench Manipulator::mean_object_load(double seconds) {
   return average.mean();
 }
 
-Wrench Manipulator::weigh() {
+void Manipulator::turn() {
   const Eigen::Isometry3d X_TH = raised(X_TH_grasp_, lifted_);
-  const auto weigh_turned = [&](double turn, double seconds) {
+  for (const double turn : {-parameters_.weighing_turn, parameters_.weighing_turn}) {
     Eigen::Isometry3d turned = X_TH;
     turned.rotate(Eigen::AngleAxisd(turn, Eigen::Vector3d::UnitX()));
     move_to(turned, parameters_.lift_speed);
     hold(parameters_.settle_time);
-    const MeanReading loaded = mean_reading(seconds);
-    estimator_.add_loaded(loaded.reading, loaded.count, loaded.hand, loaded.down_S);
-  };
-  weigh_turned(-parameters_.weighing_turn, parameters_.tare_time);
-  weigh_turned(parameters_.weighing_turn, parameters_.tare_time);
-  weigh_turned(0, parameters_.average_time);
+    add_loaded(parameters_.tare_time);
+  }
+  move_to(X_TH, parameters_.lift_speed);
+  hold(parameters_.settle_time);
+}
+
+void Manipulator::add_loaded(double seconds) {
+  const MeanReading loaded = mean_reading(seconds);
+  estimator_.add_loaded(loaded.reading, loaded.count, loaded.hand, loaded.down_S);
+}
+
+Wrench Manipulator::weigh() {
+  add_loaded(parameters_.average_time);
   const wrench::LoadEstimator::Object object = estimator_.object();
   if (!(object.misfit < kMostMisfit)) {
     throw RunStopped(fmt::format(

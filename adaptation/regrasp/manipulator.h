@@ -41,9 +41,12 @@ class Manipulator {
   /// Up until the force no longer changes with height; from the first stop on the arm carries what it weighed
   /// there by feed-forward.
   void lift();
-  /// Weighs the object with the hand turned about the handle to either side, and level for the averaging
-  /// time. Returns the load of the object alone about Ho in T, a pure weight. Throws RunStopped when the
-  /// readings are none of a sensor as its data sheet has it.
+  /// Reads the sensor with the hand, and the object in it, turned about the handle to either side, and goes
+  /// back to level.
+  void turn();
+  /// Reads it level for the averaging time. Returns the load of the object alone about Ho in T, a pure
+  /// weight, that fits these readings and those before. Throws RunStopped when they are none of a sensor as
+  /// its data sheet has it.
   [[nodiscard]] Wrench weigh();
   /// Back down to where it was grasped, and opens the hand. Returns the hand's measured pose just before it
   /// opened.
@@ -67,6 +70,7 @@ class Manipulator {
     int count;
   };
   [[nodiscard]] MeanReading mean_reading(double seconds);
+  void add_loaded(double seconds);
   /// What the sensor as it is says of the object alone, about Ho in T.
   [[nodiscard]] Wrench object_load() const;
 

@@ -21,14 +21,16 @@ enum class Phase {
   kTare,
   kGrasp,
   kLift,
+  kTurn,
   kWeigh,
   kLower,
   kRetreat
 };
 
 /// The phases' names, in the order of `Phase`.
-inline constexpr std::array<std::string_view, 11> kPhaseNames = {
-    "boot", "settle", "calibrate", "look", "approach", "tare", "grasp", "lift", "weigh", "lower", "retreat"};
+inline constexpr std::array<std::string_view, 12> kPhaseNames = {
+    "boot",  "settle", "calibrate", "look",  "approach", "tare",
+    "grasp", "lift",   "turn",      "weigh", "lower",    "retreat"};
 
 [[nodiscard]] constexpr std::string_view to_string(Phase phase) {
   return kPhaseNames[static_cast<std::size_t>(phase)];

@@ -129,6 +129,8 @@ void Regrasp::Impl::reach_and_grasp(const Eigen::Isometry3d& X_TG) {
 Weighing Regrasp::Impl::lift_and_weigh() {
   session.enter(Phase::kLift);
   manipulator.lift();
+  session.enter(Phase::kTurn);
+  manipulator.turn();
   session.enter(Phase::kWeigh);
   Weighing weighing;
   weighing.F_Ho_T = manipulator.weigh();

@@ -58,11 +58,13 @@ LiftResult run_lift(const Scene& scene, const EmulatorOptions& options, const Li
     robot.start();
     const Eigen::Isometry3d X_TG = robot.X_TG_on_top(kBar, kRadius);
     regrasp::Manipulator& arm = robot.manipulator();
+    arm.calibrate();
     arm.approach(X_TG);
     arm.tare();
     arm.descend(X_TG);
     arm.grasp();
     arm.lift();
+    arm.turn();
 
     result.held = true;
     wrench::WrenchAverage truth;
