@@ -6,6 +6,7 @@
 
 #include "apps/shared/exit_code.h"
 #include "urdf/reader/nearest_name.h"
+#include "urdf/reader/utf8.h"
 
 namespace walkman::apps {
 namespace {
@@ -52,7 +53,8 @@ GatewaySet::GatewaySet(Emulation& emulation, const GatewayOptions& options) {
       throw EnvironmentError(e.what());
     }
     attach(emulation, *slcan_.back());
-    addresses_ += fmt::format("slcan {}: {}\n", bus.name(), link.empty() ? slcan_.back()->terminal() : link);
+    addresses_ +=
+        fmt::format("slcan {}: {}\n", bus.name(), one_line(link.empty() ? slcan_.back()->terminal() : link));
   }
 }
 

@@ -19,6 +19,9 @@ namespace {
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 
+// Of the emulated clock, s: the wrist is calibrated; the hand approaches the object; it holds it and weighs.
+constexpr double kCalibrating = 10, kInTheAir = 20, kHeld = 42;
+
 RepetitionOptions options(std::uint64_t seed) {
   const std::filesystem::path tree = WALKMAN_SOURCE_TREE;
   RepetitionOptions o;
@@ -69,10 +72,11 @@ class Stranger final : public bus::Participant {
   bool due_ = false, sent_ = false;
 };
 
-/// A run in which a stranger sends a frame on the right arm's bus.
-RepetitionOptions with_stranger(Time at, const can::Frame& frame) {
+/// A run in which a stranger sends a frame, in the middle of a cycle, on the right arm's bus.
+RepetitionOptions with_stranger(double at, const can::Frame& frame) {
   RepetitionOptions o = options(1);
-  o.prepare = [stranger = std::make_shared<Stranger>(at, frame)](Emulator& emulator) {
+  const Time time = std::chrono::milliseconds(std::llround(1e3 * at)) + std::chrono::microseconds(2300);
+  o.prepare = [stranger = std::make_shared<Stranger>(time, frame)](Emulator& emulator) {
     for (bus::CanBus* bus : emulator.buses()) {
       if (bus->name() == "rarm") bus->attach(*stranger);
     }
@@ -180,7 +184,7 @@ std::filesystem::path scene_with(const std::string& events) {
 TEST(Experiment1, ACentreOfMassThatIsNotWhereItWasReportedIsWrong) {
   RepetitionOptions o = options(1);
   o.scene = scene_with(
-      "events:\n  - at_s: 17.0\n    push: {link: r_hand_grasp, force_N: [0, 0, -3], point_m: [-0.3, 0, 0], "
+      "events:\n  - at_s: 38.9\n    push: {link: r_hand_grasp, force_N: [0, 0, -3], point_m: [-0.3, 0, 0], "
       "duration_s: 100}\n");
   const RepetitionResult result = run_repetition(o);
   EXPECT_EQ(result.outcome, Outcome::kWrong) << to_string(result.outcome) << ": " << result.reason;
@@ -202,24 +206,25 @@ TEST(Experiment1, WithoutTheWristsTpdosTheRunStopsAndSaysWhy) {
   for (const std::uint32_t cob_id : {0x180U + 18, 0x280U + 18}) {
     RepetitionOptions o = options(1);
     lose(o, [=](const std::string& bus, std::uint32_t id, double seconds) {
-      return bus != "rarm" || id != cob_id || seconds < 10;
+      return bus != "rarm" || id != cob_id || seconds < kInTheAir;
     });
     const RepetitionResult result = run_repetition(o);
     EXPECT_EQ(result.outcome, Outcome::kStopped);
     EXPECT_THAT(result.reason, HasSubstr("r_arm_ft"));
     EXPECT_THAT(result.reason, HasSubstr("TPDO"));
     EXPECT_THAT(result.reason, HasSubstr("not recovered"));
-    EXPECT_NEAR(result.simulated_seconds, 20.03, 0.05);  // three cycles of age, and two boots' time-outs
+    // Three cycles of age, and two boots' time-outs.
+    EXPECT_NEAR(result.simulated_seconds, kInTheAir + 10.03, 0.05);
     EXPECT_FALSE(result.weighed);
   }
 }
 
-// The wrist's sensor is not heard for a third of a second while the hand is in the air: its bus is booted
+// The wrist's sensor is not heard for a third of a second while the wrist is calibrated: its bus is booted
 // anew, what was measured across that is measured again, and the plant says that the result is right.
 TEST(Experiment1, WhatIsLostWhileNothingIsHeldIsGotBack) {
   RepetitionOptions o = options(1);
   lose(o, [=](const std::string& bus, std::uint32_t id, double seconds) {
-    return bus != "rarm" || (id & 0x7FU) != 18 || seconds < 10 || seconds > 10.3;
+    return bus != "rarm" || (id & 0x7FU) != 18 || seconds < kCalibrating || seconds > kCalibrating + 0.3;
   });
   const RepetitionResult result = run_repetition(o);
   EXPECT_TRUE(result.outcome == Outcome::kMinimumTorque || result.outcome == Outcome::kMinimumDisplacement)
@@ -234,19 +239,19 @@ TEST(Experiment1, WhatIsLostWhileNothingIsHeldIsGotBack) {
 TEST(Experiment1, WhatIsLostWhileTheObjectIsHeldEndsTheRun) {
   RepetitionOptions o = options(1);
   lose(o, [=](const std::string& bus, std::uint32_t id, double seconds) {
-    return bus != "rarm" || (id & 0x7FU) != 18 || seconds < 20 || seconds > 20.3;
+    return bus != "rarm" || (id & 0x7FU) != 18 || seconds < kHeld || seconds > kHeld + 0.3;
   });
   const RepetitionResult result = run_repetition(o);
   EXPECT_EQ(result.outcome, Outcome::kStopped);
   EXPECT_THAT(result.reason, HasSubstr("r_arm_ft"));
   EXPECT_EQ(result.recoveries, 0);
-  EXPECT_NEAR(result.simulated_seconds, 20.02, 0.05);
+  EXPECT_NEAR(result.simulated_seconds, kHeld + 0.02, 0.05);
 }
 
 // As `grasp` and `experiment` run it: the drives fall out of operation while the hand is in the air, and are
 // got back; who did it is told at once.
 TEST(Experiment1, ANodeThatIsResetWhileNothingIsHeldIsGotBack) {
-  const RepetitionOptions o = with_stranger(std::chrono::microseconds(10'002'300), kResetShoulder);
+  const RepetitionOptions o = with_stranger(kInTheAir, kResetShoulder);
   std::vector<std::string> warned;
   PoolEvents events;
   events.warned = [&](std::size_t, const std::string& sentence) { warned.push_back(sentence); };
@@ -259,7 +264,7 @@ TEST(Experiment1, ANodeThatIsResetWhileNothingIsHeldIsGotBack) {
 }
 
 TEST(Experiment1, ADriveThatIsSwitchedOffWhileNothingIsHeldIsGotBack) {
-  RepetitionOptions o = with_stranger(std::chrono::microseconds(10'002'300), kDisableShoulder);
+  RepetitionOptions o = with_stranger(kInTheAir, kDisableShoulder);
   std::vector<std::string> warned;
   o.warned = [&](std::string_view sentence) { warned.emplace_back(sentence); };
   const RepetitionResult result = run_repetition(o);
@@ -274,12 +279,11 @@ TEST(Experiment1, AFaultWhileTheObjectIsHeldEndsTheRun) {
   for (const auto& [frame, reason] :
        {std::pair{kResetShoulder, "RShSag (node 11 on can_rarm): booted up"},
         std::pair{kDisableShoulder, "RShSag (node 11 on can_rarm): is in state"}}) {
-    const RepetitionResult result =
-        run_repetition(with_stranger(std::chrono::microseconds(20'002'300), frame));
+    const RepetitionResult result = run_repetition(with_stranger(kHeld, frame));
     EXPECT_EQ(result.outcome, Outcome::kStopped);
     EXPECT_THAT(result.reason, HasSubstr(reason));
     EXPECT_EQ(result.recoveries, 0);
-    EXPECT_NEAR(result.simulated_seconds, 20.02, 0.05);
+    EXPECT_NEAR(result.simulated_seconds, kHeld + 0.02, 0.05);
   }
 }
 
