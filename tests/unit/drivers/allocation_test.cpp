@@ -150,6 +150,7 @@ TEST_P(AllocationInLayout, NoneInTheCycle) {
     rig.robot->sync(rig.now);
     rig.robot->collect(rig.now);
     complete = rig.robot->cycle_complete() && complete;
+    complete = rig.robot->new_warnings().empty() && complete;
     counting = false;
   }
   EXPECT_TRUE(complete);
