@@ -1,7 +1,5 @@
 #pragma once
 
-#include <cstdint>
-#include <filesystem>
 #include <optional>
 #include <stdexcept>
 #include <string>
@@ -9,45 +7,10 @@
 
 #include <Eigen/Geometry>
 
+#include "adaptation/parameters.h"
 #include "drivers/camera/range_camera.h"
 
 namespace walkman::perception {
-
-/// Parameters of Stage I. Defaults are the paper's values where it gives them (sec. 3.1), else
-/// adaptation/parameters.yaml says how they were chosen. Lengths in m, angles in rad.
-struct StageOneParameters {
-  double reach = 1.5;                ///< farther points from the camera are dropped (paper)
-  double plane_distance = 0.01;      ///< inlier distance of the dominant plane
-  double plane_normal_angle = 0.45;  ///< inlier angle between point and plane normal
-  int plane_iterations = 300;
-  double plane_min_share = 0.1;      ///< smallest share of the points in reach that makes a plane dominant
-  double above_plane = 0.012;        ///< lowest height of an object point above the plane
-  double highest_above_plane = 0.5;  ///< greatest height of an object point above the plane
-  double cluster_tolerance = 0.02;   ///< longest step between neighbours of one cluster
-  int cluster_min_points = 200;
-  double outlier_voxel = 0.005;  ///< object points are thinned to this before outlier removal
-  int outlier_neighbours = 20;
-  double outlier_deviations = 2.0;
-  double smoothing_radius = 0.025;  ///< moving least squares, second degree (paper)
-  double smoothing_voxel = 0.006;   ///< spacing of the smoothed points
-  double centroid_voxel = 0.01;     ///< voxels whose centroids' median is the CoM (paper)
-  int handle_samples = 2000;
-  double handle_neighbourhood = 0.025;  ///< radius, between 2 and 3 cm (paper)
-  double handle_min_radius = 0.015;     ///< of the hand's size
-  double handle_max_radius = 0.05;
-  double handle_gap = 0.008;            ///< free space around a handle
-  int handle_min_inliers = 15;          ///< fewest shells that make a handle
-  double handle_align_angle = 0.4;      ///< between the axes of a handle's shells
-  double handle_align_distance = 0.02;  ///< between the axes of a handle's shells
-  double handle_align_radius = 0.012;   ///< between the radii of a handle's shells
-  std::uint64_t seed = 1;
-  int threads = 2;
-};
-
-/// Reads the parameters from YAML: the section `stage_one`, or the whole file where there is none. Keys are
-/// named as the members; missing ones keep their defaults. Throws std::runtime_error with file, line and key
-/// for unknown or repeated keys and values out of range.
-[[nodiscard]] StageOneParameters load_stage_one_parameters(const std::filesystem::path& yaml_file);
 
 /// A plane n·p + d = 0 in the cloud's frame; n is a unit vector towards the sensor.
 struct Plane {

@@ -6,8 +6,8 @@
 #include <Eigen/Geometry>
 
 #include "adaptation/motion/hand_motion.h"
+#include "adaptation/parameters.h"
 #include "adaptation/regrasp/session.h"
-#include "adaptation/regrasp/stage_two_parameters.h"
 #include "adaptation/wrench/hand_weight.h"
 #include "adaptation/wrench/load_estimator.h"
 

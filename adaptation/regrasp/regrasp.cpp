@@ -41,7 +41,7 @@ double nearest_along(const Eigen::Vector3d& centre, const Eigen::Vector3d& axis,
 
 struct Regrasp::Impl {
   Impl(const KnownRobot& known, robot::Robot& robot, robot::Cycle& cycle, camera::RangeCamera& range_camera,
-       const Parameters& all, Observer& watcher, Thinking when)
+       const MethodParameters& all, Observer& watcher, Thinking when)
       : parameters(all),
         thinking(when),
         camera(range_camera),
@@ -56,7 +56,7 @@ struct Regrasp::Impl {
   [[nodiscard]] Weighing lift_and_weigh();
   [[nodiscard]] Candidate least_torque(const CarriedLine& carried, const Eigen::Isometry3d& X_TH) const;
 
-  const Parameters& parameters;
+  const MethodParameters& parameters;
   Thinking thinking;
   camera::RangeCamera& camera;
   Observer& observer;
@@ -162,7 +162,7 @@ Candidate Regrasp::Impl::least_torque(const CarriedLine& carried, const Eigen::I
 }
 
 Regrasp::Regrasp(const KnownRobot& known, robot::Robot& robot, robot::Cycle& cycle,
-                 camera::RangeCamera& camera, const Parameters& parameters, Observer& observer,
+                 camera::RangeCamera& camera, const MethodParameters& parameters, Observer& observer,
                  Thinking thinking)
     : impl_(std::make_unique<Impl>(known, robot, cycle, camera, parameters, observer, thinking)) {}
 

@@ -5,8 +5,8 @@
 #include <string>
 #include <vector>
 
+#include "adaptation/parameters.h"
 #include "adaptation/regrasp/observer.h"
-#include "adaptation/regrasp/stage_two_parameters.h"
 #include "drivers/robot/cycle.h"
 #include "drivers/robot/robot.h"
 #include "urdf/reader/robot_description.h"
@@ -42,7 +42,8 @@ struct Report {
 class Regrasp {
  public:
   Regrasp(const KnownRobot& known, robot::Robot& robot, robot::Cycle& cycle, camera::RangeCamera& camera,
-          const Parameters& parameters, Observer& observer, Thinking thinking = Thinking::kBetweenCycles);
+          const MethodParameters& parameters, Observer& observer,
+          Thinking thinking = Thinking::kBetweenCycles);
   ~Regrasp();
 
   /// Runs from power-on to the last weighing. Throws RunStopped with one sentence when it has to stop.

@@ -173,12 +173,12 @@ void require_valid(const RepetitionOptions& options) {
   const KnownRobot robot(scene.robot, options.robot_choice);
   require_reach(scene, robot.model);
   require_fit(options.robot, robot.devices);
-  static_cast<void>(regrasp::load_parameters(options.parameters));
+  static_cast<void>(load_method_parameters(options.parameters));
 }
 
 RepetitionResult run_repetition(const RepetitionOptions& options) {
   EmulatedWorld world(world_options(options));
-  const regrasp::Parameters parameters = regrasp::load_parameters(options.parameters);
+  const MethodParameters parameters = load_method_parameters(options.parameters);
   std::error_code folder_error;
   if (!options.out.empty()) std::filesystem::create_directories(options.out, folder_error);
   if (folder_error) throw EnvironmentError(options.out.string() + ": " + folder_error.message());

@@ -140,7 +140,7 @@ class ProvenLockstep final : public robot::Cycle {
 GraspResult run_grasp(const KnownRobot& known, const GraspOptions& options, StopSignals& signals,
                       const GraspEvents& events) {
   const DeviceTable& devices = known.devices;
-  const regrasp::Parameters parameters = regrasp::load_parameters(options.parameters);
+  const MethodParameters parameters = load_method_parameters(options.parameters);
   const robot::RobotOptions& robot_options = options.robot;
   require_fit(robot_options, devices);
   robot::MasterBuses buses = open_buses(options.can, devices);

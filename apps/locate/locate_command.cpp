@@ -1,9 +1,9 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include "adaptation/parameters.h"
 #include "adaptation/perception/pcd.h"
 #include "adaptation/perception/stage_one.h"
-#include "adaptation/regrasp/stage_two_parameters.h"
 #include "apps/shared/commands.h"
 #include "apps/shared/data_directory.h"
 #include "apps/shared/exit_code.h"
@@ -99,7 +99,7 @@ void add_locate_command(CLI::App& app, std::function<int()>& run) {
       const std::filesystem::path file = options->parameters.empty()
                                              ? data_directory() / "adaptation" / "parameters.yaml"
                                              : std::filesystem::path(options->parameters);
-      const perception::StageOneParameters parameters = regrasp::load_parameters(file).stage_one;
+      const StageOneParameters parameters = load_method_parameters(file).stage_one;
       perception::StageOneResult result;
       try {
         result = perception::locate(perception::read_pcd(options->cloud), parameters);

@@ -1,0 +1,87 @@
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+
+namespace walkman {
+
+/// Parameters of Stage I: from a range cloud to a grasp frame. Lengths in m, angles in rad. Defaults are the
+/// paper's values where it gives them (sec. 3.1); adaptation/parameters.yaml says how the others were chosen.
+struct StageOneParameters {
+  double reach = 1.5;                ///< farther points from the camera are dropped (paper)
+  double plane_distance = 0.01;      ///< inlier distance of the dominant plane
+  double plane_normal_angle = 0.45;  ///< inlier angle between point and plane normal
+  int plane_iterations = 300;
+  double plane_min_share = 0.1;      ///< smallest share of the points in reach that makes a plane dominant
+  double above_plane = 0.012;        ///< lowest height of an object point above the plane
+  double highest_above_plane = 0.5;  ///< greatest height of an object point above the plane
+  double cluster_tolerance = 0.02;   ///< longest step between neighbours of one cluster
+  int cluster_min_points = 200;
+  double outlier_voxel = 0.005;  ///< object points are thinned to this before outlier removal
+  int outlier_neighbours = 20;
+  double outlier_deviations = 2.0;
+  double smoothing_radius = 0.025;  ///< moving least squares, second degree (paper)
+  double smoothing_voxel = 0.006;   ///< spacing of the smoothed points
+  double centroid_voxel = 0.01;     ///< voxels whose centroids' median is the CoM (paper)
+  int handle_samples = 2000;
+  double handle_neighbourhood = 0.025;  ///< radius, between 2 and 3 cm (paper)
+  double handle_min_radius = 0.015;     ///< of the hand's size
+  double handle_max_radius = 0.05;
+  double handle_gap = 0.008;            ///< free space around a handle
+  int handle_min_inliers = 15;          ///< fewest cylindrical shells that make a handle
+  double handle_align_angle = 0.4;      ///< between the axes of a handle's shells
+  double handle_align_distance = 0.02;  ///< between the axes of a handle's shells
+  double handle_align_radius = 0.012;   ///< between the radii of a handle's shells
+  std::uint64_t seed = 1;               ///< of the random samples
+  int threads = 2;                      ///< the result does not depend on it
+};
+
+/// Parameters of Stage II and of the motions around it. Lengths in m, times in s. The paper's values where it
+/// gives them (sec. 3.2 and 4.2).
+struct StageTwoParameters {
+  double torque_threshold = 0.02;        ///< N·m, τ_thres (paper)
+  double displacement_threshold = 0.02;  ///< d_thres (paper)
+  double average_time = 2.0;             ///< of the weighing (paper)
+  int max_regrasps = 3;
+
+  double tare_time = 1.0;            ///< average before the first grasp that removes the sensor's residuals
+  double settle_time = 1.5;          ///< after a motion, before a measurement
+  double sensor_cross_talk = 0.01;   ///< of the wrist's sensor, of full scale (its data sheet)
+  double sensor_force_range = 1500;  ///< N, its full scale
+  double sensor_torque_range = 35;   ///< N·m, likewise
+  double calibration_turn = 0.7;     ///< rad, of the empty hand to either side, to calibrate it
+  double weighing_turn = 0.25;       ///< rad, of the hand that holds, about the handle to either side
+  double approach_height = 0.15;     ///< above the grasp, straight up
+  double approach_back = 0.08;       ///< and towards the robot
+  double palm_clearance = 0.003;     ///< between palm and object surface before the hand closes
+  double lift_height = 0.08;         ///< first lift
+  double lift_step = 0.02;           ///< further lifts while the force still changes with height
+  double lift_max = 0.16;
+  double lift_force_change = 0.15;  ///< N over one step: below this nothing of the object rests any more
+  double payload_time = 0.5;        ///< in which the feed-forward takes the object's weight over
+  double lift_window = 0.5;         ///< average for that comparison
+  double min_force = 1.0;           ///< N, less than this is no object in the hand
+
+  double close_time = 1.2;
+  double hold_time = 0.6;       ///< after closing or opening
+  double grip_torque = 0.5;     ///< share of the hand motor's rated torque
+  double empty_closure = 0.97;  ///< share of the motor's travel beyond which the hand has closed on nothing
+
+  double travel_speed = 0.30;    ///< m/s, free motion
+  double approach_speed = 0.08;  ///< m/s, near the object
+  double lift_speed = 0.06;      ///< m/s
+  double angular_speed = 0.8;    ///< rad/s
+};
+
+struct MethodParameters {
+  StageOneParameters stage_one;
+  StageTwoParameters stage_two;
+};
+
+/// Reads a YAML file with the sections `stage_one` and `stage_two`, whose keys are the members' names. What
+/// is not there keeps its default. Throws std::runtime_error, one sentence with file, line, key, what was
+/// found and what was expected, for a file that cannot be read, unknown or repeated keys, and values out of
+/// range.
+[[nodiscard]] MethodParameters load_method_parameters(const std::filesystem::path& file);
+
+}  // namespace walkman
