@@ -15,7 +15,7 @@ using Matrix5 = Eigen::Matrix<double, 5, 5>;
 
 constexpr int kIterations = 15;
 constexpr double kSmallestIncidence = 0.5;  // cosine between ray and surface normal
-constexpr double kGate = 0.015;             // m, residuals beyond it in the first iterations have no weight
+constexpr double kLargestResidual = 0.015;  // m, of a point that counts; twice that in the first iterations
 constexpr double kTukey = 4.685;            // 95 % efficiency on Gaussian noise
 constexpr double kSmallestSpread = 1e-4;    // m, floor of the residuals' spread
 constexpr double kLargestMove = 0.05;       // m
@@ -35,8 +35,8 @@ struct Sighting {
 
 // None when the ray misses, grazes or meets the cylinder outside its ends.
 std::optional<Sighting> sight(const Ray& ray, const Cylinder& cylinder) {
-  const Eigen::Vector3d u = ray.direction - ray.direction.dot(cylinder.axis) * cylinder.axis;
-  const Eigen::Vector3d w = -cylinder.point + cylinder.point.dot(cylinder.axis) * cylinder.axis;
+  const Eigen::Vector3d u = ray.direction - ray.direction.dot(cylinder.axis_C) * cylinder.axis_C;
+  const Eigen::Vector3d w = -cylinder.p_CA + cylinder.p_CA.dot(cylinder.axis_C) * cylinder.axis_C;
   const double a = u.squaredNorm(), b = u.dot(w), c = w.squaredNorm() - cylinder.radius * cylinder.radius;
   const double discriminant = b * b - a * c;
   if (!(discriminant > 0) || a < 1e-12) return std::nullopt;
@@ -46,7 +46,7 @@ std::optional<Sighting> sight(const Ray& ray, const Cylinder& cylinder) {
   out.normal = (w + range * u) / cylinder.radius;
   out.incidence = out.normal.dot(ray.direction);
   if (out.incidence > -kSmallestIncidence) return std::nullopt;
-  out.along = cylinder.axis.dot(range * ray.direction - cylinder.point);
+  out.along = cylinder.axis_C.dot(range * ray.direction - cylinder.p_CA);
   if (out.along < cylinder.from || out.along > cylinder.to) return std::nullopt;
   out.residual = ray.range - range;
   out.weight_scale = 1 / (range * range);
@@ -65,20 +65,20 @@ double tukey(double residual, double limit) {
 }
 
 // One Gauss-Newton step; returns the length of the move in m, negative when too few points fit.
-double step(const std::vector<Ray>& rays, double gate, Cylinder& cylinder) {
+double step(const std::vector<Ray>& rays, double largest_residual, Cylinder& cylinder) {
   std::vector<Sighting> sightings;
   sightings.reserve(rays.size());
   std::vector<double> magnitudes;
   for (const Ray& ray : rays) {
     const auto s = sight(ray, cylinder);
-    if (!s || std::abs(s->residual) > gate) continue;
+    if (!s || std::abs(s->residual) > largest_residual) continue;
     sightings.push_back(*s);
     magnitudes.push_back(std::abs(s->residual));
   }
   if (sightings.size() < kFewestPoints) return -1;
   const double limit = kTukey * std::max(kSmallestSpread, 1.4826 * median_magnitude(magnitudes));
 
-  const Eigen::Vector3d e1 = cylinder.axis.unitOrthogonal(), e2 = cylinder.axis.cross(e1);
+  const Eigen::Vector3d e1 = cylinder.axis_C.unitOrthogonal(), e2 = cylinder.axis_C.cross(e1);
   const double half = std::max(1e-3, (cylinder.to - cylinder.from) / 2);
   Matrix5 normal_matrix = Matrix5::Zero();
   Vector5 right = Vector5::Zero();
@@ -91,8 +91,8 @@ double step(const std::vector<Ray>& rays, double gate, Cylinder& cylinder) {
   }
   const Vector5 x = normal_matrix.ldlt().solve(right);
   if (!x.allFinite()) return -1;
-  cylinder.point += x[0] * e1 + x[1] * e2;
-  cylinder.axis = (cylinder.axis + (x[2] * e1 + x[3] * e2) / half).normalized();
+  cylinder.p_CA += x[0] * e1 + x[1] * e2;
+  cylinder.axis_C = (cylinder.axis_C + (x[2] * e1 + x[3] * e2) / half).normalized();
   cylinder.radius += x[4];
   return x.norm();
 }
@@ -104,7 +104,7 @@ bool find_ends(const std::vector<Ray>& rays, Cylinder& cylinder) {
   std::size_t total = 0;
   for (const Ray& ray : rays) {
     const auto s = sight(ray, cylinder);
-    if (!s || std::abs(s->residual) > kGate) continue;
+    if (!s || std::abs(s->residual) > kLargestResidual) continue;
     ++counts[std::min(bins - 1, static_cast<std::size_t>((s->along - cylinder.from) / kBin))];
     ++total;
   }
@@ -149,13 +149,13 @@ std::optional<Circle> fit_circle(std::span<const Eigen::Vector2d> points) {
   return circle;
 }
 
-std::optional<Cylinder> refine_cylinder(std::span<const Eigen::Vector3f> points, const Cylinder& initial) {
+std::optional<Cylinder> refine_cylinder(std::span<const Eigen::Vector3f> points_C, const Cylinder& initial) {
   Cylinder cylinder = initial;
   std::vector<Ray> rays;
-  for (const auto& point : points) {
-    const Eigen::Vector3d p = point.cast<double>(), w = p - initial.point;
-    const double along = initial.axis.dot(w);
-    const double distance = (w - along * initial.axis).norm();
+  for (const auto& point : points_C) {
+    const Eigen::Vector3d p = point.cast<double>(), w = p - initial.p_CA;
+    const double along = initial.axis_C.dot(w);
+    const double distance = (w - along * initial.axis_C).norm();
     if (along < initial.from - kLargestMove || along > initial.to + kLargestMove ||
         distance > initial.radius + kLargestMove)
       continue;
@@ -164,14 +164,14 @@ std::optional<Cylinder> refine_cylinder(std::span<const Eigen::Vector3f> points,
   // Positions along the axis are counted from the middle, where direction and position do not disturb each
   // other.
   const double middle = (initial.from + initial.to) / 2;
-  cylinder.point += middle * cylinder.axis;
+  cylinder.p_CA += middle * cylinder.axis_C;
   cylinder.from -= middle;
   cylinder.to -= middle;
-  const Eigen::Vector3d start = cylinder.point;
+  const Eigen::Vector3d start = cylinder.p_CA;
   for (int i = 0; i < kIterations; ++i) {
-    const double gate = i < 3 ? kGate * 2 : kGate;
-    const double move = step(rays, gate, cylinder);
-    if (move < 0 || !((cylinder.point - start).norm() < kLargestMove) || !(cylinder.radius > 0))
+    const double largest_residual = i < 3 ? kLargestResidual * 2 : kLargestResidual;
+    const double move = step(rays, largest_residual, cylinder);
+    if (move < 0 || !((cylinder.p_CA - start).norm() < kLargestMove) || !(cylinder.radius > 0))
       return std::nullopt;
     if (move < 1e-6 && i >= 3) break;
   }

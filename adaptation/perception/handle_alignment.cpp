@@ -22,10 +22,10 @@ constexpr double kOnSurface = 0.012;  // m, samples this near a handle's surface
 struct Agreement {
   double sine, distance, radius;
 
-  [[nodiscard]] bool operator()(const Shell& shell, const Eigen::Vector3d& point, const Eigen::Vector3d& axis,
-                                double its_radius) const {
-    const Eigen::Vector3d w = shell.centre - point;
-    return axis.cross(shell.axis).norm() < sine && (w - axis.dot(w) * axis).norm() < distance &&
+  [[nodiscard]] bool operator()(const CylindricalShell& shell, const Eigen::Vector3d& point,
+                                const Eigen::Vector3d& axis, double its_radius) const {
+    const Eigen::Vector3d w = shell.p_CM - point;
+    return axis.cross(shell.axis_C).norm() < sine && (w - axis.dot(w) * axis).norm() < distance &&
            std::abs(shell.radius - its_radius) < radius;
   }
 };
@@ -37,7 +37,7 @@ Agreement agreement(const StageOneParameters& parameters) {
 
 using Indices = std::vector<std::uint32_t>;
 
-Indices agreeing(const std::vector<Shell>& shells, const Indices& among, const Agreement& agrees,
+Indices agreeing(const std::vector<CylindricalShell>& shells, const Indices& among, const Agreement& agrees,
                  const Eigen::Vector3d& point, const Eigen::Vector3d& axis, double radius) {
   Indices out;
   std::copy_if(among.begin(), among.end(), std::back_inserter(out),
@@ -46,39 +46,40 @@ Indices agreeing(const std::vector<Shell>& shells, const Indices& among, const A
 }
 
 // The shell most others are co-linear with, and those.
-Indices largest_set(const std::vector<Shell>& shells, const Indices& among, const Agreement& agrees) {
+Indices largest_set(const std::vector<CylindricalShell>& shells, const Indices& among,
+                    const Agreement& agrees) {
   const std::size_t stride = std::max<std::size_t>(1, among.size() / kHypotheses);
   Indices best;
   for (std::size_t i = 0; i < among.size(); i += stride) {
-    const Shell& h = shells[among[i]];
-    Indices set = agreeing(shells, among, agrees, h.centre, h.axis, h.radius);
+    const CylindricalShell& h = shells[among[i]];
+    Indices set = agreeing(shells, among, agrees, h.p_CM, h.axis_C, h.radius);
     if (set.size() > best.size()) best = std::move(set);
   }
   return best;
 }
 
-Cylinder rough_cylinder(const std::vector<Shell>& shells, const Indices& set, double reach) {
+Cylinder rough_cylinder(const std::vector<CylindricalShell>& shells, const Indices& set, double reach) {
   Cylinder cylinder;
   const auto count = static_cast<double>(set.size());
   Eigen::Matrix3d directions = Eigen::Matrix3d::Zero(), centres = Eigen::Matrix3d::Zero();
   std::vector<double> radii;
   for (const std::uint32_t i : set) {
-    cylinder.point += shells[i].centre / count;
-    directions += shells[i].axis * shells[i].axis.transpose();
+    cylinder.p_CA += shells[i].p_CM / count;
+    directions += shells[i].axis_C * shells[i].axis_C.transpose();
     radii.push_back(shells[i].radius);
   }
   for (const std::uint32_t i : set) {
-    const Eigen::Vector3d w = shells[i].centre - cylinder.point;
+    const Eigen::Vector3d w = shells[i].p_CM - cylinder.p_CA;
     centres += w * w.transpose() / count;
   }
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> line(centres), mean(directions);
-  cylinder.axis = std::sqrt(line.eigenvalues()[2]) > kLongEnough ? line.eigenvectors().col(2)
-                                                                 : mean.eigenvectors().col(2);
+  cylinder.axis_C = std::sqrt(line.eigenvalues()[2]) > kLongEnough ? line.eigenvectors().col(2)
+                                                                   : mean.eigenvectors().col(2);
   const auto middle = radii.begin() + static_cast<std::ptrdiff_t>(radii.size() / 2);
   std::nth_element(radii.begin(), middle, radii.end());
   cylinder.radius = *middle;
   for (const std::uint32_t i : set) {
-    const double along = cylinder.axis.dot(shells[i].centre - cylinder.point);
+    const double along = cylinder.axis_C.dot(shells[i].p_CM - cylinder.p_CA);
     cylinder.from = std::min(cylinder.from, along - reach);
     cylinder.to = std::max(cylinder.to, along + reach);
   }
@@ -86,11 +87,11 @@ Cylinder rough_cylinder(const std::vector<Shell>& shells, const Indices& set, do
 }
 
 // The shells that agree with the cylinder, none far beyond its ends.
-Indices on_cylinder(const std::vector<Shell>& shells, const Indices& among, const Agreement& agrees,
-                    const Cylinder& cylinder, double reach) {
-  Indices members = agreeing(shells, among, agrees, cylinder.point, cylinder.axis, cylinder.radius);
+Indices on_cylinder(const std::vector<CylindricalShell>& shells, const Indices& among,
+                    const Agreement& agrees, const Cylinder& cylinder, double reach) {
+  Indices members = agreeing(shells, among, agrees, cylinder.p_CA, cylinder.axis_C, cylinder.radius);
   std::erase_if(members, [&](std::uint32_t i) {
-    const double along = cylinder.axis.dot(shells[i].centre - cylinder.point);
+    const double along = cylinder.axis_C.dot(shells[i].p_CM - cylinder.p_CA);
     return along < cylinder.from - reach || along > cylinder.to + reach;
   });
   return members;
@@ -102,39 +103,40 @@ Eigen::Vector3d to_the_right(const Eigen::Vector3d& axis) {
   return flip ? Eigen::Vector3d(-axis) : axis;
 }
 
-Handle make_handle(const Cylinder& cylinder, const std::vector<Shell>& shells, const Indices& set,
+Handle make_handle(const Cylinder& cylinder, const std::vector<CylindricalShell>& shells, const Indices& set,
                    double reach) {
   Handle handle;
-  handle.axis = to_the_right(cylinder.axis);
+  handle.axis_C = to_the_right(cylinder.axis_C);
   handle.radius = cylinder.radius;
   handle.reach = reach;
-  const bool flipped = handle.axis.dot(cylinder.axis) < 0;
+  const bool flipped = handle.axis_C.dot(cylinder.axis_C) < 0;
   const double supported_from = flipped ? -cylinder.to : cylinder.from;
   const double supported_to = flipped ? -cylinder.from : cylinder.to;
   for (const std::uint32_t i : set)
     handle.places.push_back(
-        std::clamp(handle.axis.dot(shells[i].centre - cylinder.point), supported_from, supported_to));
+        std::clamp(handle.axis_C.dot(shells[i].p_CM - cylinder.p_CA), supported_from, supported_to));
   std::sort(handle.places.begin(), handle.places.end());
   const double from = std::max(supported_from, handle.places.front() - reach);
   const double to = std::min(supported_to, handle.places.back() + reach);
   const double middle = (from + to) / 2;
-  handle.centre = cylinder.point + middle * handle.axis;
+  handle.p_CM = cylinder.p_CA + middle * handle.axis_C;
   handle.from = from - middle;
   handle.to = to - middle;
   for (double& place : handle.places) place -= middle;
   return handle;
 }
 
-bool on_surface(const Shell& shell, const Handle& handle, double reach) {
-  const Eigen::Vector3d w = shell.sample - handle.centre;
-  const double along = handle.axis.dot(w);
+bool on_surface(const CylindricalShell& shell, const Handle& handle, double reach) {
+  const Eigen::Vector3d w = shell.p_CP - handle.p_CM;
+  const double along = handle.axis_C.dot(w);
   return along > handle.from - reach && along < handle.to + reach &&
-         std::abs((w - along * handle.axis).norm() - handle.radius) < kOnSurface;
+         std::abs((w - along * handle.axis_C).norm() - handle.radius) < kOnSurface;
 }
 
 }  // namespace
 
-std::vector<Handle> align_handles(const std::vector<Shell>& shells, std::span<const Eigen::Vector3f> measured,
+std::vector<Handle> align_handles(const std::vector<CylindricalShell>& shells,
+                                  std::span<const Eigen::Vector3f> measured_C,
                                   const StageOneParameters& parameters) {
   const Agreement agrees = agreement(parameters);
   const double reach = parameters.handle_neighbourhood;
@@ -145,7 +147,7 @@ std::vector<Handle> align_handles(const std::vector<Shell>& shells, std::span<co
   while (left.size() >= fewest && handles.size() < kMostHandles) {
     const Indices set = largest_set(shells, left, agrees);
     if (set.size() < fewest) break;
-    const auto refined = refine_cylinder(measured, rough_cylinder(shells, set, reach));
+    const auto refined = refine_cylinder(measured_C, rough_cylinder(shells, set, reach));
     const Indices members = refined ? on_cylinder(shells, left, agrees, *refined, reach) : Indices{};
     std::optional<Handle> handle;
     if (members.size() >= fewest && refined->radius >= parameters.handle_min_radius &&

@@ -23,14 +23,14 @@ constexpr int kUnorganizedNeighbours = 20;
 
 OrientedPoints finite_ones(const Cloud& cloud, const Normals& normals) {
   OrientedPoints out;
-  out.points.reserve(cloud.size());
-  out.normals.reserve(cloud.size());
+  out.points_C.reserve(cloud.size());
+  out.normals_C.reserve(cloud.size());
   for (std::size_t i = 0; i < cloud.size(); ++i) {
     const Eigen::Vector3f p = cloud[i].getVector3fMap();
     const Eigen::Vector3f n = normals[i].getNormalVector3fMap();
     if (!p.allFinite() || !n.allFinite()) continue;
-    out.points.push_back(p);
-    out.normals.push_back(n.dot(p) > 0 ? Eigen::Vector3f(-n) : n);
+    out.points_C.push_back(p);
+    out.normals_C.push_back(n.dot(p) > 0 ? Eigen::Vector3f(-n) : n);
   }
   return out;
 }

@@ -2,16 +2,21 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
+#include <random>
 
 #include <Eigen/Eigenvalues>
-
-#include "adaptation/perception/random_source.h"
+#include <Eigen/Geometry>
+#include <pcl/point_types.h>
+#include <pcl/surface/convex_hull.h>
 
 namespace walkman::perception {
 namespace {
 
 constexpr std::size_t kScored = 4096;  // points a hypothesis is scored on
 constexpr int kRefits = 2;
+constexpr std::size_t kHullPoints = 40000;  // more inliers than this are thinned before the hull
+constexpr double kFlat = 1e-3;              // m, inliers narrower than this span no area
 
 struct InlierTest {
   Eigen::Vector3f normal;
@@ -28,31 +33,31 @@ InlierTest inlier_test(const Eigen::Vector3d& normal, double offset, const Stage
 }
 
 OrientedPoints thinned(const OrientedPoints& points) {
-  const std::size_t stride = std::max<std::size_t>(1, points.points.size() / kScored);
+  const std::size_t stride = std::max<std::size_t>(1, points.points_C.size() / kScored);
   OrientedPoints out;
-  for (std::size_t i = 0; i < points.points.size(); i += stride) {
-    out.points.push_back(points.points[i]);
-    out.normals.push_back(points.normals[i]);
+  for (std::size_t i = 0; i < points.points_C.size(); i += stride) {
+    out.points_C.push_back(points.points_C[i]);
+    out.normals_C.push_back(points.normals_C[i]);
   }
   return out;
 }
 
 std::size_t count_inliers(const OrientedPoints& points, const InlierTest& test) {
   std::size_t count = 0;
-  for (std::size_t i = 0; i < points.points.size(); ++i)
-    count += test(points.points[i], points.normals[i]) ? 1 : 0;
+  for (std::size_t i = 0; i < points.points_C.size(); ++i)
+    count += test(points.points_C[i], points.normals_C[i]) ? 1 : 0;
   return count;
 }
 
 // Least squares on the inliers of `plane`; its normal keeps pointing to the sensor.
 void refit(Plane& plane, const OrientedPoints& points, const StageOneParameters& parameters) {
-  const InlierTest test = inlier_test(plane.normal, plane.offset, parameters);
+  const InlierTest test = inlier_test(plane.n_C, plane.offset, parameters);
   Eigen::Vector3d sum = Eigen::Vector3d::Zero();
   Eigen::Matrix3d moments = Eigen::Matrix3d::Zero();
   double count = 0;
-  for (std::size_t i = 0; i < points.points.size(); ++i) {
-    if (!test(points.points[i], points.normals[i])) continue;
-    const Eigen::Vector3d p = points.points[i].cast<double>();
+  for (std::size_t i = 0; i < points.points_C.size(); ++i) {
+    if (!test(points.points_C[i], points.normals_C[i])) continue;
+    const Eigen::Vector3d p = points.points_C[i].cast<double>();
     sum += p;
     moments += p * p.transpose();
     ++count;
@@ -60,24 +65,58 @@ void refit(Plane& plane, const OrientedPoints& points, const StageOneParameters&
   if (count < 3) return;
   const Eigen::Vector3d mean = sum / count;
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(moments / count - mean * mean.transpose());
-  plane.normal = solver.eigenvectors().col(0).normalized();
-  if (plane.normal.dot(mean) > 0) plane.normal = -plane.normal;
-  plane.offset = -plane.normal.dot(mean);
+  plane.n_C = solver.eigenvectors().col(0).normalized();
+  if (plane.n_C.dot(mean) > 0) plane.n_C = -plane.n_C;
+  plane.offset = -plane.n_C.dot(mean);
+}
+
+// Two unit vectors in the plane; u × v is its normal.
+struct PlaneAxes {
+  Eigen::Vector3d u, v;
+  explicit PlaneAxes(const Eigen::Vector3d& normal) : u(normal.unitOrthogonal()), v(normal.cross(u)) {}
+  [[nodiscard]] Eigen::Vector2d in_plane(const Eigen::Vector3d& p) const { return {u.dot(p), v.dot(p)}; }
+};
+
+std::vector<Eigen::Vector2d> projected_inliers(const Plane& plane, const PlaneAxes& axes,
+                                               const OrientedPoints& points,
+                                               const StageOneParameters& parameters) {
+  const double cosine = std::cos(parameters.plane_normal_angle);
+  std::vector<Eigen::Vector2d> inliers;
+  for (std::size_t i = 0; i < points.points_C.size(); ++i) {
+    const Eigen::Vector3d p = points.points_C[i].cast<double>();
+    if (std::abs(plane.n_C.dot(p) + plane.offset) < parameters.plane_distance &&
+        std::abs(plane.n_C.dot(points.normals_C[i].cast<double>())) > cosine)
+      inliers.push_back(axes.in_plane(p));
+  }
+  return inliers;
+}
+
+bool spans_area(const std::vector<Eigen::Vector2d>& points) {
+  if (points.size() < 3) return false;
+  Eigen::Vector2d mean = Eigen::Vector2d::Zero();
+  for (const auto& p : points) mean += p;
+  mean /= static_cast<double>(points.size());
+  Eigen::Matrix2d covariance = Eigen::Matrix2d::Zero();
+  for (const auto& p : points) covariance += (p - mean) * (p - mean).transpose();
+  covariance /= static_cast<double>(points.size());
+  return covariance.determinant() > std::pow(kFlat, 4);
 }
 
 }  // namespace
 
 std::optional<Plane> fit_dominant_plane(const OrientedPoints& points, const StageOneParameters& parameters) {
   const OrientedPoints scored = thinned(points);
-  const std::size_t count = scored.points.size();
+  const std::size_t count = scored.points_C.size();
   if (count < 3) return std::nullopt;
-  RandomSource random(parameters.seed);
+  // Not the distributions of <random>: they differ between standard libraries.
+  std::mt19937_64 generator(parameters.seed);
+  const auto any_point = [&] { return scored.points_C[generator() % count].cast<double>().eval(); };
   Plane best;
   std::size_t best_inliers = 0;
   for (int i = 0; i < parameters.plane_iterations; ++i) {
-    const Eigen::Vector3d a = scored.points[random.index(count)].cast<double>();
-    const Eigen::Vector3d b = scored.points[random.index(count)].cast<double>();
-    const Eigen::Vector3d c = scored.points[random.index(count)].cast<double>();
+    const Eigen::Vector3d a = any_point();
+    const Eigen::Vector3d b = any_point();
+    const Eigen::Vector3d c = any_point();
     Eigen::Vector3d normal = (b - a).cross(c - a);
     const double area = normal.norm();
     if (area < 1e-6) continue;
@@ -85,7 +124,7 @@ std::optional<Plane> fit_dominant_plane(const OrientedPoints& points, const Stag
     const std::size_t inliers = count_inliers(scored, inlier_test(normal, -normal.dot(a), parameters));
     if (inliers <= best_inliers) continue;
     best_inliers = inliers;
-    best.normal = normal;
+    best.n_C = normal;
     best.offset = -normal.dot(a);
   }
   if (best_inliers < 3 ||
@@ -93,6 +132,60 @@ std::optional<Plane> fit_dominant_plane(const OrientedPoints& points, const Stag
     return std::nullopt;
   for (int i = 0; i < kRefits; ++i) refit(best, points, parameters);
   return best;
+}
+
+std::vector<Eigen::Vector3d> plane_hull(const Plane& plane, const OrientedPoints& points,
+                                        const StageOneParameters& parameters) {
+  const PlaneAxes axes(plane.n_C);
+  const auto inliers = projected_inliers(plane, axes, points, parameters);
+  if (!spans_area(inliers)) return {};
+  const auto flat = std::make_shared<pcl::PointCloud<pcl::PointXYZ>>();
+  const std::size_t stride = std::max<std::size_t>(1, inliers.size() / kHullPoints);
+  for (std::size_t i = 0; i < inliers.size(); i += stride)
+    flat->emplace_back(static_cast<float>(inliers[i].x()), static_cast<float>(inliers[i].y()), 0.0F);
+  pcl::ConvexHull<pcl::PointXYZ> computation;
+  computation.setDimension(2);
+  computation.setInputCloud(flat);
+  pcl::PointCloud<pcl::PointXYZ> corners;
+  computation.reconstruct(corners);
+  if (corners.size() < 3) return {};
+
+  double twice_area = 0;
+  for (std::size_t i = 0; i < corners.size(); ++i) {
+    const auto &a = corners[i], &b = corners[(i + 1) % corners.size()];
+    twice_area += double{a.x} * b.y - double{b.x} * a.y;
+  }
+  std::vector<Eigen::Vector3d> hull;
+  for (const auto& c : corners) hull.emplace_back(c.x * axes.u + c.y * axes.v - plane.offset * plane.n_C);
+  if (twice_area < 0) std::reverse(hull.begin(), hull.end());
+  return hull;
+}
+
+std::vector<Eigen::Vector3f> points_above(const Plane& plane, std::span<const Eigen::Vector3f> points_C,
+                                          double lowest, double highest) {
+  // Each side of the hull as a half-space whose boundary stands on the plane.
+  struct Side {
+    Eigen::Vector3f inward;
+    float offset;
+  };
+  std::vector<Side> sides;
+  for (std::size_t i = 0; i < plane.hull_C.size(); ++i) {
+    const Eigen::Vector3d &a = plane.hull_C[i], &b = plane.hull_C[(i + 1) % plane.hull_C.size()];
+    const Eigen::Vector3d inward = plane.n_C.cross(b - a).normalized();
+    sides.push_back({inward.cast<float>(), static_cast<float>(-inward.dot(a))});
+  }
+  const Eigen::Vector3f normal = plane.n_C.cast<float>();
+  const auto offset = static_cast<float>(plane.offset);
+  const auto low = static_cast<float>(lowest), high = static_cast<float>(highest);
+  std::vector<Eigen::Vector3f> above;
+  for (const auto& p : points_C) {
+    const float height = normal.dot(p) + offset;
+    if (height >= low && height <= high && std::all_of(sides.begin(), sides.end(), [&p](const Side& s) {
+          return s.inward.dot(p) + s.offset >= 0;
+        }))
+      above.push_back(p);
+  }
+  return above;
 }
 
 }  // namespace walkman::perception

@@ -18,14 +18,14 @@ namespace walkman::perception {
 [[nodiscard]] std::optional<Plane> fit_dominant_plane(const OrientedPoints& points,
                                                       const StageOneParameters& parameters);
 
-/// Convex hull of the plane's inliers projected on it, counter-clockwise about the normal, m. Empty when the
-/// inliers span no area.
+/// Corners in C of the convex hull of the plane's inliers projected on it, counter-clockwise about the
+/// normal, m. Empty when the inliers span no area.
 [[nodiscard]] std::vector<Eigen::Vector3d> plane_hull(const Plane& plane, const OrientedPoints& points,
                                                       const StageOneParameters& parameters);
 
 /// The points whose projection lies in the plane's hull and whose height above it is in [lowest, highest], m.
 [[nodiscard]] std::vector<Eigen::Vector3f> points_above(const Plane& plane,
-                                                        std::span<const Eigen::Vector3f> points,
+                                                        std::span<const Eigen::Vector3f> points_C,
                                                         double lowest, double highest);
 
 }  // namespace walkman::perception

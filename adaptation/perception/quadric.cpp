@@ -73,26 +73,21 @@ Vector9 smallest_ratio(const Moments& m) {
 
 }  // namespace
 
-double Quadric::value(const Eigen::Vector3d& p) const {
-  const Eigen::Vector3d s = (p - origin) / scale;
-  return s.dot(A * s) + b.dot(s) + c;
-}
-
-std::optional<Quadric> fit_quadric(std::span<const Eigen::Vector3f> points,
+std::optional<Quadric> fit_quadric(std::span<const Eigen::Vector3f> points_C,
                                    std::span<const std::uint32_t> chosen) {
   if (chosen.size() < kTerms + 1) return std::nullopt;
   const auto count = static_cast<double>(chosen.size());
   Quadric quadric;
-  for (const std::uint32_t i : chosen) quadric.origin += points[i].cast<double>() / count;
+  for (const std::uint32_t i : chosen) quadric.p_CO += points_C[i].cast<double>() / count;
   double spread = 0;
   for (const std::uint32_t i : chosen)
-    spread += (points[i].cast<double>() - quadric.origin).squaredNorm() / count;
+    spread += (points_C[i].cast<double>() - quadric.p_CO).squaredNorm() / count;
   quadric.scale = std::sqrt(spread);
   if (!(quadric.scale > 1e-9)) return std::nullopt;
 
   Moments moments;
   for (const std::uint32_t i : chosen)
-    moments.add((points[i].cast<double>() - quadric.origin) / quadric.scale);
+    moments.add((points_C[i].cast<double>() - quadric.p_CO) / quadric.scale);
   const Vector9 q = smallest_ratio(moments);
   if (!q.allFinite()) return std::nullopt;
   quadric.A << q[0], q[3] / 2, q[5] / 2, q[3] / 2, q[1], q[4] / 2, q[5] / 2, q[4] / 2, q[2];
@@ -104,27 +99,26 @@ std::optional<Quadric> fit_quadric(std::span<const Eigen::Vector3f> points,
   return quadric;
 }
 
-std::optional<PrincipalCurvatures> principal_curvatures(const Quadric& quadric, const Eigen::Vector3d& p) {
-  const Eigen::Vector3d gradient = 2 * quadric.A * (p - quadric.origin) / quadric.scale + quadric.b;
+std::optional<PrincipalCurvatures> principal_curvatures(const Quadric& quadric, const Eigen::Vector3d& p_CP) {
+  const Eigen::Vector3d gradient = 2 * quadric.A * (p_CP - quadric.p_CO) / quadric.scale + quadric.b;
   const double length = gradient.norm();
   if (!(length > 1e-9)) return std::nullopt;
   PrincipalCurvatures out;
-  const double side = gradient.dot(p) > 0 ? -1 : 1;
-  out.normal = side * gradient / length;
+  const double side = gradient.dot(p_CP) > 0 ? -1 : 1;
+  out.n_C = side * gradient / length;
   // The shape operator in the tangent plane: the Hessian over the gradient's length.
-  const Eigen::Vector3d u = out.normal.unitOrthogonal(), v = out.normal.cross(u);
+  const Eigen::Vector3d u = out.n_C.unitOrthogonal(), v = out.n_C.cross(u);
   const double factor = side * 2 / (length * quadric.scale);
   const double uu = factor * u.dot(quadric.A * u), uv = factor * u.dot(quadric.A * v),
                vv = factor * v.dot(quadric.A * v);
   const double mean = (uu + vv) / 2, half = std::hypot((uu - vv) / 2, uv);
   const double angle = 0.5 * std::atan2(2 * uv, uu - vv);  // of the direction of mean + half
   const Eigen::Vector3d high = std::cos(angle) * u + std::sin(angle) * v;
-  const Eigen::Vector3d low = out.normal.cross(high);
+  const Eigen::Vector3d low = out.n_C.cross(high);
   const bool high_is_larger = std::abs(mean + half) >= std::abs(mean - half);
   out.largest = high_is_larger ? mean + half : mean - half;
   out.smallest = high_is_larger ? mean - half : mean + half;
-  out.along_largest = high_is_larger ? high : low;
-  out.along_smallest = high_is_larger ? low : high;
+  out.along_smallest_C = high_is_larger ? low : high;
   return out;
 }
 

@@ -7,6 +7,8 @@
 
 namespace walkman::perception {
 
+// Points and results of each call are in one frame, whichever it is, m.
+
 /// Statistical outlier removal (paper, sec. 3.1): drops the points whose mean distance to their `neighbours`
 /// nearest exceeds the mean over the set by more than `deviations` standard deviations. Keeps the order.
 [[nodiscard]] std::vector<Eigen::Vector3f> remove_outliers(std::span<const Eigen::Vector3f> points,

@@ -60,6 +60,21 @@ std::pair<std::size_t, std::size_t> CellIndex::column(int x, int y, int z_from, 
   return {static_cast<std::size_t>(first - keys_.begin()), static_cast<std::size_t>(last - keys_.begin())};
 }
 
+void PointGrid::within(const Eigen::Vector3f& query, double radius, std::vector<std::uint32_t>& out) const {
+  out.clear();
+  const auto squared = static_cast<float>(radius * radius);
+  const Eigen::Vector3f margin = Eigen::Vector3f::Constant(static_cast<float>(radius));
+  const Eigen::Vector3i low = cells_.coordinates_of(query - margin),
+                        high = cells_.coordinates_of(query + margin);
+  for (int x = low.x(); x <= high.x(); ++x)
+    for (int y = low.y(); y <= high.y(); ++y) {
+      const auto [first, last] = cells_.column(x, y, low.z(), high.z());
+      for (std::size_t cell = first; cell < last; ++cell)
+        for (const std::uint32_t i : cells_.members(cell))
+          if ((points_[i] - query).squaredNorm() <= squared) out.push_back(i);
+    }
+}
+
 std::vector<Eigen::Vector3f> voxel_centroids(std::span<const Eigen::Vector3f> points, double size) {
   const CellIndex cells(points, size);
   std::vector<Eigen::Vector3f> centroids(cells.cell_count());
@@ -69,6 +84,21 @@ std::vector<Eigen::Vector3f> voxel_centroids(std::span<const Eigen::Vector3f> po
     centroids[c] = (sum / static_cast<double>(cells.members(c).size())).cast<float>();
   }
   return centroids;
+}
+
+Eigen::Vector3d median_of_voxel_centroids(std::span<const Eigen::Vector3f> points, double size) {
+  const auto centroids = voxel_centroids(points, size);
+  Eigen::Vector3d median;
+  std::vector<float> values(centroids.size());
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  for (int axis = 0; axis < 3; ++axis) {
+    std::transform(centroids.begin(), centroids.end(), values.begin(),
+                   [axis](const auto& c) { return c[axis]; });
+    std::nth_element(values.begin(), middle, values.end());
+    median[axis] = *middle;
+    if (values.size() % 2 == 0) median[axis] = (median[axis] + *std::max_element(values.begin(), middle)) / 2;
+  }
+  return median;
 }
 
 }  // namespace walkman::perception

@@ -8,6 +8,8 @@
 
 namespace walkman::perception {
 
+// Points and results of each call are in one frame, whichever it is, m.
+
 /// Points sorted into cubic cells of one size, cells in ascending order of their key.
 class CellIndex {
  public:
@@ -32,8 +34,29 @@ class CellIndex {
   std::vector<std::uint32_t> starts_, order_;
 };
 
-/// One point a voxel of edge `size` (m): the mean of the points in it. In the order of the voxels.
+/// Fixed-radius neighbour search over a point set, which it refers to. Reading is safe from several threads.
+class PointGrid {
+ public:
+  /// `cell`: edge of the cells, m; about half the usual search radius.
+  PointGrid(std::span<const Eigen::Vector3f> points, double cell) : points_(points), cells_(points, cell) {}
+
+  /// Fills `out` with the indices of all points at most `radius` (m) from `query`, in the order of the cells.
+  void within(const Eigen::Vector3f& query, double radius, std::vector<std::uint32_t>& out) const;
+
+  [[nodiscard]] std::span<const Eigen::Vector3f> points() const { return points_; }
+
+ private:
+  std::span<const Eigen::Vector3f> points_;
+  CellIndex cells_;
+};
+
+/// One point per voxel of edge `size` (m): the mean of the points in it. In the order of the voxels.
 [[nodiscard]] std::vector<Eigen::Vector3f> voxel_centroids(std::span<const Eigen::Vector3f> points,
                                                            double size);
+
+/// Visual centre of mass (paper, step I.5): the median on each axis of the centroids of voxels of edge `size`
+/// (m), which even out the points' density. Of an even number of centroids it is the mean of the middle two.
+/// `points` must not be empty.
+[[nodiscard]] Eigen::Vector3d median_of_voxel_centroids(std::span<const Eigen::Vector3f> points, double size);
 
 }  // namespace walkman::perception

@@ -101,8 +101,8 @@ void Regrasp::Impl::look() {
   }
   if (!seen.grasp) throw RunStopped("no handle of the hand's size on the object");
   std::vector<Eigen::Vector3d> hull_T;
-  for (const Eigen::Vector3d& p : seen.plane.hull) hull_T.push_back(X_TC * p);
-  manipulator.set_table(X_TC.linear() * seen.plane.normal, hull_T);
+  for (const Eigen::Vector3d& p : seen.plane.hull_C) hull_T.push_back(X_TC * p);
+  manipulator.set_table(X_TC.linear() * seen.plane.n_C, hull_T);
   observer.on_located(cloud, seen);
 }
 
@@ -151,8 +151,8 @@ Candidate Regrasp::Impl::least_torque(const CarriedLine& carried, const Eigen::I
   Candidate best;
   for (std::size_t i = 0; i < seen.handles.size(); ++i) {
     const perception::Handle& handle = seen.handles[i];
-    const Eigen::Vector3d centre = X_TC * handle.centre;
-    const Eigen::Vector3d axis = X_TC.linear() * handle.axis;
+    const Eigen::Vector3d centre = X_TC * handle.p_CM;
+    const Eigen::Vector3d axis = X_TC.linear() * handle.axis_C;
     const double along = handle.nearest_graspable(nearest_along(centre, axis, point, direction));
     const double torque =
         wrench::torque_about({point, direction}, carried.force, Eigen::Vector3d(centre + along * axis));

@@ -18,13 +18,13 @@ json vector_json(const Eigen::Vector3d& v) { return {v.x(), v.y(), v.z()}; }
 
 json result_json(const perception::StageOneResult& result) {
   json out;
-  out["plane"] = {{"normal", vector_json(result.plane.normal)}, {"offset", result.plane.offset}};
+  out["plane"] = {{"normal", vector_json(result.plane.n_C)}, {"offset", result.plane.offset}};
   out["clusters"] = result.cluster_sizes;
-  out["com"] = vector_json(result.com);
+  out["com"] = vector_json(result.p_CCm);
   out["handles"] = json::array();
   for (const perception::Handle& handle : result.handles) {
-    out["handles"].push_back({{"centre", vector_json(handle.centre)},
-                              {"axis", vector_json(handle.axis)},
+    out["handles"].push_back({{"centre", vector_json(handle.p_CM)},
+                              {"axis", vector_json(handle.axis_C)},
                               {"radius", handle.radius},
                               {"extent", handle.to - handle.from},
                               {"from", handle.from},
@@ -49,16 +49,16 @@ std::string vector_text(const Eigen::Vector3d& v) {
 }
 
 std::string result_text(const perception::StageOneResult& result) {
-  std::string text = fmt::format("plane     normal {}  offset {:.4f} m\n", vector_text(result.plane.normal),
+  std::string text = fmt::format("plane     normal {}  offset {:.4f} m\n", vector_text(result.plane.n_C),
                                  result.plane.offset);
   text += fmt::format("clusters  {}:", result.cluster_sizes.size());
   for (const std::size_t size : result.cluster_sizes) text += fmt::format(" {}", size);
-  text +=
-      fmt::format(" points\nCoM       {} m\nhandles   {}\n", vector_text(result.com), result.handles.size());
+  text += fmt::format(" points\nCoM       {} m\nhandles   {}\n", vector_text(result.p_CCm),
+                      result.handles.size());
   for (std::size_t i = 0; i < result.handles.size(); ++i) {
     const perception::Handle& h = result.handles[i];
     text += fmt::format("  {:2}  centre {} m  axis {}  radius {:.1f} mm  extent {:.3f} m  {} places\n", i,
-                        vector_text(h.centre), vector_text(h.axis), 1e3 * h.radius, h.to - h.from,
+                        vector_text(h.p_CM), vector_text(h.axis_C), 1e3 * h.radius, h.to - h.from,
                         h.places.size());
   }
   if (result.grasp) {

@@ -1,9 +1,8 @@
 #include <benchmark/benchmark.h>
 
-#include "adaptation/perception/centroid.h"
 #include "adaptation/perception/cluster.h"
+#include "adaptation/perception/cylindrical_shell.h"
 #include "adaptation/perception/handle_alignment.h"
-#include "adaptation/perception/handle_shell.h"
 #include "adaptation/perception/normals.h"
 #include "adaptation/perception/plane.h"
 #include "adaptation/perception/smoothing.h"
@@ -24,12 +23,12 @@ struct Inputs {
   OrientedPoints oriented;
   Plane plane;
   std::vector<Eigen::Vector3f> above, measured, thinned, kept, object;
-  std::vector<Shell> shells;
+  std::vector<CylindricalShell> shells;
 
   Inputs() : cloud(test::to_cloud(test::with_noise(test::plain_bar_disparity(), {}, {}), {})) {
     oriented = estimate_normals(cloud, parameters.reach);
     plane = fit_dominant_plane(oriented, parameters).value();
-    plane.hull = plane_hull(plane, oriented, parameters);
+    plane.hull_C = plane_hull(plane, oriented, parameters);
     above = points_above(plane, cloud.points, parameters.above_plane, parameters.highest_above_plane);
     const auto found = euclidean_clusters(above, parameters.cluster_tolerance, 200);
     for (const auto i : found.front()) measured.push_back(above[i]);

@@ -7,21 +7,6 @@ CLOCK = {
     "emulator/gateways/socketcand_server.cpp": "time-outs of clients and the beacon's period are the host's: its timer",
     "adaptation/perception/stage_one.cpp": "reports how long the computation took",
 }
-# Breaches known and not allowed.
-OPEN = {
-    "folders": set(),
-    "names": set(),
-    "sizes": {
-        "adaptation/perception/random_source.h",
-    },
-    "reached": {
-        "walkman::motion::HandMotion::hold",
-        "walkman::motion::WholeBodyIk::track_position",
-        "walkman::perception::Quadric::value",
-        "walkman::wrench::WrenchAverage::deviation",
-    },
-}
-
 STREAMS = {
     "apps/shared/standard_streams.cpp": "the functions themselves",
     "apps/shared/progress_line.cpp": "moves the terminal's cursor; its text is made visible first",

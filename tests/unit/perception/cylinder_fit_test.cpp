@@ -75,8 +75,8 @@ std::vector<Eigen::Vector3f> seen(const test::Bar& bar, double noise, std::uint6
 
 Cylinder off_by_some(const test::Bar& bar) {
   Cylinder initial;
-  initial.axis = (bar.axis() + Eigen::Vector3d(0, 0.03, -0.04)).normalized();
-  initial.point = (bar.start + bar.end) / 2 + Eigen::Vector3d(0.05, 0.006, 0.008);
+  initial.axis_C = (bar.axis() + Eigen::Vector3d(0, 0.03, -0.04)).normalized();
+  initial.p_CA = (bar.start + bar.end) / 2 + Eigen::Vector3d(0.05, 0.006, 0.008);
   initial.radius = bar.radius + 0.008;
   initial.from = -0.33;
   initial.to = 0.28;
@@ -87,10 +87,10 @@ TEST(RefineCylinder, ExactOnExactData) {
   const test::Bar bar{{-0.3, 0.02, 0.85}, {0.3, 0.05, 0.8}, 0.03};
   const auto fitted = refine_cylinder(seen(bar, 0, 1), off_by_some(bar));
   ASSERT_TRUE(fitted.has_value());
-  EXPECT_LT(fitted->axis.cross(bar.axis()).norm(), 1e-5);
-  EXPECT_LT((fitted->point - bar.start).cross(bar.axis()).norm(), 1e-5);
+  EXPECT_LT(fitted->axis_C.cross(bar.axis()).norm(), 1e-5);
+  EXPECT_LT((fitted->p_CA - bar.start).cross(bar.axis()).norm(), 1e-5);
   EXPECT_NEAR(fitted->radius, bar.radius, 1e-5);
-  const double start = bar.axis().dot(bar.start - fitted->point);
+  const double start = bar.axis().dot(bar.start - fitted->p_CA);
   EXPECT_NEAR(fitted->from, start, 0.005);
   EXPECT_NEAR(fitted->to, start + bar.length(), 0.005);
 }
@@ -104,7 +104,7 @@ TEST(RefineCylinder, NoiseAlongTheRaysLeavesNoRadiusBias) {
     // more.
     const auto fitted = refine_cylinder(seen(bar, 0.2 / 41.2, seed), off_by_some(bar));
     ASSERT_TRUE(fitted.has_value());
-    EXPECT_LT(fitted->axis.cross(bar.axis()).norm(), 2e-3);
+    EXPECT_LT(fitted->axis_C.cross(bar.axis()).norm(), 2e-3);
     EXPECT_NEAR(fitted->radius, bar.radius, 1e-3);
     bias += (fitted->radius - bar.radius) / kRuns;
   }
@@ -118,7 +118,7 @@ TEST(RefineCylinder, IgnoresAFifthOfOutliers) {
   const auto fitted = refine_cylinder(points, off_by_some(bar));
   ASSERT_TRUE(fitted.has_value());
   EXPECT_NEAR(fitted->radius, bar.radius, 1e-3);
-  EXPECT_LT((fitted->point - bar.start).cross(bar.axis()).norm(), 1e-3);
+  EXPECT_LT((fitted->p_CA - bar.start).cross(bar.axis()).norm(), 1e-3);
 }
 
 TEST(RefineCylinder, NoneWithoutPoints) {

@@ -11,11 +11,10 @@ namespace {
 // A camera looking 50° down at a plane, and a handle across its image.
 StageOneResult one_handle(const Eigen::Vector3d& axis) {
   StageOneResult result;
-  result.plane.normal =
-      Eigen::Vector3d(0, -std::cos(50 * M_PI / 180), -std::sin(50 * M_PI / 180)).normalized();
+  result.plane.n_C = Eigen::Vector3d(0, -std::cos(50 * M_PI / 180), -std::sin(50 * M_PI / 180)).normalized();
   Handle handle;
-  handle.centre = Eigen::Vector3d(0.1, 0, 0.8);
-  handle.axis = axis.normalized();
+  handle.p_CM = Eigen::Vector3d(0.1, 0, 0.8);
+  handle.axis_C = axis.normalized();
   handle.radius = 0.03;
   handle.from = -0.3;
   handle.to = 0.3;
@@ -31,13 +30,13 @@ TEST(GraspFrame, AxesFollowThePaper) {
   const Handle& handle = result.handles.front();
   const Eigen::Matrix3d R = frame.X_CG.linear();
   EXPECT_TRUE(R.isUnitary(1e-12));
-  EXPECT_TRUE(R.col(0).isApprox(handle.axis, 1e-12));
-  EXPECT_NEAR(R.col(1).cross(handle.axis).dot(result.plane.normal), 0, 1e-12)
+  EXPECT_TRUE(R.col(0).isApprox(handle.axis_C, 1e-12));
+  EXPECT_NEAR(R.col(1).cross(handle.axis_C).dot(result.plane.n_C), 0, 1e-12)
       << "y lies in the plane of x and n_p";
-  EXPECT_GT(R.col(1).dot(result.plane.normal), 0.9);
+  EXPECT_GT(R.col(1).dot(result.plane.n_C), 0.9);
   EXPECT_TRUE(R.col(2).isApprox(R.col(0).cross(R.col(1)), 1e-12));
   EXPECT_LT(R.col(2).z(), 0) << "z points to the sensor";
-  EXPECT_TRUE(frame.X_CG.translation().isApprox(handle.centre + 0.12 * handle.axis + 0.03 * R.col(1), 1e-12));
+  EXPECT_TRUE(frame.X_CG.translation().isApprox(handle.p_CM + 0.12 * handle.axis_C + 0.03 * R.col(1), 1e-12));
   EXPECT_EQ(frame.handle, 0);
   EXPECT_DOUBLE_EQ(frame.along, 0.12);
 }
@@ -52,11 +51,11 @@ TEST(GraspFrame, PositionIsClampedToTheHandle) {
 
 TEST(GraspFrame, UprightHandleHasAFrameTowardsTheSensor) {
   auto result = one_handle({1, 0, 0});
-  result.handles.front().axis = result.plane.normal;
+  result.handles.front().axis_C = result.plane.n_C;
   const auto frame = grasp_frame_at(result, 0, 0);
   EXPECT_TRUE(frame.X_CG.linear().isUnitary(1e-12));
   EXPECT_NEAR(frame.X_CG.linear().determinant(), 1, 1e-12);
-  EXPECT_LT(frame.X_CG.linear().col(2).dot(result.handles.front().centre), 0);
+  EXPECT_LT(frame.X_CG.linear().col(2).dot(result.handles.front().p_CM), 0);
 }
 
 TEST(NearestGraspable, StaysWithinReachOfAShell) {

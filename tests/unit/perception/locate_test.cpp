@@ -24,11 +24,11 @@ camera::OrganizedCloud noisy(const std::vector<float>& disparity, double sigma, 
 }
 
 double angle_to(const Handle& handle, const Bar& bar) {
-  return std::asin(handle.axis.cross(bar.axis()).norm());
+  return std::asin(handle.axis_C.cross(bar.axis()).norm());
 }
 
 double offset_from(const Handle& handle, const Bar& bar) {
-  return (handle.centre - bar.start).cross(bar.axis()).norm();
+  return (handle.p_CM - bar.start).cross(bar.axis()).norm();
 }
 
 // Share of the bar's 1 cm bins that hold a shell's place; with `reach` > 0, that a shell's reach covers.
@@ -38,7 +38,7 @@ double coverage(const Handle& handle, const Bar& bar, double reach) {
   for (int i = 0; i < bins; ++i) {
     const double low = i * 0.01, high = low + 0.01;
     covered += std::any_of(handle.places.begin(), handle.places.end(), [&](double place) {
-      const double along = (handle.centre + place * handle.axis - bar.start).dot(bar.axis());
+      const double along = (handle.p_CM + place * handle.axis_C - bar.start).dot(bar.axis());
       return reach > 0 ? along - reach <= low && along + reach >= high : along >= low && along < high;
     });
   }
@@ -48,20 +48,20 @@ double coverage(const Handle& handle, const Bar& bar, double reach) {
 TEST(Locate, FindsTheBarInANoiseFreeCloud) {
   const auto result = locate(test::to_cloud(test::plain_bar_disparity(), {}), {});
   const Bar& bar = test::plain_bar().bars.front();
-  EXPECT_LT(std::acos(std::min(1.0, result.plane.normal.dot(test::plain_bar().up))), 0.01 * kDegree);
+  EXPECT_LT(std::acos(std::min(1.0, result.plane.n_C.dot(test::plain_bar().up))), 0.01 * kDegree);
   EXPECT_NEAR(result.plane.offset, test::plain_bar().table_offset, 1e-4);
   ASSERT_EQ(result.handles.size(), 1U);
   const Handle& handle = result.handles.front();
   EXPECT_LT(angle_to(handle, bar), 0.05 * kDegree);
   EXPECT_LT(offset_from(handle, bar), 2e-4);
   EXPECT_NEAR(handle.radius, bar.radius, 2e-4);
-  EXPECT_GT(handle.axis.x(), 0);
+  EXPECT_GT(handle.axis_C.x(), 0);
   EXPECT_NEAR(handle.from, -bar.length() / 2, 0.006);
   EXPECT_NEAR(handle.to, bar.length() / 2, 0.006);
   EXPECT_GE(coverage(handle, bar, 0), 0.95);
   // Only the upper side is seen: the visual CoM lies between axis and surface, midway along the bar.
-  EXPECT_NEAR((result.com - bar.start).dot(bar.axis()), bar.length() / 2, 0.02);
-  EXPECT_LT((result.com - bar.start).cross(bar.axis()).norm(), bar.radius);
+  EXPECT_NEAR((result.p_CCm - bar.start).dot(bar.axis()), bar.length() / 2, 0.02);
+  EXPECT_LT((result.p_CCm - bar.start).cross(bar.axis()).norm(), bar.radius);
 }
 
 TEST(Locate, GraspSitsOnTopOfTheBarAtTheCentreOfMass) {
@@ -76,7 +76,7 @@ TEST(Locate, GraspSitsOnTopOfTheBarAtTheCentreOfMass) {
   EXPECT_LT(X_CG.linear().col(2).dot(X_CG.translation()), 0) << "z points to the sensor";
   EXPECT_NEAR(test::plain_bar().up.dot(X_CG.translation()) + test::plain_bar().table_offset, 2 * bar.radius,
               5e-4);
-  EXPECT_NEAR((X_CG.translation() - result.com).dot(bar.axis()), 0, 1e-3);
+  EXPECT_NEAR((X_CG.translation() - result.p_CCm).dot(bar.axis()), 0, 1e-3);
 }
 
 class NoisySeed : public testing::TestWithParam<int> {};
@@ -93,7 +93,7 @@ TEST_P(NoisySeed, MeetsTheAccuracyTargets) {
   EXPECT_NEAR(handle.radius, bar.radius, 2e-3);
   EXPECT_GE(coverage(handle, bar, handle.reach), 0.99);
   EXPECT_GE(coverage(handle, bar, 0), 0.95);
-  EXPECT_NEAR((result.com - bar.start).dot(bar.axis()), bar.length() / 2, 0.05);
+  EXPECT_NEAR((result.p_CCm - bar.start).dot(bar.axis()), bar.length() / 2, 0.05);
 }
 
 INSTANTIATE_TEST_SUITE_P(TenSeeds, NoisySeed, testing::Range(1, 11));
@@ -111,7 +111,7 @@ TEST(Locate, SquareWeightsLeaveOneHandleWithoutPlacesOnThem) {
   EXPECT_LT(handle.from, -0.5);
   EXPECT_GT(handle.to, 0.5);
   for (const double weight : weights) {
-    const double at = handle.axis.dot(bar.start + weight * bar.axis() - handle.centre);
+    const double at = handle.axis_C.dot(bar.start + weight * bar.axis() - handle.p_CM);
     const double graspable = handle.nearest_graspable(at);
     EXPECT_GT(std::abs(graspable - at), 0.005) << "a grasp on the weight at " << weight;
     EXPECT_LT(std::abs(graspable - at), 0.06) << "far from the weight at " << weight;
@@ -130,7 +130,7 @@ TEST(Locate, SmallerObjectBesideDoesNotWin) {
   EXPECT_GT(result.cluster_sizes[0], result.cluster_sizes[1]);
   ASSERT_FALSE(result.handles.empty());
   EXPECT_LT(angle_to(result.handles.front(), scene.bars.front()), 1 * kDegree);
-  for (const auto& p : result.object)
+  for (const auto& p : result.object_C)
     EXPECT_LT((p.cast<double>() - scene.bars.front().start).cross(scene.bars.front().axis()).norm(), 0.08);
 }
 
@@ -157,11 +157,11 @@ TEST(Locate, ResultDoesNotDependOnTheNumberOfThreads) {
   const auto one = locate(cloud, parameters);
   parameters.threads = 3;
   const auto three = locate(cloud, parameters);
-  EXPECT_EQ(one.object, three.object);
-  EXPECT_EQ(one.com, three.com);
+  EXPECT_EQ(one.object_C, three.object_C);
+  EXPECT_EQ(one.p_CCm, three.p_CCm);
   ASSERT_EQ(one.handles.size(), three.handles.size());
   EXPECT_EQ(one.handles.front().places, three.handles.front().places);
-  EXPECT_EQ(one.handles.front().centre, three.handles.front().centre);
+  EXPECT_EQ(one.handles.front().p_CM, three.handles.front().p_CM);
   EXPECT_EQ(one.grasp->X_CG.matrix(), three.grasp->X_CG.matrix());
 }
 

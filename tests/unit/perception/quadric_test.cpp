@@ -57,14 +57,17 @@ TEST(Quadric, SphereHasEqualCurvatures) {
   const Eigen::Isometry3d X = some_pose();
   const auto points = sample(sphere, X, 400);
   const Quadric quadric = fit(points);
-  for (const auto& p : points) EXPECT_NEAR(quadric.value(p.cast<double>()), 0, 1e-4);
+  for (const auto& p : points) {
+    const Eigen::Vector3d s = (p.cast<double>() - quadric.p_CO) / quadric.scale;
+    EXPECT_NEAR(s.dot(quadric.A * s) + quadric.b.dot(s) + quadric.c, 0, 1e-4);
+  }
   for (std::size_t i = 0; i < points.size(); i += 40) {
     const auto k = principal_curvatures(quadric, points[i].cast<double>());
     ASSERT_TRUE(k.has_value());
     EXPECT_NEAR(std::abs(k->largest), 1 / radius, 0.02);
     EXPECT_NEAR(std::abs(k->smallest), 1 / radius, 0.02);
     const Eigen::Vector3d radial = (points[i].cast<double>() - X.translation()).normalized();
-    EXPECT_NEAR(std::abs(k->normal.dot(radial)), 1, 1e-5);
+    EXPECT_NEAR(std::abs(k->n_C.dot(radial)), 1, 1e-5);
   }
 }
 
@@ -81,8 +84,8 @@ TEST(Quadric, CylinderGivesAxisRadiusAndConvexity) {
   ASSERT_TRUE(k.has_value());
   EXPECT_NEAR(k->largest, 1 / radius, 0.02) << "convex towards the sensor: positive";
   EXPECT_NEAR(k->smallest, 0, 0.02);
-  EXPECT_NEAR(std::abs(k->along_smallest.dot(X.linear().col(0))), 1, 1e-6);
-  EXPECT_LT(k->normal.dot(points.front().cast<double>()), 0);
+  EXPECT_NEAR(std::abs(k->along_smallest_C.dot(X.linear().col(0))), 1, 1e-6);
+  EXPECT_LT(k->n_C.dot(points.front().cast<double>()), 0);
 
   const auto inside = [&outside](double u, double v) {
     return Eigen::Vector3d(outside(u, v).cwiseProduct(Eigen::Vector3d(1, 1, -1)));
@@ -100,8 +103,8 @@ TEST(Quadric, CurvaturesOfParaboloidsAtTheirApex) {
     ASSERT_TRUE(k.has_value());
     EXPECT_NEAR(k->largest, k1, 0.02 * k1);
     EXPECT_NEAR(k->smallest, k2, 0.02 * k1);
-    EXPECT_NEAR(std::abs(k->along_largest.dot(X.linear().col(0))), 1, 1e-4);
-    EXPECT_NEAR(std::abs(k->normal.dot(X.linear().col(2))), 1, 1e-4);
+    EXPECT_NEAR(std::abs(k->along_smallest_C.dot(X.linear().col(1))), 1, 1e-4);
+    EXPECT_NEAR(std::abs(k->n_C.dot(X.linear().col(2))), 1, 1e-4);
   }
 }
 

@@ -3,9 +3,9 @@
 
 #include <gtest/gtest.h>
 
-#include "adaptation/perception/centroid.h"
 #include "adaptation/perception/normals.h"
 #include "adaptation/perception/plane.h"
+#include "adaptation/perception/voxels.h"
 #include "tests/unit/perception/analytic_scene.h"
 
 namespace walkman::perception {
@@ -15,14 +15,14 @@ TEST(Normals, PointAtTheSensorSquareToTheTable) {
   const auto cloud = test::to_cloud(test::plain_bar_disparity(), {});
   const auto oriented = estimate_normals(cloud, 1.5);
   const auto& scene = test::plain_bar();
-  ASSERT_GT(oriented.points.size(), 50000U);
+  ASSERT_GT(oriented.points_C.size(), 50000U);
   std::size_t on_table = 0, right = 0;
-  for (std::size_t i = 0; i < oriented.points.size(); ++i) {
-    const Eigen::Vector3d p = oriented.points[i].cast<double>();
+  for (std::size_t i = 0; i < oriented.points_C.size(); ++i) {
+    const Eigen::Vector3d p = oriented.points_C[i].cast<double>();
     EXPECT_LE(p.norm(), 1.5);
     if (std::abs(scene.up.dot(p) + scene.table_offset) > 1e-4) continue;
     ++on_table;
-    right += oriented.normals[i].cast<double>().dot(scene.up) > 0.999 ? 1 : 0;
+    right += oriented.normals_C[i].cast<double>().dot(scene.up) > 0.999 ? 1 : 0;
   }
   ASSERT_GT(on_table, 40000U);
   EXPECT_GT(static_cast<double>(right), 0.95 * static_cast<double>(on_table));
@@ -40,12 +40,12 @@ TEST(Normals, FollowASphereInAnUnorganizedCloud) {
   cloud.width = static_cast<int>(cloud.points.size());
   cloud.height = 1;
   const auto oriented = estimate_normals(cloud, 1.5);
-  ASSERT_GT(oriented.points.size(), 500U);
+  ASSERT_GT(oriented.points_C.size(), 500U);
   double worst = 1;
-  for (std::size_t i = 0; i < oriented.points.size(); ++i) {
-    const Eigen::Vector3d n = (oriented.points[i].cast<double>() - centre).normalized();
+  for (std::size_t i = 0; i < oriented.points_C.size(); ++i) {
+    const Eigen::Vector3d n = (oriented.points_C[i].cast<double>() - centre).normalized();
     if (n.z() > -0.4) continue;
-    worst = std::min(worst, oriented.normals[i].cast<double>().dot(n));
+    worst = std::min(worst, oriented.normals_C[i].cast<double>().dot(n));
   }
   EXPECT_GT(worst, 0.97);
 }
@@ -58,15 +58,15 @@ OrientedPoints patch(const Eigen::Vector3d& normal, double offset, const Eigen::
   OrientedPoints out;
   for (int i = 0; i < count; ++i) {
     const Eigen::Vector3d p = (-offset + noise(random)) * normal + side(random) * u + side(random) * v;
-    out.points.push_back(p.cast<float>());
-    out.normals.push_back(point_normal.cast<float>());
+    out.points_C.push_back(p.cast<float>());
+    out.normals_C.push_back(point_normal.cast<float>());
   }
   return out;
 }
 
 void append(OrientedPoints& to, const OrientedPoints& from) {
-  to.points.insert(to.points.end(), from.points.begin(), from.points.end());
-  to.normals.insert(to.normals.end(), from.normals.begin(), from.normals.end());
+  to.points_C.insert(to.points_C.end(), from.points_C.begin(), from.points_C.end());
+  to.normals_C.insert(to.normals_C.end(), from.normals_C.begin(), from.normals_C.end());
 }
 
 TEST(DominantPlane, NormalsDecideBetweenTwoPlanes) {
@@ -78,7 +78,7 @@ TEST(DominantPlane, NormalsDecideBetweenTwoPlanes) {
   append(points, patch(wall, 1.2, Eigen::Vector3d(0.9, 0, -0.44), 5000, random));
   const auto plane = fit_dominant_plane(points, {});
   ASSERT_TRUE(plane.has_value());
-  EXPECT_GT(plane->normal.dot(table), 0.99999);
+  EXPECT_GT(plane->n_C.dot(table), 0.99999);
   EXPECT_NEAR(plane->offset, 0.8, 2e-4);
 }
 
@@ -88,8 +88,8 @@ TEST(DominantPlane, NoneInScatteredPoints) {
   std::uniform_real_distribution<double> side(-0.4, 0.4);
   OrientedPoints points;
   for (int i = 0; i < 5000; ++i) {
-    points.points.emplace_back(Eigen::Vector3d(side(random), side(random), 1 + side(random)).cast<float>());
-    points.normals.push_back(
+    points.points_C.emplace_back(Eigen::Vector3d(side(random), side(random), 1 + side(random)).cast<float>());
+    points.normals_C.push_back(
         Eigen::Vector3d(normal(random), normal(random), normal(random)).normalized().cast<float>());
   }
   EXPECT_FALSE(fit_dominant_plane(points, {}).has_value());
@@ -101,16 +101,16 @@ TEST(PlaneHull, EnclosesTheInliersAndTurnsCounterClockwise) {
   const Eigen::Vector3d n = Eigen::Vector3d(0.1, -0.7, -0.7).normalized();
   const OrientedPoints points = patch(n, 0.8, n, 4000, random);
   Plane plane;
-  plane.normal = n;
+  plane.n_C = n;
   plane.offset = 0.8;
-  plane.hull = plane_hull(plane, points, {});
-  ASSERT_GE(plane.hull.size(), 4U);
+  plane.hull_C = plane_hull(plane, points, {});
+  ASSERT_GE(plane.hull_C.size(), 4U);
   Eigen::Vector3d area = Eigen::Vector3d::Zero();
-  for (std::size_t i = 0; i < plane.hull.size(); ++i) {
-    const auto &a = plane.hull[i], &b = plane.hull[(i + 1) % plane.hull.size()];
+  for (std::size_t i = 0; i < plane.hull_C.size(); ++i) {
+    const auto &a = plane.hull_C[i], &b = plane.hull_C[(i + 1) % plane.hull_C.size()];
     EXPECT_NEAR(n.dot(a) + 0.8, 0, 1e-6);
     area += a.cross(b) / 2;
-    for (const auto& p : points.points)
+    for (const auto& p : points.points_C)
       EXPECT_GT(n.cross(b - a).normalized().dot(p.cast<double>() - a), -1e-5);
   }
   EXPECT_NEAR(area.dot(n), 0.64, 0.01);
@@ -119,20 +119,20 @@ TEST(PlaneHull, EnclosesTheInliersAndTurnsCounterClockwise) {
 TEST(PlaneHull, EmptyForPointsOnALine) {
   OrientedPoints line;
   for (int i = 0; i < 500; ++i) {
-    line.points.emplace_back(0.002F * static_cast<float>(i), 0.0F, 1.0F);
-    line.normals.emplace_back(0.0F, 0.0F, -1.0F);
+    line.points_C.emplace_back(0.002F * static_cast<float>(i), 0.0F, 1.0F);
+    line.normals_C.emplace_back(0.0F, 0.0F, -1.0F);
   }
   Plane plane;
-  plane.normal = {0, 0, -1};
+  plane.n_C = {0, 0, -1};
   plane.offset = 1;
   EXPECT_TRUE(plane_hull(plane, line, {}).empty());
 }
 
 TEST(PointsAbove, KeepsHeightsInTheBandWithinTheHull) {
   Plane plane;
-  plane.normal = {0, 0, -1};
+  plane.n_C = {0, 0, -1};
   plane.offset = 1;
-  plane.hull = {{0, 0, 1}, {0, 1, 1}, {1, 1, 1}, {1, 0, 1}};
+  plane.hull_C = {{0, 0, 1}, {0, 1, 1}, {1, 1, 1}, {1, 0, 1}};
   const Eigen::Vector3f inside(0.5F, 0.5F, 0.95F), low(0.5F, 0.5F, 0.995F), below(0.5F, 0.5F, 1.05F),
       high(0.5F, 0.5F, 0.3F), beside(1.1F, 0.5F, 0.95F), edge(0.999F, 0.001F, 0.9F);
   const std::vector<Eigen::Vector3f> points{inside, low, below, high, beside, edge};

@@ -1,9 +1,10 @@
-#include "adaptation/perception/handle_shell.h"
+#include "adaptation/perception/cylindrical_shell.h"
 
 #include <algorithm>
 #include <cmath>
 #include <numeric>
 #include <optional>
+#include <random>
 
 #include <Eigen/Geometry>
 #include <oneapi/tbb/blocked_range.h>
@@ -12,9 +13,8 @@
 #include <oneapi/tbb/task_arena.h>
 
 #include "adaptation/perception/cylinder_fit.h"
-#include "adaptation/perception/point_grid.h"
 #include "adaptation/perception/quadric.h"
-#include "adaptation/perception/random_source.h"
+#include "adaptation/perception/voxels.h"
 
 namespace walkman::perception {
 namespace {
@@ -32,7 +32,7 @@ class ShellFinder {
   ShellFinder(const PointGrid& grid, const StageOneParameters& parameters)
       : grid_(grid), parameters_(parameters) {}
 
-  std::optional<Shell> at(const Eigen::Vector3f& sample) {
+  std::optional<CylindricalShell> at(const Eigen::Vector3f& sample) {
     grid_.within(sample, parameters_.handle_neighbourhood, near_);
     if (near_.size() < kFewestNeighbours) return std::nullopt;
     const auto quadric = fit_quadric(grid_.points(), near_);
@@ -46,7 +46,7 @@ class ShellFinder {
       return std::nullopt;
     auto shell = fit_cylinder(*curvature);
     if (!shell || !has_gap(*shell)) return std::nullopt;
-    shell->sample = sample.cast<double>();
+    shell->p_CP = sample.cast<double>();
     return shell;
   }
 
@@ -65,16 +65,16 @@ class ShellFinder {
     return *middle;
   }
 
-  std::optional<Shell> fit_cylinder(const PrincipalCurvatures& curvature) {
-    const Eigen::Vector3d axis = curvature.along_smallest.normalized();
-    const Eigen::Vector3d across = axis.cross(curvature.normal);
+  std::optional<CylindricalShell> fit_cylinder(const PrincipalCurvatures& curvature) {
+    const Eigen::Vector3d axis = curvature.along_smallest_C.normalized();
+    const Eigen::Vector3d across = axis.cross(curvature.n_C);
     const Eigen::Vector3d origin = grid_.points()[near_.front()].cast<double>();
     section_.clear();
     double along = 0;
     Eigen::Vector3d mean = Eigen::Vector3d::Zero();
     for (const std::uint32_t i : near_) {
       const Eigen::Vector3d d = grid_.points()[i].cast<double>() - origin;
-      section_.emplace_back(curvature.normal.dot(d), across.dot(d));
+      section_.emplace_back(curvature.n_C.dot(d), across.dot(d));
       along += axis.dot(d);
       mean += d;
     }
@@ -83,26 +83,26 @@ class ShellFinder {
         circle->radius > parameters_.handle_max_radius)
       return std::nullopt;
     const auto count = static_cast<double>(near_.size());
-    Shell shell;
-    shell.axis = axis;
+    CylindricalShell shell;
+    shell.axis_C = axis;
     shell.radius = circle->radius;
-    shell.centre =
-        origin + circle->centre.x() * curvature.normal + circle->centre.y() * across + along / count * axis;
+    shell.p_CM =
+        origin + circle->centre.x() * curvature.n_C + circle->centre.y() * across + along / count * axis;
     // The material must be behind its surface.
-    const Eigen::Vector3d outward = origin + mean / count - shell.centre;
-    if (outward.dot(curvature.normal) <= 0) return std::nullopt;
+    const Eigen::Vector3d outward = origin + mean / count - shell.p_CM;
+    if (outward.dot(curvature.n_C) <= 0) return std::nullopt;
     return shell;
   }
 
-  bool has_gap(const Shell& shell) {
+  bool has_gap(const CylindricalShell& shell) {
     const double half = parameters_.handle_neighbourhood;
     const double outer = parameters_.handle_max_radius + parameters_.handle_gap;
-    grid_.within(shell.centre.cast<float>(), std::hypot(half, outer), near_);
+    grid_.within(shell.p_CM.cast<float>(), std::hypot(half, outer), near_);
     distances_.clear();
     for (const std::uint32_t i : near_) {
-      const Eigen::Vector3d d = grid_.points()[i].cast<double>() - shell.centre;
-      const double along = shell.axis.dot(d);
-      if (std::abs(along) < half) distances_.push_back((d - along * shell.axis).norm());
+      const Eigen::Vector3d d = grid_.points()[i].cast<double>() - shell.p_CM;
+      const double along = shell.axis_C.dot(d);
+      if (std::abs(along) < half) distances_.push_back((d - along * shell.axis_C).norm());
     }
     // The gap may begin anywhere between the surface and the hand's opening: noisy points stand out from the
     // surface.
@@ -131,30 +131,31 @@ class ShellFinder {
 std::vector<std::uint32_t> draw(std::size_t count, std::size_t wanted, std::uint64_t seed) {
   std::vector<std::uint32_t> indices(count);
   std::iota(indices.begin(), indices.end(), 0U);
-  RandomSource random(seed);
+  // Not the distributions of <random>: they differ between standard libraries.
+  std::mt19937_64 generator(seed);
   wanted = std::min(wanted, count);
-  for (std::size_t i = 0; i < wanted; ++i) std::swap(indices[i], indices[i + random.index(count - i)]);
+  for (std::size_t i = 0; i < wanted; ++i) std::swap(indices[i], indices[i + generator() % (count - i)]);
   indices.resize(wanted);
   return indices;
 }
 
 }  // namespace
 
-std::vector<Shell> find_shells(std::span<const Eigen::Vector3f> object,
-                               const StageOneParameters& parameters) {
-  if (object.empty()) return {};
-  const PointGrid grid(object, parameters.handle_neighbourhood / 2);
+std::vector<CylindricalShell> find_shells(std::span<const Eigen::Vector3f> object_C,
+                                          const StageOneParameters& parameters) {
+  if (object_C.empty()) return {};
+  const PointGrid grid(object_C, parameters.handle_neighbourhood / 2);
   const auto samples =
-      draw(object.size(), static_cast<std::size_t>(parameters.handle_samples), parameters.seed);
-  std::vector<std::optional<Shell>> found(samples.size());
+      draw(object_C.size(), static_cast<std::size_t>(parameters.handle_samples), parameters.seed);
+  std::vector<std::optional<CylindricalShell>> found(samples.size());
   tbb::task_arena arena(std::clamp(parameters.threads, 1, tbb::info::default_concurrency()));
   arena.execute([&] {
     tbb::parallel_for(tbb::blocked_range<std::size_t>(0, samples.size()), [&](const auto& range) {
       ShellFinder finder(grid, parameters);
-      for (std::size_t i = range.begin(); i < range.end(); ++i) found[i] = finder.at(object[samples[i]]);
+      for (std::size_t i = range.begin(); i < range.end(); ++i) found[i] = finder.at(object_C[samples[i]]);
     });
   });
-  std::vector<Shell> shells;
+  std::vector<CylindricalShell> shells;
   for (const auto& shell : found)
     if (shell) shells.push_back(*shell);
   return shells;
