@@ -4,8 +4,7 @@
 
 #include <fmt/format.h>
 
-#include "adaptation/wrench/com_line.h"
-#include "adaptation/wrench/wrench_average.h"
+#include "adaptation/wrench/carried_load.h"
 
 namespace walkman::regrasp {
 namespace {
@@ -184,7 +183,7 @@ void Manipulator::lift() {
 void Manipulator::carry(const Wrench& F_Ho_T) {
   const auto line = wrench::com_line(F_Ho_T, parameters_.min_force);
   if (!line) return;
-  payload_ = {F_Ho_T.force.norm() / motion::kGravity, session_.X_TH().linear().transpose() * line->foot};
+  payload_ = {F_Ho_T.force.norm() / motion::kGravity, session_.X_TH().linear().transpose() * line->p_PF};
   for_seconds(parameters_.payload_time,
               [&](double share) { motion_->set_payload(share * payload_.mass, payload_.p_HCm); });
 }

@@ -8,7 +8,7 @@
 #include <fmt/format.h>
 
 #include "adaptation/regrasp/manipulator.h"
-#include "adaptation/wrench/com_line.h"
+#include "adaptation/wrench/carried_load.h"
 
 namespace walkman::regrasp {
 namespace {
@@ -139,14 +139,14 @@ Weighing Regrasp::Impl::lift_and_weigh() {
   const auto line = wrench::com_line(weighing.F_Ho_T, parameters.stage_two.min_force);
   if (!line) throw RunStopped("the object slipped out of the hand while it was weighed");
   const Eigen::Vector3d right_T = weighing.X_TH.linear().col(0);
-  weighing.displacement = nearest_along(Eigen::Vector3d::Zero(), right_T, line->foot, line->direction);
+  weighing.displacement = nearest_along(Eigen::Vector3d::Zero(), right_T, line->p_PF, line->direction);
   weighing.torque = std::copysign(weighing.F_Ho_T.torque.norm(), weighing.displacement);
   observer.on_weighed(weighing);
   return weighing;
 }
 
 Candidate Regrasp::Impl::least_torque(const CarriedLine& carried, const Eigen::Isometry3d& X_TH) const {
-  const Eigen::Vector3d point = X_TH * carried.line_H.foot;
+  const Eigen::Vector3d point = X_TH * carried.line_H.p_PF;
   const Eigen::Vector3d direction = X_TH.linear() * carried.line_H.direction;
   Candidate best;
   for (std::size_t i = 0; i < seen.handles.size(); ++i) {
@@ -211,7 +211,7 @@ Report Regrasp::run() {
     }
     const auto line = wrench::com_line(weighing.F_Ho_T, limits.min_force);
     const Eigen::Matrix3d R_HT = weighing.X_TH.linear().transpose();
-    const CarriedLine carried{{R_HT * line->foot, R_HT * line->direction}, weighing.F_Ho_T.force.norm()};
+    const CarriedLine carried{{R_HT * line->p_PF, R_HT * line->direction}, weighing.F_Ho_T.force.norm()};
 
     r.session.enter(Phase::kLower);
     const Eigen::Isometry3d X_TH_released = r.manipulator.lower_and_release();

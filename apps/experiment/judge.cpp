@@ -8,7 +8,7 @@
 
 #include "adaptation/perception/pcd.h"
 #include "adaptation/regrasp/session.h"
-#include "adaptation/wrench/com_line.h"
+#include "adaptation/wrench/carried_load.h"
 #include "apps/shared/exit_code.h"
 #include "apps/shared/result_files.h"
 
@@ -107,7 +107,7 @@ void Judge::finish() {
 void Judge::on_phase(std::string_view phase, Time) {
   phase_ = phase;
   if (phase == "weigh") {
-    load_.clear();
+    load_ = {};
     newest_load_ = object_load();
   }
   if (phase_changed_) phase_changed_(phase);

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "adaptation/regrasp/observer.h"
-#include "adaptation/wrench/wrench_average.h"
+#include "adaptation/wrench/carried_load.h"
 #include "emulator/emulator.h"
 #include "emulator/scene/scene.h"
 

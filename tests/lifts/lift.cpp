@@ -1,8 +1,7 @@
 #include "tests/lifts/lift.h"
 
-#include "adaptation/wrench/com_line.h"
+#include "adaptation/wrench/carried_load.h"
 #include "adaptation/wrench/hand_weight.h"
-#include "adaptation/wrench/wrench_average.h"
 #include "tests/rigs/commanded_robot.h"
 
 namespace walkman::lifts {
@@ -31,7 +30,7 @@ Scene with_bar(Scene scene, const LiftCase& lift) {
 }
 
 double distance_to_line(const Eigen::Vector3d& point, const wrench::ComLine& line) {
-  return (point - line.foot).cross(line.direction).norm();
+  return (point - line.p_PF).cross(line.direction).norm();
 }
 
 /// Judges a mean load of the object about Ho in E, T or W; both have z up.
