@@ -33,10 +33,11 @@ class Manipulator {
   void approach(const Eigen::Isometry3d& X_TG);
   /// Averages in the air, with the hand empty: the sensor's residual.
   void tare();
-  /// Down to the grasp with the hand open; up again from there.
+  /// Down to the grasp with the hand open.
   void descend(const Eigen::Isometry3d& X_TG);
+  /// Straight up from the grasp to the height of the approach.
   void ascend();
-  /// Closes the hand where it is.
+  /// Closes the hand where it is. Throws RunStopped when it closes on nothing.
   void grasp();
   /// Up until the force no longer changes with height; from the first stop on the arm carries what it weighed
   /// there by feed-forward.
@@ -52,6 +53,7 @@ class Manipulator {
   /// opened.
   [[nodiscard]] Eigen::Isometry3d lower_and_release();
 
+  /// Keeps the reference where it is.
   void hold(double seconds);
   /// Holds until what a motion has set swinging has come to rest.
   void settle() { hold(parameters_.settle_time); }

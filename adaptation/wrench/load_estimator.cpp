@@ -86,12 +86,14 @@ void LoadEstimator::begin_series() {
   series_.clear();
 }
 
-void LoadEstimator::add_empty(const Wrench& reading, int count, const Wrench& hand, const Vector3d& down_S) {
-  series_.push_back({reading, hand, down_S, count, false});
+void LoadEstimator::add_empty(const Wrench& reading_So_S, int count, const Wrench& hand_So_S,
+                              const Vector3d& down_S) {
+  series_.push_back({reading_So_S, hand_So_S, down_S, count, false});
 }
 
-void LoadEstimator::add_loaded(const Wrench& reading, int count, const Wrench& hand, const Vector3d& down_S) {
-  series_.push_back({reading, hand, down_S, count, true});
+void LoadEstimator::add_loaded(const Wrench& reading_So_S, int count, const Wrench& hand_So_S,
+                               const Vector3d& down_S) {
+  series_.push_back({reading_So_S, hand_So_S, down_S, count, true});
 }
 
 LoadEstimator::Fit LoadEstimator::fit() const {

@@ -21,8 +21,8 @@ namespace walkman::wrench {
 class LoadEstimator {
  public:
   struct DataSheet {
-    double cross_talk =
-        0.01;  ///< largest reading of an axis, of its range, by another at its range; gain error
+    /// Largest reading of an axis, as a share of its range, by another at its range; gain error likewise.
+    double cross_talk = 0.01;
     double force_range = 1500;    ///< N
     double torque_range = 35;     ///< N·m
     double force_noise = 0.25;    ///< N, standard deviation of a reading
@@ -36,14 +36,16 @@ class LoadEstimator {
 
   /// Mean of so many readings at rest, and the weight of the hand at that posture by the model; about So in
   /// S. `down_S`: unit vector of gravity.
-  void add_empty(const Wrench& reading, int count, const Wrench& hand, const Eigen::Vector3d& down_S);
+  void add_empty(const Wrench& reading_So_S, int count, const Wrench& hand_So_S,
+                 const Eigen::Vector3d& down_S);
   /// The same with the object in the hand; it must not move in it during a series.
-  void add_loaded(const Wrench& reading, int count, const Wrench& hand, const Eigen::Vector3d& down_S);
+  void add_loaded(const Wrench& reading_So_S, int count, const Wrench& hand_So_S,
+                  const Eigen::Vector3d& down_S);
 
   struct Object {
     double weight = 0;  ///< N
-    Eigen::Vector3d moment_S =
-        Eigen::Vector3d::Zero();  ///< weight times the centre of mass seen from So, N·m
+    /// Weight times the centre of mass seen from So, N·m.
+    Eigen::Vector3d moment_S = Eigen::Vector3d::Zero();
     /// How far readings and data sheet are from what the fit makes of them: root of the sum of squares per
     /// value read, in their standard deviations. About 1 at most when the sensor is what its data sheet says.
     double misfit = 0;

@@ -39,7 +39,7 @@ struct ExperimentResult {
 [[nodiscard]] nlohmann::json to_json(const RepetitionResult& result);
 [[nodiscard]] RepetitionResult repetition_from_json(const nlohmann::json& json);
 
-/// A table for people: one line a repetition, the mean, the paper's row.
+/// A table for people: one line per repetition, the mean, the paper's row.
 [[nodiscard]] std::string to_text(const ExperimentResult& result);
 
 }  // namespace walkman::apps

@@ -28,7 +28,7 @@ class MeasuringNode : public CanopenSlave {
   /// counter 2050h:1, TPDO2 7130h:4-6 and the status 6150h:1, at every SYNC.
   [[nodiscard]] static PdoSet vector_tpdos();
 
-  /// One sample: a reading a channel, SI units. Hot: a thousand times a second.
+  /// One sample: a reading per channel, SI units. Hot: a thousand times a second.
   void take_sample(std::span<const double> readings) noexcept;
   void on_reset() noexcept override;
 
