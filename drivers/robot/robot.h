@@ -3,7 +3,6 @@
 #include <cstdint>
 #include <memory>
 #include <optional>
-#include <ranges>
 #include <span>
 #include <string>
 #include <vector>
@@ -38,13 +37,35 @@ struct Counters {
   std::uint64_t controller_reports = 0;  ///< error frames of the computer's own controllers
 };
 
-/// The newest samples of devices of one class, as a view of them.
+/// The newest samples of devices of one class, in table order, as a view of them.
 template <typename DeviceClass>
-[[nodiscard]] auto samples_of(const std::vector<DeviceClass*>& devices) noexcept {
-  return std::views::transform(
-      std::span<DeviceClass* const>(devices),
-      [](const DeviceClass* device) -> const auto& { return device->sample(); });
-}
+class Samples {
+ public:
+  class Iterator {
+   public:
+    explicit Iterator(DeviceClass* const* at) noexcept : at_(at) {}
+    [[nodiscard]] const auto& operator*() const noexcept { return (*at_)->sample(); }
+    Iterator& operator++() noexcept {
+      ++at_;
+      return *this;
+    }
+    friend bool operator==(const Iterator&, const Iterator&) = default;
+
+   private:
+    DeviceClass* const* at_;
+  };
+
+  explicit Samples(const std::vector<DeviceClass*>& devices) noexcept : devices_(devices) {}
+
+  [[nodiscard]] std::size_t size() const noexcept { return devices_.size(); }
+  [[nodiscard]] const auto& operator[](std::size_t place) const noexcept { return devices_[place]->sample(); }
+  [[nodiscard]] const auto& front() const noexcept { return (*this)[0]; }
+  [[nodiscard]] Iterator begin() const noexcept { return Iterator(devices_.data()); }
+  [[nodiscard]] Iterator end() const noexcept { return Iterator(devices_.data() + devices_.size()); }
+
+ private:
+  std::span<DeviceClass* const> devices_;
+};
 
 /// The robot as its control computer sees it: every device of a device table, over one CAN interface per bus.
 /// Holds no thread and no clock. Once booted, `read`, `write` and `sync` neither allocate nor throw.
@@ -106,9 +127,9 @@ class Robot {
 
   /// Newest samples of the body's drives, of the hands' and of the force/torque sensors, element i that of
   /// name i; table order. Views of the devices' own samples, valid as long as the robot.
-  [[nodiscard]] auto joints() const noexcept { return samples_of(joints_); }
-  [[nodiscard]] auto hands() const noexcept { return samples_of(hands_); }
-  [[nodiscard]] auto sensors() const noexcept { return samples_of(sensors_); }
+  [[nodiscard]] auto joints() const noexcept { return Samples(joints_); }
+  [[nodiscard]] auto hands() const noexcept { return Samples(hands_); }
+  [[nodiscard]] auto sensors() const noexcept { return Samples(sensors_); }
   [[nodiscard]] const std::vector<std::string>& joint_names() const noexcept { return joint_names_; }
   [[nodiscard]] const std::vector<std::string>& hand_names() const noexcept { return hand_names_; }
   [[nodiscard]] const std::vector<std::string>& sensor_names() const noexcept { return sensor_names_; }

@@ -190,17 +190,20 @@ std::string content_text(const nodes::ObjectDictionary& dictionary, std::uint16_
 std::string pdo_table(const WiredDevice& device) {
   const nodes::ObjectDictionary& d = device.node->dictionary();
   std::string text = "| PDO | COB-ID | type | content (bits) |\n|---|---|---|---|\n";
-  for (const auto& [word, communication, mapping] :
-       {std::tuple{'R', 0x1400, 0x1600}, std::tuple{'T', 0x1800, 0x1A00}}) {
-    for (int i = 0; d.find(static_cast<std::uint16_t>(communication + i), 1) != nullptr; ++i) {
+  struct Direction {
+    char word;
+    int communication, mapping;
+  };
+  for (const Direction& direction : {Direction{'R', 0x1400, 0x1600}, Direction{'T', 0x1800, 0x1A00}}) {
+    for (int i = 0; d.find(static_cast<std::uint16_t>(direction.communication + i), 1) != nullptr; ++i) {
       const auto value = [&](std::uint8_t sub) {
-        return d.find(static_cast<std::uint16_t>(communication + i), sub)->default_raw;
+        return d.find(static_cast<std::uint16_t>(direction.communication + i), sub)->default_raw;
       };
       const bool off = (value(1) & nodes::kCobIdInvalid) != 0;
-      text += fmt::format("| {}PDO{} | {:X}h + id | {}{}{} | {} |\n", word, i + 1,
+      text += fmt::format("| {}PDO{} | {:X}h + id | {}{}{} | {} |\n", direction.word, i + 1,
                           (value(1) & nodes::kCobIdMask) - device.node->node_id(), value(2),
                           off ? ", off" : "", value(5) == 0 ? "" : fmt::format(", {} ms", value(5)),
-                          content_text(d, static_cast<std::uint16_t>(mapping + i)));
+                          content_text(d, static_cast<std::uint16_t>(direction.mapping + i)));
     }
   }
   return text;
