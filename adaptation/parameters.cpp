@@ -116,7 +116,7 @@ Section<StageTwoParameters> stage_two_section() {
            {"average_time", &P::average_time, kShort, kTime},
            {"tare_time", &P::tare_time, kShort, kTime},
            {"settle_time", &P::settle_time, 0, kTime},
-           {"sensor_cross_talk", &P::sensor_cross_talk, 0, 0.2},
+           {"sensor_cross_talk", &P::sensor_cross_talk, 1e-6, 0.2},
            {"sensor_force_range", &P::sensor_force_range, 1, 1e6},
            {"sensor_torque_range", &P::sensor_torque_range, 0.01, 1e6},
            {"calibration_turn", &P::calibration_turn, 0, 1.5},

@@ -15,6 +15,7 @@ void LockstepInboxes::receive(std::size_t bus, const can::Frame& frame, Time wal
   buses_[bus].frames.push_back(frame);
   if (is_sync(frame)) ++buses_[bus].syncs;
   last_arrival_ = wall_now;
+  quiet_since_ = wall_now;
 }
 
 bool LockstepInboxes::cycle_ready() const noexcept {
@@ -22,11 +23,18 @@ bool LockstepInboxes::cycle_ready() const noexcept {
          std::all_of(buses_.begin(), buses_.end(), [](const Inbox& inbox) { return inbox.syncs > 0; });
 }
 
+Time LockstepInboxes::incomplete_cycle_at() const noexcept {
+  const auto with =
+      std::count_if(buses_.begin(), buses_.end(), [](const Inbox& inbox) { return inbox.syncs > 0; });
+  const bool some = with > 0 && with < static_cast<std::ptrdiff_t>(buses_.size());
+  return some ? last_arrival_ + kMissing : Time::max();
+}
+
 Time LockstepInboxes::serve_at(bool unfinished) const noexcept {
   const bool waiting = std::any_of(buses_.begin(), buses_.end(), [](const Inbox& inbox) {
     return !inbox.frames.empty() && !is_sync(inbox.frames.front());
   });
-  return waiting || unfinished ? last_arrival_ + kQuiet : Time::max();
+  return waiting || unfinished ? quiet_since_ + kQuiet : Time::max();
 }
 
 bool LockstepInboxes::take_before_sync(std::size_t bus, can::Frame& out) {

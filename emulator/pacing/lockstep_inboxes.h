@@ -13,11 +13,15 @@ namespace walkman::pacing {
 /// attached bus and never on when they arrived. Pure: wall-clock time is pushed in.
 ///
 /// Every bus has an inbox. A cycle may run when each holds a SYNC; the frames in front of the SYNC belong to
-/// the cycle before it. Frames with no SYNC behind them are served when nothing has arrived for `kQuiet`, so
-/// that a program that sends no SYNC is answered too.
+/// the cycle before it. When some hold one and for `kMissing` nothing has arrived at all, the others' bus is
+/// broken: the cycle runs without them, for a master in lock-step waits for its end, and those whose bus
+/// works must not fall behind it. Frames with no SYNC behind them are served when nothing has arrived for
+/// `kQuiet`, so that a program that sends no SYNC is answered too.
 class LockstepInboxes {
  public:
   static constexpr Time kQuiet = std::chrono::milliseconds(10);
+  /// Longer than a host keeps a program from sending, shorter than masters wait (KernelLockstepCycle: 2 s).
+  static constexpr Time kMissing = std::chrono::seconds(1);
 
   /// `period` between two SYNCs, also the grid of the emulated clock on which they are sent.
   LockstepInboxes(std::size_t buses, Time period) : buses_(buses), period_(period) {}
@@ -27,12 +31,16 @@ class LockstepInboxes {
   /// Every bus (of at least one) has a SYNC waiting.
   [[nodiscard]] bool cycle_ready() const noexcept;
 
+  /// When a cycle may run although SYNC is missing on some buses, on the wall clock; Time::max() while all or
+  /// none have one.
+  [[nodiscard]] Time incomplete_cycle_at() const noexcept;
+
   /// When the frames that wait without a SYNC, or what else is left to do (`unfinished`), are due on the wall
   /// clock; Time::max() when there is nothing.
   [[nodiscard]] Time serve_at(bool unfinished) const noexcept;
 
   /// The quiet begins anew, as if something had arrived.
-  void begin_quiet(Time wall_now) noexcept { last_arrival_ = wall_now; }
+  void begin_quiet(Time wall_now) noexcept { quiet_since_ = wall_now; }
 
   /// Takes the oldest frame in front of a bus's first SYNC; false when there is none.
   [[nodiscard]] bool take_before_sync(std::size_t bus, can::Frame& out);
@@ -64,6 +72,7 @@ class LockstepInboxes {
   std::vector<Inbox> buses_;
   Time period_;
   Time last_arrival_{};
+  Time quiet_since_{};
   Time last_sync_ = Time::min();
 };
 

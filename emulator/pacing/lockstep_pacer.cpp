@@ -29,6 +29,7 @@ void LockstepPacer::receive(std::size_t bridge, Time wall_now) {
 
 void LockstepPacer::run(Time wall_now) {
   while (inboxes_.cycle_ready()) cycle();
+  if (wall_now >= inboxes_.incomplete_cycle_at()) cycle();
   if (wall_now >= inboxes_.serve_at(!quiet())) {
     serve();
     inboxes_.begin_quiet(wall_now);
@@ -37,7 +38,7 @@ void LockstepPacer::run(Time wall_now) {
 }
 
 Time LockstepPacer::wake_at(Time wall_now) const noexcept {
-  const Time serve = inboxes_.serve_at(!quiet());
+  const Time serve = std::min(inboxes_.serve_at(!quiet()), inboxes_.incomplete_cycle_at());
   return handed_out_ ? serve : std::min(serve, wall_now + kRetry);
 }
 
@@ -52,7 +53,9 @@ void LockstepPacer::cycle() {
   go_to(at);
   inboxes_.note_sync(at);
   if (events_.published_at) events_.published_at(at);
-  for (std::size_t i = 0; i < bridges_.size(); ++i) bridges_[i]->enter(inboxes_.take_sync(i));
+  for (std::size_t i = 0; i < bridges_.size(); ++i) {
+    if (inboxes_.has_sync(i)) bridges_[i]->enter(inboxes_.take_sync(i));
+  }
   go_until_quiet(at, at + inboxes_.period());
   hand_out();
   ++cycles_;

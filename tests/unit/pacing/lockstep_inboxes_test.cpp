@@ -40,6 +40,19 @@ TEST(LockstepInboxes, WaitsForSyncOnEveryBus) {
   EXPECT_TRUE(inboxes.has_sync(0));
 }
 
+TEST(LockstepInboxes, SyncMissingOnSomeBusesIsWaitedForOneSecondOfSilence) {
+  LockstepInboxes inboxes(2, 5ms);
+  EXPECT_EQ(inboxes.incomplete_cycle_at(), Time::max());
+  inboxes.receive(0, kSync, 10ms);
+  EXPECT_EQ(inboxes.incomplete_cycle_at(), 1010ms);
+  inboxes.receive(0, kRpdo, 30ms);
+  EXPECT_EQ(inboxes.incomplete_cycle_at(), 1030ms);
+  inboxes.begin_quiet(500ms);
+  EXPECT_EQ(inboxes.incomplete_cycle_at(), 1030ms);
+  inboxes.receive(1, kSync, 600ms);
+  EXPECT_EQ(inboxes.incomplete_cycle_at(), Time::max());
+}
+
 TEST(LockstepInboxes, WithoutABusNothingIsEverReady) {
   LockstepInboxes inboxes(0, 5ms);
   EXPECT_FALSE(inboxes.cycle_ready());

@@ -55,6 +55,35 @@ TEST(LockstepPacer, TheClockStandsUntilSyncIsOnBothBuses) {
   EXPECT_EQ(sync->substr(0, 17), "(0000000000.00504");
 }
 
+/// A master whose right arm's bus is broken goes on with the other one, and nothing is left over when it is
+/// back.
+TEST(LockstepPacer, ABusWithoutSyncDoesNotHoldUpTheOthersForMoreThanASecond) {
+  SmallWorld world;
+  LockstepPacer pacer(*world.emulator, world.plugged(), 5ms);
+  pacer.start();
+  world.rarm.sent = {kStart};
+  world.larm.sent = {kStart};
+  service(pacer, 1ms);
+  for (int cycle = 1; cycle <= 3; ++cycle) {
+    const Time sent = cycle * 2s;
+    world.larm.sent = {kSync};
+    service(pacer, sent);
+    EXPECT_LE(pacer.wake_at(sent), sent + 1s);
+    service(pacer, sent + 999ms);
+    EXPECT_EQ(pacer.cycles(), static_cast<std::uint64_t>(cycle - 1));
+    service(pacer, sent + 1s);
+    EXPECT_EQ(pacer.cycles(), static_cast<std::uint64_t>(cycle));
+    EXPECT_EQ(count(world.larm.handed, 0x195), static_cast<std::size_t>(cycle));
+  }
+  EXPECT_EQ(count(world.rarm.handed, 0x18B), 0U);
+  world.rarm.sent = {kSync};
+  world.larm.sent = {kSync, kReadType};
+  service(pacer, 10s);
+  EXPECT_EQ(pacer.cycles(), 4U);
+  EXPECT_EQ(count(world.rarm.handed, 0x18B), 1U);
+  EXPECT_EQ(count(world.larm.handed, 0x195), 4U);
+}
+
 TEST(LockstepPacer, ARequestBehindTheSyncIsAnsweredWithTheNext) {
   SmallWorld world;
   LockstepPacer pacer(*world.emulator, world.plugged(), 5ms);
