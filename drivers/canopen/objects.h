@@ -2,8 +2,8 @@
 
 #include <cstdint>
 
-/// Indices of the objects that masters and devices name (CiA 301 communication profile, CiA 402 drive profile,
-/// CiA 404 measuring devices, and the manufacturer area that docs/protocol.md lists).
+/// Indices of the objects that masters and devices name (CiA 301 communication profile, CiA 402 drive
+/// profile, CiA 404 measuring devices, and the manufacturer area that docs/protocol.md lists).
 namespace walkman::canopen::object {
 
 inline constexpr std::uint16_t kDeviceType = 0x1000;
