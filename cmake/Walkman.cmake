@@ -63,6 +63,9 @@ function(walkman_test name)
   if(NOT ARG_TIMEOUT)
     set(ARG_TIMEOUT 120)
   endif()
+  if(WALKMAN_SANITIZE)  # sanitizers cost a factor of two to ten
+    math(EXPR ARG_TIMEOUT "${ARG_TIMEOUT} * 5")
+  endif()
   add_executable(${name} ${ARG_SOURCES})
   target_link_libraries(${name} PRIVATE ${ARG_LINK} GTest::gmock GTest::gtest_main)
   target_compile_definitions(${name} PRIVATE WALKMAN_TEST_DATA="tests/data" WALKMAN_URDF_DIR="urdf"
