@@ -7,17 +7,16 @@
 #include <random>
 
 #include <Eigen/Geometry>
-#include <oneapi/tbb/blocked_range.h>
-#include <oneapi/tbb/info.h>
-#include <oneapi/tbb/parallel_for.h>
-#include <oneapi/tbb/task_arena.h>
 
 #include "adaptation/perception/cylinder_fit.h"
+#include "adaptation/perception/parallel_parts.h"
 #include "adaptation/perception/quadric.h"
 #include "adaptation/perception/voxels.h"
 
 namespace walkman::perception {
 namespace {
+
+constexpr int kPartsPerThread = 16;  // neighbourhoods differ in size: small parts keep all threads busy
 
 constexpr std::size_t kFewestNeighbours = 20;
 constexpr std::size_t kCurvatureProbes = 25;  // neighbours whose curvatures are compared
@@ -148,12 +147,13 @@ std::vector<CylindricalShell> find_shells(std::span<const Eigen::Vector3f> objec
   const auto samples =
       draw(object_C.size(), static_cast<std::size_t>(parameters.handle_samples), parameters.seed);
   std::vector<std::optional<CylindricalShell>> found(samples.size());
-  tbb::task_arena arena(std::clamp(parameters.threads, 1, tbb::info::default_concurrency()));
-  arena.execute([&] {
-    tbb::parallel_for(tbb::blocked_range<std::size_t>(0, samples.size()), [&](const auto& range) {
-      ShellFinder finder(grid, parameters);
-      for (std::size_t i = range.begin(); i < range.end(); ++i) found[i] = finder.at(object_C[samples[i]]);
-    });
+  const int parts = kPartsPerThread * std::max(1, parameters.threads);
+  for_parts(parameters.threads, parts, [&](int part) {
+    const auto first = [&](int number) {
+      return samples.size() * static_cast<std::size_t>(number) / static_cast<std::size_t>(parts);
+    };
+    ShellFinder finder(grid, parameters);
+    for (std::size_t i = first(part); i < first(part + 1); ++i) found[i] = finder.at(object_C[samples[i]]);
   });
   std::vector<CylindricalShell> shells;
   for (const auto& shell : found)

@@ -2,14 +2,12 @@
 
 #include <algorithm>
 
-#include <oneapi/tbb/info.h>
-#include <oneapi/tbb/parallel_for.h>
-#include <oneapi/tbb/task_arena.h>
 #include <pcl/filters/statistical_outlier_removal.h>
 #include <pcl/point_types.h>
 #include <pcl/search/kdtree.h>
 #include <pcl/surface/mls.h>
 
+#include "adaptation/perception/parallel_parts.h"
 #include "adaptation/perception/voxels.h"
 
 namespace walkman::perception {
@@ -66,21 +64,19 @@ std::vector<Eigen::Vector3f> smooth(std::span<const Eigen::Vector3f> points, dou
   const auto count = static_cast<std::size_t>(std::max(1, threads));
   // Each thread runs a filter of its own on its part of the points, so their order is that of the voxels.
   std::vector<Cloud> parts(count);
-  tbb::task_arena arena(std::min(static_cast<int>(count), tbb::info::default_concurrency()));
-  arena.execute([&] {
-    tbb::parallel_for(std::size_t{0}, count, [&](std::size_t part) {
-      const auto first = chosen.begin() + static_cast<std::ptrdiff_t>(chosen.size() * part / count);
-      const auto last = chosen.begin() + static_cast<std::ptrdiff_t>(chosen.size() * (part + 1) / count);
-      if (first == last) return;
-      pcl::MovingLeastSquares<pcl::PointXYZ, pcl::PointXYZ> filter;
-      filter.setPolynomialOrder(2);
-      filter.setSearchRadius(radius);
-      filter.setNumberOfThreads(1);
-      filter.setSearchMethod(std::make_shared<pcl::search::KdTree<pcl::PointXYZ>>(false));
-      filter.setInputCloud(cloud);
-      filter.setIndices(std::make_shared<pcl::Indices>(first, last));
-      filter.process(parts[part]);
-    });
+  for_parts(threads, static_cast<int>(count), [&](int number) {
+    const auto part = static_cast<std::size_t>(number);
+    const auto first = chosen.begin() + static_cast<std::ptrdiff_t>(chosen.size() * part / count);
+    const auto last = chosen.begin() + static_cast<std::ptrdiff_t>(chosen.size() * (part + 1) / count);
+    if (first == last) return;
+    pcl::MovingLeastSquares<pcl::PointXYZ, pcl::PointXYZ> filter;
+    filter.setPolynomialOrder(2);
+    filter.setSearchRadius(radius);
+    filter.setNumberOfThreads(1);
+    filter.setSearchMethod(std::make_shared<pcl::search::KdTree<pcl::PointXYZ>>(false));
+    filter.setInputCloud(cloud);
+    filter.setIndices(std::make_shared<pcl::Indices>(first, last));
+    filter.process(parts[part]);
   });
   std::vector<Eigen::Vector3f> out;
   out.reserve(chosen.size());

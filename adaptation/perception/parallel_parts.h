@@ -1,0 +1,42 @@
+#pragma once
+
+#include <algorithm>
+
+#include <oneapi/tbb/info.h>
+#include <oneapi/tbb/parallel_for.h>
+#include <oneapi/tbb/partitioner.h>
+#include <oneapi/tbb/task_arena.h>
+
+#ifdef __SANITIZE_THREAD__
+extern "C" {
+void __tsan_acquire(void* address);  // NOLINT(bugprone-reserved-identifier): the sanitizer's own names
+void __tsan_release(void* address);  // NOLINT(bugprone-reserved-identifier)
+}
+#endif
+
+namespace walkman::perception {
+
+/// Calls `job(part)` for each part in 0..`parts`−1 on at most `threads` threads, the caller's among them, and
+/// returns when all are done. What it throws is passed on.
+template <typename Job>
+void for_parts(int threads, int parts, const Job& job) {
+  // More threads than processors would only be a warning of TBB's.
+  tbb::task_arena arena(std::clamp(threads, 1, tbb::info::default_concurrency()));
+#ifdef __SANITIZE_THREAD__
+  // Debian's TBB is not instrumented: how it hands jobs over and waits for them has to be told, by addresses
+  // that need not be read.
+  static char begun, done;
+  const auto told = [&](int part) {
+    __tsan_acquire(&begun);
+    job(part);
+    __tsan_release(&done);
+  };
+  __tsan_release(&begun);
+  arena.execute([&] { tbb::parallel_for(0, parts, told, tbb::simple_partitioner()); });
+  __tsan_acquire(&done);
+#else
+  arena.execute([&] { tbb::parallel_for(0, parts, job, tbb::simple_partitioner()); });
+#endif
+}
+
+}  // namespace walkman::perception
