@@ -61,9 +61,7 @@ void Manipulator::calibrate() {
       Eigen::Isometry3d X_TH = X_TH_start_;
       X_TH.rotate(Eigen::AngleAxisd(turn, R_HS.col(2)));
       move_to(X_TH, parameters_.travel_speed);
-      hold(parameters_.settle_time);
-      const MeanReading empty = mean_reading(parameters_.tare_time);
-      estimator_.add_empty(empty.reading, empty.count, empty.hand, empty.down_S);
+      add_empty();
     }
   } while (session_.recoveries() != recoveries);
 }
@@ -121,11 +119,9 @@ void Manipulator::approach(const Eigen::Isometry3d& X_TG) {
 }
 
 void Manipulator::tare() {
-  hold(parameters_.settle_time);
-  const MeanReading empty = mean_reading(parameters_.tare_time);
-  residual_So_S_ = {empty.reading.torque - empty.hand.torque, empty.reading.force - empty.hand.force};
   estimator_.begin_series();
-  estimator_.add_empty(empty.reading, empty.count, empty.hand, empty.down_S);
+  const MeanReading empty = add_empty();
+  residual_So_S_ = {empty.reading.torque - empty.hand.torque, empty.reading.force - empty.hand.force};
 }
 
 void Manipulator::descend(const Eigen::Isometry3d& X_TG) {
@@ -214,6 +210,13 @@ void Manipulator::turn() {
   }
   move_to(X_TH, parameters_.lift_speed);
   hold(parameters_.settle_time);
+}
+
+Manipulator::MeanReading Manipulator::add_empty() {
+  hold(parameters_.settle_time);
+  MeanReading empty = mean_reading(parameters_.tare_time);
+  estimator_.add_empty(empty.reading, empty.count, empty.hand, empty.down_S);
+  return empty;
 }
 
 void Manipulator::add_loaded(double seconds) {

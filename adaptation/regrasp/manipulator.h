@@ -72,6 +72,7 @@ class Manipulator {
     int count;
   };
   [[nodiscard]] MeanReading mean_reading(double seconds);
+  MeanReading add_empty();
   void add_loaded(double seconds);
   /// What the sensor as it is says of the object alone, about Ho in T.
   [[nodiscard]] Wrench object_load() const;

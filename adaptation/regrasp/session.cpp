@@ -13,7 +13,7 @@ namespace {
 constexpr double kStandingShare = 0.5;
 constexpr double kFallen = 0.25;  // rad between what the inertial unit and the feet call upright
 
-constexpr int kMostRecoveries = 3;    // a run; what fails more often is broken
+constexpr int kMostRecoveries = 3;    // per run; what fails more often is broken
 constexpr int kRecoveryAttempts = 2;  // each as long as a boot may take
 
 /// Whether a fault is one of a device, bus or link that may be there again; the others are of what was
