@@ -60,6 +60,8 @@ class Robot:
             self.last_beat = frame.time
         elif frame.id == 0x080:
             self.syncs_since_beat += 1
+        if frame.id & 0x780 == 0x700 and frame.data == b"\0":  # booted anew: what it said before is past
+            self.words.pop(frame.id & 0x7F, None)
         if frame.id & 0x780 == 0x180 and len(frame.data) == 5:
             self.words[frame.id - 0x180] = struct.unpack_from("<H", frame.data)[0]
 
