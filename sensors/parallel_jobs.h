@@ -7,6 +7,13 @@
 #include <pmmintrin.h>
 #include <xmmintrin.h>
 
+#ifdef __SANITIZE_THREAD__
+extern "C" {
+void __tsan_acquire(void* address);  // NOLINT(bugprone-reserved-identifier): the sanitizer's own names
+void __tsan_release(void* address);  // NOLINT(bugprone-reserved-identifier)
+}
+#endif
+
 namespace walkman::sensors {
 
 /// Flush-to-zero and denormals-are-zero in the calling thread, as Embree recommends, for the lifetime of the
@@ -30,15 +37,33 @@ class DenormalsFlushed {
 /// thread computed it. `job` must not throw.
 template <typename Job>
 void run_jobs(tbb::task_arena& arena, int jobs, const Job& job) {
+#ifdef __SANITIZE_THREAD__
+  // Debian's TBB is not instrumented: how it hands jobs over, parts workers from each other and waits for
+  // them has to be told, by addresses that need not be read.
+  static char begun, done, workers[64];
+  __tsan_release(&begun);
+#endif
   arena.execute([&] {
     tbb::parallel_for(
         0, jobs,
         [&](int index) {
           const DenormalsFlushed guard;
-          job(index, tbb::this_task_arena::current_thread_index());
+          const int worker = tbb::this_task_arena::current_thread_index();
+#ifdef __SANITIZE_THREAD__
+          __tsan_acquire(&begun);
+          __tsan_acquire(&workers[worker % 64]);
+          job(index, worker);
+          __tsan_release(&workers[worker % 64]);
+          __tsan_release(&done);
+#else
+          job(index, worker);
+#endif
         },
         tbb::simple_partitioner());
   });
+#ifdef __SANITIZE_THREAD__
+  __tsan_acquire(&done);
+#endif
 }
 
 }  // namespace walkman::sensors

@@ -145,7 +145,7 @@ class Renderer {
     if (n.dot(direction) > 0) n = -n;
     const Eigen::Vector3f p = eye_ + hit.ray.tfar * direction;
     const Paint& paint = scene_.paint_of(hit.hit.primID);
-    const Colour light = shade(p, n, direction, paint, sample);
+    Colour light = shade(p, n, direction, paint, sample);
     if (!paint.ground) return light;
     const float distance = (p - lighting_.ground_centre).head<2>().norm();
     const float fade = smooth_step(lighting_.ground_from, lighting_.ground_to, distance);

@@ -203,12 +203,15 @@ def a_node_reboots_in_the_middle(robot):
 def bus_off_and_back(robot):
     """Error frames as a controller makes them: bus-off, some cycles later restarted (can/error.h). With bus-off a
     controller receives nothing any more, here the nodes' frames still come; one behind the report denies it. So it is told
-    until the master has seen it last in a cycle."""
+    at one moment of a cycle after the other until the master has seen it last."""
     with Bus("vcan1", filters=[]) as controller:
-        for _ in range(100):
+        for attempt in range(400):
+            time.sleep(attempt % 20 * 0.5e-3)
             controller.send(0x040, bytes(8), error=True)
             if falls_silent(robot):
                 break
+        else:
+            that(False, "the master never saw the report as the last frame of a cycle")
         other_buses_go_on(robot)
         controller.send(0x100, bytes(8), error=True)
     return judged(result_after(robot), "bus-off")
