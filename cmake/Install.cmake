@@ -1,4 +1,4 @@
-# `cmake --install`: the program, the data it looks up beside itself (apps/data_directory.h), and the descriptions of
+# `cmake --install`: the program, the data it looks up beside itself (apps/shared/data_directory.h), and the descriptions of
 # the emulated devices, which the program itself writes at build time.
 
 include(GNUInstallDirs)

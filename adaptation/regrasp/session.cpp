@@ -13,6 +13,12 @@ namespace {
 constexpr double kStandingShare = 0.5;
 constexpr double kFallen = 0.25;  // rad between what the inertial unit and the feet call upright
 
+// rad that a joint may be away from its set-point after a recovery: more than a brake and a spring under the
+// peak torque let it sag. The set-points go on from where they were; up to here they are led back to, at no
+// more than 0.1 rad/s, for a jump would be a blow to a standing robot's feet.
+constexpr double kStillThere = 0.1;
+constexpr double kLedBackIn = 2;  // s
+
 constexpr int kMostRecoveries = 3;    // per run; what fails more often is broken
 constexpr int kRecoveryAttempts = 2;  // each as long as a boot may take
 
@@ -127,7 +133,9 @@ void Session::watch_tilt() const {
 void Session::enter(Phase phase) { observer_.on_phase(to_string(phase), now_); }
 
 void Session::tick(const std::vector<robot::JointCommand>& commands) {
-  robot_.write(commands);
+  commanded_ = commands;
+  lead_back();
+  robot_.write(sent_);
   for (std::size_t i = 0; i < robot_.hand_names().size(); ++i) {
     const bool grasping = i == hand_;
     robot_.write_hand(static_cast<int>(i), grasping ? closure_ : 0, grasping ? grip_torque_ : 0.1);
@@ -172,7 +180,33 @@ void Session::recover() {
     }
   };
   while (!recovered()) now_ = cycle_.next();
+  begin_to_lead_back(fault.text);
   observer_.on_recovery(fault.text, now_);
+}
+
+void Session::lead_back() {
+  sent_ = commanded_;
+  if (away_for_ <= 0) return;
+  away_for_ = std::max(0.0, away_for_ - period_);
+  const double left = away_for_ / kLedBackIn;
+  const double share = left * left * (3 - 2 * left);
+  for (std::size_t i = 0; i < sent_.size(); ++i) sent_[i].link_position += share * away_[i];
+}
+
+void Session::begin_to_lead_back(const std::string& fault) {
+  away_.resize(commanded_.size());
+  for (std::size_t i = 0; i < commanded_.size(); ++i) {
+    const double found = robot_.joints()[i].link_position;
+    const double expected = commanded_[i].link_position;
+    away_[i] = found - expected;
+    if (std::abs(away_[i]) <= kStillThere) continue;
+    throw RunStopped(
+        fmt::format("{}; recovered, but joint {} is at {:.2f} rad, expected within {:g} rad of its last "
+                    "set-point, {:.2f}: "
+                    "the robot was moved, or another one answers",
+                    fault, robot_.joint_names()[i], found, kStillThere, expected));
+  }
+  away_for_ = kLedBackIn;
 }
 
 void Session::pose_kinematics() {

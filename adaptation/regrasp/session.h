@@ -64,6 +64,10 @@ class Session {
  private:
   void read();
   void recover();
+  /// After a recovery: set-points begin where the joints are now and come back to what is commanded. Throws
+  /// RunStopped when a joint is too far from there.
+  void begin_to_lead_back(const std::string& fault);
+  void lead_back();
   void tell_warnings();
   void pose_kinematics();
   void find_stance();
@@ -83,7 +87,11 @@ class Session {
   Eigen::VectorXd q_;
   std::size_t hand_ = 0, sensor_ = 0;
   int grasp_link_, sensor_link_, camera_link_;
-  double hand_travel_ = 1;  // rad of the synergy motor
+  double hand_travel_ = 1;                      // rad of the synergy motor
+  std::vector<robot::JointCommand> commanded_;  // of the last cycle
+  std::vector<robot::JointCommand> sent_;       // the same, led back to
+  std::vector<double> away_;                    // rad, of each joint from its set-point when it was recovered
+  double away_for_ = 0;                         // s until that is made up
   bool holding_ = false;
   int recoveries_ = 0;
   double closure_ = 0, grip_torque_ = 0.1;

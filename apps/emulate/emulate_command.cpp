@@ -98,9 +98,9 @@ int run_emulate(const Options& options) {
     events.progress = [&] { line.show(status_line(emulation.summary())); };
     emulation.run(signals, events);
   }
-  emulation.finish_log();
   const EmulationSummary summary = emulation.summary();
   options.as_json ? print_json(to_json_text(summary)) : print(to_text(summary));
+  emulation.finish_log();  // a full device does not take the summary with it
   return kOk;
 }
 

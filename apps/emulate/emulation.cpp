@@ -271,7 +271,12 @@ EmulationSummary Emulation::summary() const {
 }
 
 void Emulation::finish_log() {
-  if (impl_->log) impl_->log->finish();
+  if (!impl_->log) return;
+  try {
+    impl_->log->finish();
+  } catch (const std::runtime_error& e) {
+    throw EnvironmentError(e.what());
+  }
 }
 
 }  // namespace walkman::apps

@@ -80,7 +80,7 @@ class Emulation {
 
   [[nodiscard]] EmulationSummary summary() const;
 
-  /// Brings the log to its file. Throws std::runtime_error when any of it could not be written.
+  /// Brings the log to its file. Throws EnvironmentError when any of it could not be written.
   void finish_log();
 
  private:

@@ -138,7 +138,7 @@ void add_experiment_command(CLI::App& app, std::function<int()>& run) {
       ->add_option("--seed", options->seed,
                    "Seed of the object's pose and of the sensors' noise (default: the scene's)")
       ->check(CLI::Range(std::int64_t{0}, std::int64_t{1} << 53));
-  command->add_option("--jobs", options->jobs, "Repetitions at a time (default: one a core)")
+  command->add_option("--jobs", options->jobs, "Repetitions at a time (default: one per core)")
       ->check(CLI::Range(1, 256));
   command->add_option("--out", options->out, "Folder for the results (default: out/experiment-NUMBER)");
   add_scene_options(*command, options->scene, "the experiment's own");

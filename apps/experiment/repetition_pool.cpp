@@ -33,7 +33,8 @@ struct Child {
 };
 
 void write_line(int pipe, const nlohmann::json& message) {
-  const std::string line = message.dump() + "\n";
+  // A sentence may name a path with bytes that are not UTF-8.
+  const std::string line = message.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace) + "\n";
   std::size_t done = 0;
   while (done < line.size()) {
     const ssize_t n = write(pipe, line.data() + done, line.size() - done);

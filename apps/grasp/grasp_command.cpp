@@ -32,7 +32,9 @@ constexpr const char* kFooter =
     "The robot, or 'walkman-hil emulate' with the same --can, has to be there already. At Ctrl-C the drives\n"
     "quick-stop and the nodes are stopped. Exit codes: 0 the object hangs from the hand where the wrist "
     "torque\n"
-    "is least; 1 it does not; 2 bad usage or file; 3 an interface or the camera's socket is not there.";
+    "is least; 1 it does not, or Ctrl-C; 2 bad usage or file; 3 an interface or the camera's socket is not "
+    "there, or\n"
+    "the robot's time does not go as the master's; 5 internal error.";
 
 int run(const Options& options) {
   const std::filesystem::path data = data_directory();

@@ -31,7 +31,7 @@ struct Options {
 void print_table(const std::vector<robot::BusLoad>& loads, const std::string& layout,
                  const Options& options) {
   print(fmt::format("layout {} at {:g} Hz, worst-case bit stuffing\n", layout, options.rate_hz));
-  print("bus      frames   us a cycle   load   with heartbeats and timed PDOs   highest rate\n");
+  print("bus      frames     us/cycle   load   with heartbeats and timed PDOs   highest rate\n");
   for (const robot::BusLoad& load : loads) {
     print(fmt::format("{:<8} {:>6} {:>12} {:>5.0f}% {:>31.0f}% {:>11} Hz{}\n", load.bus, load.frames,
                       load.cyclic.count() / 1000, 100 * load.load, 100 * load.with_events,

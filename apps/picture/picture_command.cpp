@@ -164,10 +164,10 @@ void add_picture_command(CLI::App& app, std::function<int()>& run) {
   command->add_option("--view", options->view,
                       "AZIMUTH,ELEVATION of the camera in degrees, 0,0 in front, 90,0 to the robot's left "
                       "(-60,12)");
-  command->add_option("--samples", options->samples, "Rays a pixel (64)")->check(CLI::Range(1, 4096));
+  command->add_option("--samples", options->samples, "Rays per pixel (64)")->check(CLI::Range(1, 4096));
   command
       ->add_option("--threads", options->threads,
-                   "Threads (default: one a core); changes nothing in the picture")
+                   "Threads (default: one per core); changes nothing in the picture")
       ->check(CLI::Range(1, 256));
   command->callback([&run, options] { run = [options] { return make_picture(*options); }; });
 }

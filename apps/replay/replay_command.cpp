@@ -120,7 +120,7 @@ void add_replay_command(CLI::App& app, std::function<int()>& run) {
   auto options = std::make_shared<Options>();
   CLI::App* command = app.add_subcommand(
       "replay", "Feed a CAN log back: to interfaces of the kernel, or to a fresh emulated robot to compare");
-  command->add_option("LOG", options->log, "Log as candump -L or --log write it")->required();
+  command->add_option("LOG", options->log, "Log as candump -L writes it, or --log FILE.log")->required();
   auto* can =
       command->add_option("--can", options->can,
                           "Interfaces to send on, by the log's names: can_rarm=vcan1,...; frames of other "

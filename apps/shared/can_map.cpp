@@ -69,7 +69,7 @@ std::vector<CanAssignment> parse_can_map(const std::string& text, const DeviceTa
     const CanAssignment assignment = parse_one(item, devices);
     for (const CanAssignment& other : assignments) {
       if (other.bus == assignment.bus) {
-        throw std::runtime_error(fmt::format("--can: bus {} is given twice, expected one interface a bus",
+        throw std::runtime_error(fmt::format("--can: bus {} is given twice, expected one interface per bus",
                                              devices.buses[assignment.bus].name));
       }
       if (other.interface_name == assignment.interface_name) {

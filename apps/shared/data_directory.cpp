@@ -3,6 +3,8 @@
 #include <cstdlib>
 #include <stdexcept>
 
+#include "urdf/reader/utf8.h"
+
 namespace walkman::apps {
 namespace {
 
@@ -25,6 +27,10 @@ std::filesystem::path data_directory() {
   std::filesystem::path folder = set != nullptr        ? set
                                  : has_data(installed) ? installed
                                                        : std::filesystem::path(WALKMAN_SOURCE_TREE);
+  if (first_non_utf8(folder.string())) {
+    throw std::runtime_error(folder.string() +
+                             ": not UTF-8, expected a folder of the product's data that is");
+  }
   if (!has_data(folder)) {
     throw std::runtime_error(folder.string() +
                              ": no urdf/walkman.urdf here, expected the product's data (set WALKMAN_DATA)");

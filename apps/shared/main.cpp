@@ -17,8 +17,8 @@ constexpr const char* kFooter =
     "the benchmarks). The product's data is looked up in the folder WALKMAN_DATA, else beside an installed "
     "program,\n"
     "else in the source tree.\n"
-    "Exit codes: 0 done; 1 ran, but the task failed; 2 bad usage or file; 3 the environment lacks something "
-    "(script);\n"
+    "Exit codes: 0 done; 1 ran, but the task failed; 2 bad usage or file; 3 the environment lacks "
+    "something;\n"
     "5 internal error.";
 
 /// What CLI11 does not say: the verb that is not one.

@@ -30,7 +30,7 @@ void add_master_options(CLI::App& command, MasterOptions& options) {
       "--layout", options.layout,
       "PDO layout that is written to the nodes at boot: a, b, c, d or a file (default: the robot's own, a)");
   command.add_option("--rate", options.rate_hz,
-                     "SYNCs a second; the period is a whole number of milliseconds (default: 200)");
+                     "SYNCs per second; the period is a whole number of milliseconds (default: 200)");
 }
 
 robot::PdoLayout load_layout(const std::string& name, const RobotDescription& robot) {

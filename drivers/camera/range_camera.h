@@ -9,11 +9,11 @@
 
 namespace walkman::camera {
 
-/// An organized cloud of a range camera: row-major, width × height, one point a pixel of the left rectified
+/// An organized cloud of a range camera: row-major, width × height, one point per pixel of the left rectified
 /// image. Points are in the left optical frame (x right, y down, z forward), metres; invalid points are NaN
 /// in all three.
 struct OrganizedCloud {
-  Time stamp{};             ///< instant of exposure
+  Time stamp{};             ///< instant of exposure, on the clock of `RangeCamera::latest`
   std::uint64_t frame = 0;  ///< frame counter
   int width = 0;
   int height = 0;
@@ -30,7 +30,8 @@ class RangeCamera {
  public:
   virtual ~RangeCamera() = default;
 
-  /// Copies the newest cloud exposed at or after `not_before`. False while there is none.
+  /// Copies the newest cloud exposed at or after `not_before`, an instant of the reader's clock, on which the
+  /// cloud's stamp then is too. False while there is none.
   [[nodiscard]] virtual bool latest(Time not_before, OrganizedCloud& out) = 0;
 };
 

@@ -24,8 +24,9 @@ class Master {
     std::uint64_t reports = 0;   ///< of those received: reports of the own controller, no frames of the bus
   };
 
-  /// `interface` must outlive the master. `sync_overflow`: 0, or 2 to 240: SYNC carries a counter that goes
-  /// up to it (1019h).
+  /// `interface` must outlive the master. `rates`: of the bus, for the bus time of what is received;
+  /// `heartbeat_period`: of the master's own heartbeat (77Fh); `sync_overflow`: 2 to 240, SYNC carries a
+  /// counter that goes up to it (1019h), or 0, it has none.
   Master(can::Interface& interface, const can::BitRates& rates, Time heartbeat_period,
          std::uint8_t sync_overflow = 0) noexcept
       : interface_(&interface),

@@ -63,11 +63,12 @@ class RemoteNode {
   void reset_sent() noexcept;
   void start(Time now) noexcept;
   void stop() noexcept { stage_ = Stage::kStopped; }
-  /// Tells the node that SYNC was sent, and that its `sdo().pending()` was.
+  /// Tells the node that SYNC was sent.
   void sync_sent() noexcept {
     ++syncs_;
     frames_since_sync_ = 0;
   }
+  /// Tells the node that its `sdo().pending()` was sent.
   void request_sent() noexcept;
 
   /// Takes a frame with one of the node's transmit COB-IDs of the predefined connection set.
@@ -83,6 +84,7 @@ class RemoteNode {
   [[nodiscard]] std::optional<FaultCause> judge(Time now) const noexcept;
   /// A TPDO that comes with SYNC is older than the limit.
   [[nodiscard]] std::optional<cause::NoTpdo> stale(Time now) const noexcept;
+  /// No heartbeat for longer than `NodeSettings::heartbeat_timeout`.
   [[nodiscard]] bool heartbeat_lost(Time now) const noexcept;
   /// What keeps the device from operation, for people, e.g. "no TPDO2"; empty when nothing does.
   [[nodiscard]] std::string what_is_missing() const;

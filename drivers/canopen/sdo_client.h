@@ -16,7 +16,12 @@ namespace walkman::canopen {
 /// `pending` to be sent. Nothing in it allocates or throws.
 class SdoClient {
  public:
-  enum class State { kIdle, kBusy, kDone, kFailed };
+  enum class State {
+    kIdle,   ///< no transfer since construction or `reset`
+    kBusy,   ///< a transfer is under way
+    kDone,   ///< it has ended; `data` is what an upload brought
+    kFailed  ///< refused, aborted or timed out: `abort_code`
+  };
 
   /// Longest object a transfer can carry, bytes.
   static constexpr std::size_t kCapacity = 256;

@@ -12,31 +12,31 @@ namespace walkman::cia402 {
 /// What a field of a drive's PDO is to the driver.
 enum class DriveValue : std::uint8_t {
   // TPDO
-  kStatusword,
-  kModeDisplay,
-  kTorque,
-  kPosition,
-  kVelocity,
-  kErrorCode,
-  kTemperature,
-  kCycleCounter,
+  kStatusword,    ///< 6041h
+  kModeDisplay,   ///< 6061h
+  kTorque,        ///< 6077h
+  kPosition,      ///< 6064h
+  kVelocity,      ///< 606Ch
+  kErrorCode,     ///< 603Fh
+  kTemperature,   ///< 2031h:1
+  kCycleCounter,  ///< 2050h:1
   // RPDO
-  kControlword,
-  kMode,
-  kTargetTorque,
-  kTargetPosition,
-  kTargetVelocity,
-  kTorqueOffset,
-  kMaxTorque,
-  kKept,  ///< of no use here: what the drive had at boot is sent back
+  kControlword,     ///< 6040h
+  kMode,            ///< 6060h
+  kTargetTorque,    ///< 6071h
+  kTargetPosition,  ///< 607Ah
+  kTargetVelocity,  ///< 60FFh
+  kTorqueOffset,    ///< 60B2h
+  kMaxTorque,       ///< 6072h
+  kKept,            ///< of no use here: what the drive had at boot is sent back
 };
 
 /// One value and its place in a PDO's bytes.
 struct DriveField {
   DriveValue value{};
-  std::uint8_t offset = 0;
-  std::uint8_t bytes = 0;
-  std::uint8_t kept = 0;  ///< number among `DriveMapping::kept`
+  std::uint8_t offset = 0;  ///< of its first byte in the PDO
+  std::uint8_t bytes = 0;   ///< its length
+  std::uint8_t kept = 0;    ///< of a `kKept`: its place in `DriveMapping::kept`
 };
 
 /// Where a drive's values lie in its PDOs, worked out once from the mapping so that the cycle only copies

@@ -14,8 +14,8 @@ inline constexpr std::uint32_t kServoDriveType = 0x00020192;
 
 /// What a drive may be told: limits of its joint.
 struct CommandLimits {
-  double lower = -std::numeric_limits<double>::infinity();    ///< link position, rad
-  double upper = std::numeric_limits<double>::infinity();     ///< link position, rad
+  double lower = -std::numeric_limits<double>::infinity();    ///< link position, rad, URDF joint coordinate
+  double upper = std::numeric_limits<double>::infinity();     ///< likewise
   double effort = std::numeric_limits<double>::infinity();    ///< of the feed-forward torque, N·m
   double velocity = std::numeric_limits<double>::infinity();  ///< of the motor's set-point, rad/s
 };
@@ -24,16 +24,17 @@ struct CommandLimits {
 struct DriveSettings {
   canopen::NodeSettings node;
   std::uint32_t rated_torque_mnm = 0;        ///< expected in 6076h
-  std::uint16_t max_torque_permille = 1000;  ///< 6072h
+  std::uint16_t max_torque_permille = 1000;  ///< 6072h at boot, per mille of 6076h
   CommandLimits limits;  ///< motor positions that change several times faster than `velocity` are implausible
 };
 
 /// Newest values of a drive's TPDOs, in SI units on the joint side of the gearbox.
 struct DriveSample {
-  double motor_position = 0;            ///< 6064h: motor-side encoder, reflected to the joint, rad
-  double motor_velocity = 0;            ///< 606Ch, or from two positions where it is not mapped, rad/s
-  double torque = 0;                    ///< 6077h: torque of the series spring on the link, N·m
-  double link_position = 0;             ///< motor position less the spring's deflection at `torque`, rad
+  double motor_position = 0;  ///< 6064h: motor-side encoder, reflected to the joint, rad
+  double motor_velocity = 0;  ///< 606Ch, or from two positions where it is not mapped, rad/s
+  double torque = 0;          ///< 6077h: torque of the series spring on the link, N·m
+  /// Motor position less the spring's deflection at `torque`, rad, URDF joint coordinate.
+  double link_position = 0;
   std::uint16_t statusword = 0;         ///< 6041h
   std::int8_t mode = 0;                 ///< 6061h
   std::uint16_t error_code = 0;         ///< 603Fh
@@ -50,14 +51,15 @@ class JointDrive final : public canopen::RemoteNode {
   /// Throws std::runtime_error when the PDO mapping does not suit (see `DriveMapping`).
   explicit JointDrive(const DriveSettings& settings);
 
-  /// Where the link shall go, rad, under the static `torque` (N·m) expected on it. Clamped to the limits; the
-  /// motor's set-point goes there by `advance`, straight and no faster than the velocity limit. Both must be
-  /// finite. The link position after clamping.
+  /// Where the link shall go, rad, URDF joint coordinate, under the static `torque` (N·m) expected on it.
+  /// Clamped to the limits; the motor's set-point goes there by `advance`, straight and no faster than the
+  /// velocity limit. Both must be finite. The link position after clamping.
   double command(double link_position, double torque) noexcept;
-  /// Where the motor shall go: a share 0..1 of the way from the lower limit to the upper one. Finite.
+  /// Where the motor shall go: a share of the way from the lower limit to the upper one, finite, clamped to
+  /// 0..1.
   void command_travel(double share) noexcept;
-  /// Torque limit in per mille of rated; goes with an RPDO that maps 6072h, else it is written to 6072h in
-  /// the background when it changes.
+  /// Torque limit 6072h in per mille of rated torque 6076h; goes with an RPDO that maps 6072h, else it is
+  /// written to 6072h in the background when it changes.
   void limit_torque(std::uint16_t permille) noexcept { wanted_max_torque_ = permille; }
 
   [[nodiscard]] const DriveSample& sample() const noexcept { return sample_; }

@@ -27,9 +27,12 @@ class ChannelSample {
   /// Forgets everything it has taken.
   void reset() noexcept;
 
-  /// Of the newest sample: process value of channel 0..n-1 in the device's unit, 2050h:1, 6150h:1.
+  /// Of the newest sample: the process value as on the wire, `channel` 0..n-1 being 7130h:1..n, in the unit
+  /// of 6131h with the decimal digits of 6132h.
   [[nodiscard]] std::int16_t raw(std::size_t channel) const noexcept { return complete_.raw[channel]; }
+  /// Of the newest sample: 2050h:1.
   [[nodiscard]] std::uint16_t counter() const noexcept { return complete_.counter; }
+  /// Of the newest sample: 6150h:1.
   [[nodiscard]] std::uint8_t status() const noexcept { return complete_.status; }
   /// Stamp of the oldest frame of the newest sample; `Time::min()` before the first.
   [[nodiscard]] Time at() const noexcept { return at_; }

@@ -8,9 +8,11 @@ namespace walkman::cia404 {
 
 /// Newest complete sample of an inertial unit, in its own frame S.
 struct InertialSample : MeasuringSample {
-  Eigen::Vector3d specific_force = Eigen::Vector3d::Zero();    ///< m/s²: acceleration less gravity's
-  Eigen::Vector3d angular_velocity = Eigen::Vector3d::Zero();  ///< rad/s
-  Eigen::Quaterniond R_WS = Eigen::Quaterniond::Identity();    ///< orientation in the world, normalized
+  /// In S, m/s²: acceleration less gravity's; +9.81 upwards at rest.
+  Eigen::Vector3d specific_force = Eigen::Vector3d::Zero();
+  Eigen::Vector3d angular_velocity = Eigen::Vector3d::Zero();  ///< in S, rad/s
+  /// Turns vectors of S into the world; normalized. Its angle about the vertical drifts.
+  Eigen::Quaterniond R_WS = Eigen::Quaterniond::Identity();
 };
 
 /// An inertial unit as a CiA 404 measuring device: 7130h:1-3 specific force in 0.001 m/s², 4-6 angular

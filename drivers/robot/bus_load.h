@@ -11,15 +11,15 @@ namespace walkman::robot {
 /// What a robot's cyclic traffic asks of one bus, with worst-case bit stuffing in every frame.
 struct BusLoad {
   std::string bus;
-  int frames = 0;           ///< per cycle: SYNC and the PDOs that go with it
+  int frames = 0;           ///< per cycle: SYNC, the TPDOs that go with it, and all RPDOs
   Time cyclic{};            ///< bus time of these
   double load = 0;          ///< their share of the cycle; above 1 they do not fit
   double with_events = 0;   ///< and heartbeats and timed TPDOs on top
   int highest_rate_hz = 0;  ///< at which the cyclic traffic still fits
 };
 
-/// One entry per bus of `table`, exchanging the PDOs of `layout` every `cycle`. PDOs of transmission type n
-/// count as an n-th of a frame.
+/// One entry per bus of `table`, exchanging the PDOs of `layout` every `cycle`, with a heartbeat of
+/// every node and of the master every `heartbeat`. PDOs of transmission type n count as an n-th of a frame.
 [[nodiscard]] std::vector<BusLoad> bus_loads(const DeviceTable& table, const PdoLayout& layout, Time cycle,
                                              Time heartbeat);
 

@@ -19,7 +19,7 @@ class HeartbeatPace final : public can::Interface {
   static constexpr std::size_t kIntervals = 9;
 
   /// `inner`, whose stamps are on the master's clock, must outlive this. `expected`: producer time that the
-  /// nodes are set to (1017h); `tolerance` of what is received.
+  /// nodes are set to (1017h); `tolerance`: how far the median of the received intervals may be from it.
   HeartbeatPace(can::Interface& inner, Time expected, Time tolerance) noexcept
       : inner_(&inner), expected_(expected), tolerance_(tolerance) {}
 

@@ -21,7 +21,8 @@ namespace walkman::robot {
 
 /// Set-point of one drive for the next SYNC.
 struct JointCommand {
-  double link_position = 0;       ///< rad; the driver adds the spring's deflection at `feedforward_torque`
+  /// rad, URDF joint coordinate; the driver adds the spring's deflection at `feedforward_torque`.
+  double link_position = 0;
   double feedforward_torque = 0;  ///< expected static torque on the link, N·m
 };
 
@@ -115,14 +116,16 @@ class Robot {
   /// commands, is a fault and leaves the set-points as they were.
   void write(const std::vector<JointCommand>& commands) noexcept;
 
-  /// Hand drives: target in 0 (open) .. 1 (closed) of the motor's travel, torque limit in 0..1 of rated.
+  /// Hand drives: `hand` indexes `hand_names`; target in 0 (open) .. 1 (closed) of the motor's travel, torque
+  /// limit in 0..1 of rated.
   /// Values outside are clamped; one that is not finite, or a hand that is not there, is a fault.
   void write_hand(int hand, double closure, double torque_limit) noexcept;
 
   /// Sends SYNC on every bus, then the set-points as RPDOs; the devices take them at the next SYNC.
   void sync(Time now) noexcept;
 
-  /// Quick stop on every drive and NMT stop on every bus.
+  /// Queues quick stop for every drive and NMT stop for every bus. Call `sync` once more: it sends an NMT
+  /// stop that a queue refused again, and in lock-step its SYNC is what lets the stop happen.
   void stop() noexcept;
 
   /// Newest samples of the body's drives, of the hands' and of the force/torque sensors, element i that of

@@ -10,7 +10,7 @@ import time
 import drive
 from can_socket import Bus
 from checks import equal, test, that, within
-from limb import RESET_NODE
+from limb import JOINTS, RESET_NODE
 from robot import MASTER, RIGHT_ARM, Robot, ip
 from sdo import Sdo
 
@@ -215,6 +215,69 @@ def bus_off_and_back(robot):
         other_buses_go_on(robot)
         controller.send(0x100, bytes(8), error=True)
     return judged(result_after(robot), "bus-off")
+
+
+@test(seconds=240)
+@with_robot
+def another_masters_set_point_is_a_warning(robot):
+    """One frame that only a master sends: one sentence as it comes, and in the result."""
+    with Bus("vcan1", filters=[]) as intruder:
+        intruder.send(0x30B, bytes(8))
+    ends = time.monotonic() + 60
+    while "warning" not in robot.master.output():
+        robot.master.alive()
+        that(time.monotonic() < ends, "no warning within 60 s")
+        robot.running(10)
+    robot.master.process.send_signal(signal.SIGINT)
+    result, _ = robot.result(60)
+    equal(len(result["warnings"]), 1, f"warnings: {result['warnings']}")
+    that("vcan1" in result["warnings"][0] and "30Bh" in result["warnings"][0], result["warnings"][0])
+    return result["warnings"][0]
+
+
+@test(seconds=240)
+@with_robot
+def a_flooded_bus_is_named(robot):
+    """Frames of the highest priority, faster than the bus carries them."""
+    with Bus("vcan1", filters=[]) as intruder:
+        ends = time.monotonic() + 120
+        while robot.master.process.poll() is None:
+            that(time.monotonic() < ends, f"the master goes on: {robot.master.output()[-300:]!r}")
+            try:
+                for _ in range(50):
+                    intruder.send(0x001, bytes(8))
+            except OSError as error:
+                equal(error.errno, errno.ENOBUFS, "error of the test's own socket")
+            time.sleep(1e-3)
+    result, status = robot.result(60)
+    equal((status, result["outcome"]), (1, "stopped"), "how the master ended")
+    that("vcan1: flooded" in result["reason"], f"the reason does not tell of the flood: {result['reason']}")
+    return result["reason"]
+
+
+@test(seconds=240)
+@with_robot
+def another_robot_in_the_middle(robot):
+    """The emulator killed and made anew while the arm is away from where a new robot has it: no jump to the old set-points."""
+    def positions():
+        with Bus("vcan1", filters=[(0x280 + node, 0x7FF) for node in JOINTS]) as bus:
+            found = {}
+            while len(found) < len(JOINTS):
+                frame = bus.receive(1.0)
+                if frame is not None:
+                    found[frame.id & 0x7F] = struct.unpack_from("<i", frame.data)[0] * 1e-6
+        return found
+    first, ends = positions(), time.monotonic() + 150
+    while max(abs(now - first[node]) for node, now in positions().items()) < 0.3:
+        robot.master.alive()
+        that(time.monotonic() < ends, "the arm does not move within 150 s")
+    robot.emulator.process.send_signal(signal.SIGKILL)
+    robot.emulator.process.wait()
+    robot.start_emulator()
+    result, status = robot.result(120)
+    equal((status, result["outcome"]), (1, "stopped"), "how the master ended")
+    that("its last set-point" in result["reason"], f"the reason does not tell of another robot: {result['reason']}")
+    return result["reason"]
 
 
 @test(seconds=240)

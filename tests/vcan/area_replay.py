@@ -56,6 +56,17 @@ def every_frame_at_its_time(under_test):
 
 
 @test
+def a_gap_is_told_where_it_is_waited_through(under_test):
+    log = "(1700000000.000000) can_rarm 080#\n(1700000003.000000) can_rarm 080#\n"
+    told = {}
+    for speed in (1, 10):
+        process = replay(under_test, "--speed", str(speed), log=log)
+        equal(process.process.wait(30), 0, f"exit status, with {process.output()!r}")
+        told[speed] = process.output().count("no frame in the log for")
+    equal(told, {1: 1, 10: 0}, "sentences about the gap of 3 s, by speed")
+
+
+@test
 def as_fast_as_possible_and_a_computers_only(under_test):
     with Bus("vcan1", fd=True) as bus:
         result = ended(replay(under_test, "--speed", "0", "--master-only"))

@@ -67,7 +67,7 @@ Device read_device(const YamlMap& map, const RobotModel& model, Used& used) {
   const std::string key = kind.key;
   device.kind = kind.kind;
   device.name = map.text(key);
-  device.node_id = static_cast<std::uint8_t>(map.integer("node", 1, 127));
+  device.node_id = static_cast<std::uint8_t>(map.integer("node", 1, 126));
   if (!kind.drive) {
     check_frame(map, key, device, model);
     for (const char* drive_key : {"actuator", "rated_torque_mnm"})

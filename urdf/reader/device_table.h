@@ -32,10 +32,11 @@ inline constexpr DeviceKindName kDeviceKinds[] = {
 /// One CANopen node of the robot: what it is, where it sits, which part of the URDF it drives or measures.
 struct Device {
   DeviceKind kind = DeviceKind::kJointDrive;
-  std::uint8_t node_id = 0;  ///< 1..127, equal to the robot's board ID, unique over the whole robot
-  std::string name;          ///< URDF joint (drives) or URDF frame (sensors)
-  std::string actuator;      ///< actuator class of a drive, e.g. "medium2"; empty for sensors
-  std::string sensor;        ///< kind of a force/torque sensor, e.g. "force_torque_45mm"; else empty
+  std::uint8_t node_id =
+      0;  ///< 1..126 (127 is the master's), equal to the robot's board ID, unique over the whole robot
+  std::string name;      ///< URDF joint (drives) or URDF frame (sensors)
+  std::string actuator;  ///< actuator class of a drive, e.g. "medium2"; empty for sensors
+  std::string sensor;    ///< kind of a force/torque sensor, e.g. "force_torque_45mm"; else empty
   std::uint32_t rated_torque_mnm = 0;  ///< 6076h of a drive, mN·m
 };
 
@@ -61,7 +62,7 @@ struct DeviceTable {
   [[nodiscard]] const Device& device(const std::string& name) const;  ///< throws std::out_of_range
 };
 
-/// Reads the YAML table and checks it against the model: known joints and frames, node-IDs 1..127 used once,
+/// Reads the YAML table and checks it against the model: known joints and frames, node-IDs 1..126 used once,
 /// bit rates of CiA, names of buses and interfaces that an interface can have (a bus's name is a file's,
 /// too). Throws std::runtime_error with file, line and key.
 [[nodiscard]] DeviceTable load_device_table(const std::filesystem::path& yaml_file, const RobotModel& model);

@@ -22,7 +22,8 @@
 
 namespace walkman::nodes {
 
-/// What a device says it is: objects 1000h, 1008h-100Ah and 1018h. `serial` must be another for every device.
+/// What a device says it is: objects 1000h, 1008h-100Ah and 1018h. `serial` must differ from device to
+/// device.
 struct DeviceIdentity {
   std::uint8_t node_id = 0;  ///< 1..127, as it leaves the factory
   std::uint32_t device_type = 0;
@@ -87,8 +88,11 @@ class CanopenSlave : public bus::Participant {
 
   /// Tells that the value of `entry` has changed: event-driven TPDOs that map it are sent.
   void signal_change(const Entry& entry) noexcept;
+  /// Reports EMCY `code` once and sets `register_bits` of 1001h, the generic bit with them.
   void raise(std::uint16_t code, std::uint8_t register_bits) noexcept;
+  /// Ends error `code`, and sends EMCY 0000h when none is left.
   void clear(std::uint16_t code) noexcept;
+  /// Error `code` is present.
   [[nodiscard]] bool active(std::uint16_t code) const noexcept { return emergency_.active(code); }
   [[nodiscard]] ObjectDictionary& objects() noexcept { return dictionary_; }
 

@@ -53,6 +53,7 @@ class EmergencyProducer {
   void raise(std::uint16_t code, std::uint8_t register_bits, Time now) noexcept {
     raise(code, register_bits, {}, now);
   }
+  /// Ends error `code`, and sends 0000h when it was the last. Does nothing when it is not present.
   void clear(std::uint16_t code, Time now) noexcept;
   [[nodiscard]] bool active(std::uint16_t code) const noexcept;
 
@@ -66,6 +67,7 @@ class EmergencyProducer {
   [[nodiscard]] bool some_outlasted_reset() const noexcept { return outlasting_ > 0; }
   void announce(Time now) noexcept;
 
+  /// Sends what has waited for the inhibit time 1015h (in 100 us) since the last message.
   void advance(Time now) noexcept;
   [[nodiscard]] Time next_event() const noexcept;
 

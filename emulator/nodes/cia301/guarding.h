@@ -13,7 +13,7 @@ namespace walkman::nodes {
 /// which the next must come; it runs from the first one on, and not at all when either is 0.
 class NodeGuarding {
  public:
-  /// `node_id` must outlive the object.
+  /// `now`: the node's clock, read when 100Ch or 100Dh is written. It and `node_id` must outlive this.
   NodeGuarding(ObjectDictionary& dictionary, Outbox& outbox, const std::uint8_t& node_id, const Time& now);
   NodeGuarding(const NodeGuarding&) = delete;
   NodeGuarding& operator=(const NodeGuarding&) = delete;

@@ -14,7 +14,7 @@ namespace walkman::nodes {
 /// time is written or the boot-up message was sent.
 class HeartbeatProducer {
  public:
-  /// `node_id` must outlive the producer.
+  /// `now`: the node's clock, read when 1017h is written. It and `node_id` must outlive the producer.
   HeartbeatProducer(ObjectDictionary& dictionary, Outbox& outbox, const std::uint8_t& node_id,
                     const Time& now);
   HeartbeatProducer(const HeartbeatProducer&) = delete;

@@ -13,6 +13,7 @@ namespace walkman::nodes {
 /// messages; from power-on it starts at that epoch.
 class NodeClock {
  public:
+  /// `now`: the node's clock, read when 2061h is read; must outlive this.
   NodeClock(ObjectDictionary& dictionary, const Time& now);
   NodeClock(const NodeClock&) = delete;
   NodeClock& operator=(const NodeClock&) = delete;

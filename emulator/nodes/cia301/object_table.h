@@ -50,11 +50,12 @@ enum class Quantity : std::uint8_t {
   kDamping,              ///< mN·m·s/rad
   kCoarseStiffness,      ///< 0.1 N·m/rad
   kCoarseDamping,        ///< 0.01 N·m·s/rad
-  kTorqueSlope,          ///< per mille of the rated torque a second
+  kTorqueSlope,          ///< per mille of the rated torque per second
   kMeasuredReal,         ///< CiA 404 value as REAL32, in the unit that 6131h names
   kMeasuredInteger,      ///< CiA 404 value as integer: 6131h with the decimal digits of 6132h
 };
 
+/// A value as the table of objects holds it: its bytes, the rest 0.
 template <typename T>
 [[nodiscard]] std::uint32_t to_raw(T value) noexcept {
   static_assert(std::is_arithmetic_v<T> && sizeof(T) <= 4);
@@ -63,6 +64,7 @@ template <typename T>
   return raw;
 }
 
+/// The value that `to_raw` made `raw` of.
 template <typename T>
 [[nodiscard]] T from_raw(std::uint32_t raw) noexcept {
   static_assert(std::is_arithmetic_v<T> && sizeof(T) <= 4);
@@ -102,7 +104,7 @@ template <typename T>
 }
 
 /// One sub-index as the table of objects has it. Dictionary, EDS, DBC and the tables of docs/protocol.md are
-/// made of it. Made by `read_only`, `read_write`, `write_only`, `constant`, `text`, `string` and `domain`
+/// made of it. Made by `read_only`, `read_write`, `write_only`, `number`, `text`, `string` and `domain`
 /// below, and refined by its own functions, each of which returns the row.
 struct EntryRow {
   std::string_view name = {};
@@ -125,12 +127,15 @@ struct EntryRow {
   [[nodiscard]] EntryRow pdo() const {
     return with([](EntryRow& row) { row.mappable = Mappable::kYes; });
   }
+  /// What one count stands for.
   [[nodiscard]] EntryRow in(Quantity value) const {
     return with([&](EntryRow& row) { row.quantity = value; });
   }
+  /// Word for signal names.
   [[nodiscard]] EntryRow called(std::string_view word) const {
     return with([&](EntryRow& row) { row.symbol = word; });
   }
+  /// One line for people.
   [[nodiscard]] EntryRow means(std::string_view line) const {
     return with([&](EntryRow& row) { row.meaning = line; });
   }
@@ -140,9 +145,11 @@ struct EntryRow {
   }
   /// Other values between the least and the greatest, which are of 0..63, are refused with 0609 0030.
   [[nodiscard]] EntryRow one_of(std::initializer_list<int> values) const;
+  /// Each device has its own factory setting.
   [[nodiscard]] EntryRow of_the_device() const {
     return with([](EntryRow& row) { row.own = true; });
   }
+  /// The node-ID is added to the factory setting.
   [[nodiscard]] EntryRow plus_node_id() const {
     return with([](EntryRow& row) { row.with_node_id = true; });
   }
@@ -156,6 +163,8 @@ struct EntryRow {
   }
 };
 
+/// A number with its factory setting. An integer has the limits of its type until `within` or `one_of` sets
+/// others.
 template <typename T>
 [[nodiscard]] EntryRow number(std::string_view name, Access access, T factory) {
   EntryRow row{name, type_of<T>(), access};
@@ -166,14 +175,17 @@ template <typename T>
   }
   return row;
 }
+/// `number` that a client may read.
 template <typename T>
 [[nodiscard]] EntryRow read_only(std::string_view name, T factory = {}) {
   return number<T>(name, Access::kReadOnly, factory);
 }
+/// `number` that a client may read and write.
 template <typename T>
 [[nodiscard]] EntryRow read_write(std::string_view name, T factory = {}) {
   return number<T>(name, Access::kReadWrite, factory);
 }
+/// `number` that a client may write, a command.
 template <typename T>
 [[nodiscard]] EntryRow write_only(std::string_view name) {
   return number<T>(name, Access::kWriteOnly, T{});
@@ -211,8 +223,11 @@ struct ObjectRow {
   [[nodiscard]] const EntryRow* find(std::uint8_t sub) const noexcept;
 };
 
+/// A VAR, or a DOMAIN when `value` is one; its name is that of `value`.
 [[nodiscard]] ObjectRow variable(std::uint16_t index, const EntryRow& value);
+/// An ARRAY of `entries`, sub-index 1 first; sub-index 0 is their number.
 [[nodiscard]] ObjectRow array(std::uint16_t index, std::string_view name, std::vector<EntryRow> entries);
+/// A RECORD of `entries`, likewise.
 [[nodiscard]] ObjectRow record(std::uint16_t index, std::string_view name, std::vector<EntryRow> entries);
 /// An array of `count` entries that are all alike; 0 where each device has its own number.
 [[nodiscard]] ObjectRow array_of(std::uint16_t index, std::string_view name, const EntryRow& each,

@@ -10,8 +10,15 @@ namespace walkman::nodes {
 /// a deadline between two receptions, watched from the first one on.
 class ReceivePdo {
  public:
-  enum class Outcome { kTaken, kTakenTooLong, kTooShort };
+  /// What became of a frame. One that is dropped as late counts as taken.
+  enum class Outcome {
+    kTaken,
+    kTakenTooLong,  ///< longer than mapped (8220h)
+    kTooShort       ///< shorter than mapped (8210h); without effect
+  };
 
+  /// `number` 1..4; `cob_id`: its predefined COB-ID, the factory setting of sub-index 1. The objects of the
+  /// default mapping must be in the dictionary already; throws std::runtime_error when one cannot be mapped.
   ReceivePdo(ObjectDictionary& dictionary, int number, std::uint32_t cob_id, const PdoDefaults& defaults);
 
   void start() noexcept;  ///< entering operational
@@ -27,6 +34,7 @@ class ReceivePdo {
   /// are used; the padding of a CAN FD frame does not count. `late`: the window for synchronous PDOs is over,
   /// a synchronous one is dropped.
   [[nodiscard]] Outcome receive(const can::Frame& frame, bool late, Time now) noexcept;
+  /// SYNC has come: what a synchronous PDO has received takes effect.
   void sync() noexcept;
 
   /// True when the deadline has just passed without a reception.

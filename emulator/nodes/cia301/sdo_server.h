@@ -49,20 +49,20 @@ class SdoServer {
   };
   using Request = std::span<const std::uint8_t, 8>;
 
-  // sdo_server.cpp: expedited and segmented transfer
+  // Expedited and segmented transfer
   void start_download(Request request, Time now) noexcept;
   void download_segment(Request request, Time now) noexcept;
   void start_upload(Request request, Time now) noexcept;
   void answer_upload(Time now) noexcept;
   void upload_segment(Request request, Time now) noexcept;
 
-  // sdo_block_download.cpp
+  // Block download
   void block_download(Request request, Time now) noexcept;
   void start_block_download(Request request, Time now) noexcept;
   void block_download_segment(Request request, Time now) noexcept;
   void end_block_download(Request request) noexcept;
 
-  // sdo_block_upload.cpp
+  // Block upload
   void block_upload(Request request, Time now) noexcept;
   void start_block_upload(Request request, Time now) noexcept;
   void block_upload_acknowledged(Request request, Time now) noexcept;

@@ -17,6 +17,7 @@ class Sync {
   /// Shortest period this device can produce.
   static constexpr std::uint32_t kShortestPeriodUs = 100;
 
+  /// `now`: the node's clock, read when an object is written; must outlive this.
   Sync(ObjectDictionary& dictionary, Outbox& outbox, const Time& now);
   Sync(const Sync&) = delete;
   Sync& operator=(const Sync&) = delete;

@@ -14,6 +14,9 @@ namespace walkman::nodes {
 /// the n.
 class TransmitPdo {
  public:
+  /// `number` 1..4; `cob_id`: its predefined COB-ID, the factory setting of sub-index 1; `now`: the node's
+  /// clock, read when the PDO's parameters are written; must outlive this. Throws std::runtime_error when an
+  /// object of the default mapping cannot be mapped.
   TransmitPdo(ObjectDictionary& dictionary, Outbox& outbox, int number, std::uint32_t cob_id,
               const PdoDefaults& defaults, const Time& now);
 

@@ -36,9 +36,9 @@ struct DriveObjects {
   Object<std::uint32_t> stiffness, damping;                ///< 2010h:1-2, mN·m/rad, mN·m·s/rad
   Object<std::uint32_t> stiffness_actual, damping_actual;  ///< 2010h:3-4, the gains in use
   Object<std::uint16_t> stiffness_pdo, damping_pdo;        ///< 2011h:1-2, 0.1 N·m/rad, 0.01 N·m·s/rad
-  Object<std::int32_t> deflection, spring_torque;          ///< 2020h:1-2
+  Object<std::int32_t> deflection, spring_torque;          ///< 2020h:1-2, urad, mN·m
   Object<std::int16_t> motor_temperature, board_temperature, temperature_warning,
-      temperature_trip;                                 ///< 2030h
+      temperature_trip;                                 ///< 2030h:1-4, 0.1 degC
   Object<std::int8_t> temperature_compact;              ///< 2031h:1, degC
   Object<std::uint32_t> lowest_supply, highest_supply;  ///< 2032h:1-2, mV
   /// 2040h, 2041h, 2042h: P, I, D in mN·m and rad, s; of the torque loop P and I are per mille.
@@ -51,7 +51,7 @@ struct DriveObjects {
   Object<std::int16_t> quick_stop_option, shutdown_option, disable_option, halt_option,
       fault_reaction_option;  ///< 605Ah-605Eh
   Object<std::int8_t> mode, mode_display;
-  Object<std::uint32_t> supply_voltage;                ///< 6079h
+  Object<std::uint32_t> supply_voltage;                ///< 6079h, mV
   Object<std::uint32_t> digital_inputs;                ///< 60FDh
   Object<std::uint32_t> digital_outputs, output_mask;  ///< 60FEh:1-2
 

@@ -8,17 +8,17 @@ namespace walkman::nodes {
 
 /// One drive as built: identity, ratings, mechanics, factory settings. Joint side of the gearbox throughout.
 struct DriveParameters {
-  std::uint8_t node_id = 0;
-  std::string name;
+  std::uint8_t node_id = 0;        ///< as it leaves the factory
+  std::string name;                ///< 1008h: the URDF's joint
   std::uint32_t product_code = 1;  ///< 1018h:2
-  std::uint32_t serial = 0;
-  double rated_torque = 0;     ///< 6076h, N·m
-  double peak_torque = 0;      ///< N·m
+  std::uint32_t serial = 0;        ///< 1018h:4
+  double rated_torque = 0;         ///< 6076h, N·m
+  double peak_torque = 0;      ///< of the power stage, N·m; over rated_torque the factory setting of 6072h
   double spring_constant = 0;  ///< of the series spring, N·m/rad
   double motor_inertia = 0;    ///< reflected to the joint, kg·m²
-  double position_bandwidth_hz = 25;
-  double lower = 0, upper = 0;  ///< software limits 607Dh, rad
-  double max_velocity = 0;      ///< 607Fh and 6080h, rad/s
+  double position_bandwidth_hz = 25;  ///< for the factory gains, `ServoGains::factory`
+  double lower = 0, upper = 0;        ///< software limits 607Dh, rad
+  double max_velocity = 0;            ///< 607Fh and 6080h, rad/s
 
   std::uint8_t sync_divider = 1;           ///< transmission type of the synchronous PDOs: every n-th SYNC
   std::uint8_t interpolation_ms = 5;       ///< 60C2h

@@ -11,6 +11,8 @@ namespace walkman::nodes {
 class Window {
  public:
   void restart() noexcept { inside_for_ = 0, reached_ = false; }
+  /// `deviation` and `window` in one unit; `time` for which it has to stay inside, and `dt`, in s. A
+  /// deviation that is not a number is outside.
   void step(double deviation, double window, double time, double dt) noexcept {
     if (!(std::abs(deviation) <= window)) return restart();
     inside_for_ += dt;
@@ -19,7 +21,7 @@ class Window {
   [[nodiscard]] bool reached() const noexcept { return reached_; }
 
  private:
-  double inside_for_ = 0;
+  double inside_for_ = 0;  // s
   bool reached_ = false;
 };
 
@@ -80,6 +82,7 @@ class OperatingMode {
   /// `object` is being written; its value is stored after this call.
   virtual void target(TargetObject /*object*/, std::int32_t /*value*/) noexcept {}
 
+  /// One control step of `dt` seconds.
   virtual Demand step(double dt) noexcept = 0;
   /// Instead of `step` while the drive is halted.
   virtual void halted(double /*dt*/) noexcept {}

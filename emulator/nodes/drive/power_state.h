@@ -40,14 +40,16 @@ class PowerState {
   /// Transitions 2..12, 15 and 16. `cause_gone` tells whether a fault may be reset. The edge of bit 7 is
   /// found here, from the word of the last call. Enable operation calls off a ramp out of operation enabled.
   void command(std::uint16_t controlword, const LeavingOptions& options, bool cause_gone) noexcept;
-  /// The same orders given by the drive itself, when it loses its master.
+  /// Disable voltage, as the drive itself does it when it loses its master.
   void disable_voltage() noexcept;
+  /// Quick stop, likewise; `quick_stop_option`: 605Ah, with 0 the drive coasts.
   void quick_stop(int quick_stop_option) noexcept;
   /// Transition 13, and 14 at once when there is nothing to stop or `coast`.
   void fault(bool coast) noexcept;
   /// The motor has come to rest: transition 14, 5, 8, or 12 unless the drive stays in quick stop (605Ah
   /// 5..8).
   void stopped(int quick_stop_option) noexcept;
+  /// As at power-on: not ready to switch on.
   void reset() noexcept;
 
  private:

@@ -14,10 +14,10 @@ struct ServoFeedback {
   double motor_velocity = 0;
   double link_position = 0;
   double link_velocity = 0;
-  double spring_torque = 0;  ///< of the series spring on the link, N·m
-  double motor_temperature_c = 25;
-  double board_temperature_c = 25;
-  double supply_voltage = 48;
+  double spring_torque = 0;         ///< of the series spring on the link, N·m
+  double motor_temperature_c = 25;  ///< degC
+  double board_temperature_c = 25;  ///< degC
+  double supply_voltage = 48;       ///< DC link, V (6079h)
   /// Measured motor current, A; NaN where the drive has no current sensor of its own to tell.
   double motor_current = std::numeric_limits<double>::quiet_NaN();
   std::uint32_t digital_inputs = 0;  ///< as 60FDh: bit 0 negative limit switch, 1 positive, 2 home
@@ -50,7 +50,7 @@ class ServoLaw {
   /// Whether the last torque was cut: integrals then grow no further in that direction (anti-windup).
   void limited(bool limited, double torque) noexcept { cut_ = limited ? torque : 0; }
 
-  /// tau = P (q_d - q_m) + D (q_d' - q_m') + I integral + tau_s.
+  /// tau = P (q_d - q_m) + D (q_d' - q_m') + I integral + tau_s. `dt` in s, here and below.
   [[nodiscard]] double position(double demand, double demand_velocity, const ServoFeedback& f,
                                 double dt) noexcept;
   /// tau = P (v_d - q_m') + I integral + D derivative + tau_s.
@@ -62,7 +62,8 @@ class ServoLaw {
   /// `torque`.
   [[nodiscard]] double impedance(double demand, double stiffness, double damping, double offset,
                                  const ServoFeedback& f, double dt) noexcept;
-  /// Largest torque that still leads to `speed`, by the position loop's D: for a speed limit in torque modes.
+  /// Largest torque that still leads to `speed` (rad/s), by the position loop's D: for a speed limit in
+  /// torque modes.
   [[nodiscard]] double torque_at(double speed, const ServoFeedback& f) const noexcept {
     return gains_.position.d * (speed - f.motor_velocity) + f.spring_torque;
   }

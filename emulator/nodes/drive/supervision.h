@@ -15,7 +15,7 @@ namespace walkman::nodes {
 /// each other.
 class EncoderWatch {
  public:
-  /// `most`: the farthest the reading can have moved in this step, rad.
+  /// `reading` in rad; `most`: the farthest it can have moved in this step, rad; `dt` in s.
   void step(double reading, double most, double dt) noexcept {
     const double moved = std::abs(reading - last_);  // NaN at the first
     still_for_ = moved == 0 ? still_for_ + dt : 0;
@@ -24,12 +24,13 @@ class EncoderWatch {
   }
   /// The readings agree again.
   void trust() noexcept { jumped_ = false; }
+  /// It has not changed for `time` seconds.
   [[nodiscard]] bool frozen(double time) const noexcept { return still_for_ >= time; }
   [[nodiscard]] bool jumped() const noexcept { return jumped_; }
 
  private:
   double last_ = std::numeric_limits<double>::quiet_NaN();
-  double still_for_ = 0;
+  double still_for_ = 0;  // s
   bool jumped_ = false;
 };
 
@@ -48,7 +49,8 @@ class Supervision {
 
   explicit Supervision(const DriveParameters& parameters);
 
-  /// `needs_supply`: the power stage is on, so that a low DC link is a fault.
+  /// One control step of `dt` seconds. `needs_supply`: the power stage is on, so that a low DC link is a
+  /// fault.
   void step(const ServoFeedback& feedback, const ServoSettings& settings, bool needs_supply,
             double dt) noexcept;
   /// The limits are others now.
@@ -57,7 +59,9 @@ class Supervision {
 
   /// Bits of the causes present at the last step.
   [[nodiscard]] std::uint8_t causes() const noexcept { return causes_; }
+  /// Motor or board has reached 2030h:3: bit 7 of the statusword.
   [[nodiscard]] bool warning() const noexcept { return warning_; }
+  /// The DC link is not below 2032h:1: bit 4 of the statusword.
   [[nodiscard]] bool supplied() const noexcept { return supplied_; }
 
  private:
@@ -71,8 +75,8 @@ class Supervision {
   void judge(const Housekeeping& seen, const ServoSettings& settings) noexcept;
   [[nodiscard]] std::uint8_t encoders(const ServoFeedback& feedback, double dt) noexcept;
 
-  double impossible_deflection_;
-  double fastest_;  // rad/s, beyond which a reading has jumped
+  double impossible_deflection_;  // rad
+  double fastest_;                // rad/s, beyond which a reading has jumped
   EncoderWatch motor_, link_;
   Housekeeping seen_;
   double over_current_for_ = 0;  // s

@@ -5,7 +5,6 @@ Usage: emulate_test.py WALKMAN_HIL [unittest arguments]
 
 import json
 import os
-import shutil
 import signal
 import socket
 import stat
@@ -260,7 +259,6 @@ class Pace(EmulateTest):
         self.assertEqual((told["stalls"], told["dropped_seconds"]), (0, 0))
         self.assertGreater(told["late_steps"], 100)
 
-    @unittest.skipIf(shutil.which("strace") is None, "no strace")
     def test_socket_servers_without_clients_call_the_system_no_more_often(self):
         """Calls a millisecond of emulated time, with every server and with none."""
         calls = []

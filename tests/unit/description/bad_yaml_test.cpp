@@ -109,7 +109,7 @@ INSTANTIATE_TEST_SUITE_P(
         Bad{"bad_devices_unknown_frame.yaml", 5, {"force_torque", "no frame \"r_arm_tf\"", "\"r_arm_ft\""}},
         Bad{"bad_devices_fixed_joint.yaml", 5, {"imu_joint", "does not move"}},
         Bad{"bad_devices_passive_joint.yaml", 5, {"RThumbFlexion1", "follows \"r_handj_synergy\""}},
-        Bad{"bad_devices_node_range.yaml", 5, {"node", "\"128\"", "1 to 127"}},
+        Bad{"bad_devices_node_range.yaml", 5, {"node", "\"127\"", "1 to 126"}},
         Bad{"bad_devices_node_twice.yaml", 6, {"node", "11 is the node-ID of \"RShSag\""}},
         Bad{"bad_devices_joint_twice.yaml", 6, {"\"RShSag\" has a device before"}},
         Bad{"bad_devices_interface_long.yaml", 3, {"interface", "expected 1 to 15"}},

@@ -8,6 +8,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "adaptation/parameters.h"
+
 namespace walkman {
 namespace {
 
@@ -49,6 +51,16 @@ TEST(ForceTorqueKind, ShippedFileHasTheRatingsOfTheFortyFiveMillimetreSensor) {
 TEST(ForceTorqueKind, ShippedFilesHaveTheCrossTalkOfADataSheet) {
   EXPECT_EQ(load_force_torque_kind(kShipped).cross_talk, 0.01);
   EXPECT_EQ(load_force_torque_kind(kShipped.parent_path() / "force_torque_ankle.yaml").cross_talk, 0.01);
+}
+
+/// The two sides read different files: what the robot's computer takes the sensor for, and what is emulated.
+TEST(ForceTorqueKind, TheMethodTakesTheSensorForWhatItIs) {
+  const ForceTorqueKind kind = load_force_torque_kind(kShipped);
+  const auto method =
+      load_method_parameters(std::filesystem::path(WALKMAN_SOURCE_TREE) / "adaptation/parameters.yaml");
+  EXPECT_EQ(method.stage_two.sensor_cross_talk, kind.cross_talk);
+  EXPECT_EQ(method.stage_two.sensor_force_range, kind.force_range.x());
+  EXPECT_EQ(method.stage_two.sensor_torque_range, kind.torque_range.x());
 }
 
 TEST(ForceTorqueKind, BadFilesAreRefusedWithFileLineAndKey) {
