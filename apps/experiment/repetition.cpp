@@ -249,7 +249,6 @@ RepetitionResult run_repetition(const RepetitionOptions& options) {
   result.warnings = judge.warnings();
   result.regrasps = std::max(0, static_cast<int>(judge.weighings().size()) - 1);
   result.simulated_seconds = progress.simulated_seconds;
-  result.real_time_factor = progress.real_time_factor;
   return result;
 }
 

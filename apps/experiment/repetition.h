@@ -62,7 +62,6 @@ struct RepetitionResult {
   std::vector<std::string> warnings;  ///< of the drivers, one sentence each
   std::string unwritten;  ///< which file could not be written completely, one sentence; empty: all were
   double simulated_seconds = 0;
-  double real_time_factor = 0;
 };
 
 /// What a repetition is doing, for people who wait.

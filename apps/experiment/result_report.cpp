@@ -109,7 +109,6 @@ nlohmann::json to_json(const RepetitionResult& result) {
   if (!result.warnings.empty()) json["warnings"] = result.warnings;
   if (!result.unwritten.empty()) json["unwritten"] = result.unwritten;
   json["simulated_seconds"] = rounded(result.simulated_seconds);
-  json["real_time_factor"] = std::round(result.real_time_factor * 1e3) / 1e3;
   return json;
 }
 
@@ -135,7 +134,6 @@ RepetitionResult repetition_from_json(const nlohmann::json& json) {
   result.warnings = json.value("warnings", std::vector<std::string>());
   result.unwritten = json.value("unwritten", "");
   result.simulated_seconds = json.at("simulated_seconds").get<double>();
-  result.real_time_factor = json.at("real_time_factor").get<double>();
   return result;
 }
 

@@ -33,8 +33,7 @@ struct ExperimentResult {
 };
 
 /// {"experiment", "interrupted", "repetitions": [...], "outcomes": {OUTCOME: how many}, "mean" with its "n",
-/// "paper"}; SI units, distances along the object from its left end. Only `real_time_factor` differs from run
-/// to run.
+/// "paper"}; SI units, distances along the object from its left end. The same from run to run, to the byte.
 [[nodiscard]] nlohmann::json to_json(const ExperimentResult& result);
 [[nodiscard]] nlohmann::json to_json(const RepetitionResult& result);
 [[nodiscard]] RepetitionResult repetition_from_json(const nlohmann::json& json);

@@ -76,7 +76,7 @@ void BM_WholeRun(benchmark::State& state) {
     const apps::RepetitionResult result = apps::run_repetition(options);
     if (result.outcome == apps::Outcome::kStopped) state.SkipWithError(result.reason.c_str());
     state.counters["simulated_s"] = result.simulated_seconds;
-    state.counters["x_real_time"] = result.real_time_factor;
+    state.counters["x_real_time"] = benchmark::Counter(result.simulated_seconds, benchmark::Counter::kIsRate);
   }
 }
 BENCHMARK(BM_WholeRun)->Unit(benchmark::kSecond)->Iterations(1)->UseRealTime();

@@ -17,7 +17,6 @@ RepetitionResult repetition(std::uint64_t seed, double tau, Outcome outcome) {
   r.weighed = true;
   r.regrasps = 1;
   r.outcome = outcome;
-  r.real_time_factor = 3;
   return r;
 }
 
@@ -27,7 +26,7 @@ TEST(ResultReport, HasThePapersFieldsARepetition) {
   result.paper = *paper_row(1);
   const nlohmann::json json = to_json(result);
   for (const char* key : {"seed", "d_r", "d_v", "f_g", "tau", "d", "tau_after", "d_after",
-                          "reduction_percent", "regrasps", "outcome", "real_time_factor"}) {
+                          "reduction_percent", "regrasps", "outcome"}) {
     EXPECT_TRUE(json["repetitions"][0].contains(key)) << key;
   }
   EXPECT_EQ(json["experiment"], 1);
