@@ -8,7 +8,7 @@ import time
 import drive
 from can_socket import Bus
 from checks import that
-from limb import Process
+from limb import JOINTS, Process
 
 BUSES = ("torso", "rarm", "larm", "rleg", "lleg")
 CAN = ",".join(f"{name}=vcan{at}" for at, name in enumerate(BUSES))
@@ -89,6 +89,26 @@ class Robot:
             left[0] -= 1
             return left[0] < 0
         self.watch(passed, 60, f"{cycles} frames")
+
+    def moving(self, by=0.02, seconds=30, silence=1.0):
+        """Returns when the arm is in motion, a joint `by` rad from where it began: drives follow their set-points."""
+        self.running()
+        first = self.positions(silence)
+        ends = time.monotonic() + seconds
+        while max(abs(angle - began) for angle, began in zip(self.positions(silence), first)) < by:
+            self.master.alive()
+            that(time.monotonic() < ends, f"the arm does not move within {seconds} s")
+
+    @staticmethod
+    def positions(silence=1.0):
+        """Position actual values (rad) of the arm's joints, each from the next TPDO2 of its drive."""
+        found = {}
+        with Bus("vcan1", filters=[(0x280 + node, 0x7FF) for node in JOINTS]) as bus:
+            while len(found) < len(JOINTS):
+                frame = bus.receive(silence)
+                that(frame is not None, "the arm's bus is silent")
+                found[frame.id & 0x7F] = struct.unpack_from("<i", frame.data)[0] * 1e-6
+        return [found[node] for node in JOINTS]
 
     def result(self, timeout=240):
         """What the master printed at its end."""
