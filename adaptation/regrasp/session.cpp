@@ -13,9 +13,9 @@ namespace {
 constexpr double kStandingShare = 0.5;
 constexpr double kFallen = 0.25;  // rad between what the inertial unit and the feet call upright
 
-// rad that a joint may be away from its set-point after a recovery: more than a brake and a spring under the
-// peak torque let it sag. The set-points go on from where they were; up to here they are led back to, at no
-// more than 0.1 rad/s, for a jump would be a blow to a standing robot's feet.
+// rad that a joint may be away from its set-point after a recovery: about what the softest spring of an arm
+// gives under its peak torque. The set-points go on from where they were; up to here they are led back to, at
+// no more than 0.1 rad/s, for a jump would be a blow to a standing robot's feet.
 constexpr double kStillThere = 0.1;
 constexpr double kLedBackIn = 2;  // s
 
