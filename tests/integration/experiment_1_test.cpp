@@ -194,12 +194,22 @@ TEST(Experiment1, ACentreOfMassThatIsNotWhereItWasReportedIsWrong) {
   EXPECT_NEAR(std::abs(result.truth.tau_after), std::abs(result.row.tau_after), 0.1);
 }
 
-TEST(Experiment1, WhatNobodyStopsForAReasonIsADefect) {
+// Only the method's own word is a stop; whatever else ends a run is a defect, alone and in the pool.
+TEST(Experiment1, WhateverElseEndsARunIsADefect) {
   RepetitionOptions o = options(1);
-  o.progress = [](const Progress& progress) {
-    if (progress.simulated_seconds > 1) throw std::runtime_error("nobody's business");
+  o.progress = [](const Progress& p) {
+    if (p.simulated_seconds > 0.5) throw std::runtime_error("a file that has vanished");
   };
-  EXPECT_THROW(static_cast<void>(run_repetition(o)), std::logic_error);
+  try {
+    static_cast<void>(run_repetition(o));
+    FAIL() << "has a result";
+  } catch (const std::logic_error& error) {
+    EXPECT_THAT(error.what(), testing::MatchesRegex("seed 1, 0\\.5.. s, .+: a file that has vanished"));
+  }
+  o = options(1);
+  o.prepare = [](Emulator&) { throw std::logic_error("a defect of this test"); };
+  EXPECT_THAT([&] { static_cast<void>(run_repetitions({o}, 1, {})); },
+              testing::ThrowsMessage<std::logic_error>("a defect of this test"));
 }
 
 TEST(Experiment1, WithoutTheWristsTpdosTheRunStopsAndSaysWhy) {

@@ -3,6 +3,7 @@ a receive queue that overflows. In lock-step, so that nothing depends on how bus
 import errno
 import functools
 import os
+import resource
 import signal
 import struct
 import time
@@ -16,6 +17,7 @@ from sdo import Sdo
 
 OWN_PROCESSES = True
 PERIOD_MS = 5
+MEGABYTE = 1 << 20
 
 
 def with_robot(function):
@@ -149,6 +151,28 @@ def ctrl_c_while_the_robot_boots(under_test):
         robot.master.process.send_signal(signal.SIGINT)
         result, status = robot.result(30)
         equal((status, result["reason"]), (1, "interrupted"), "how the master ended")
+        states = states_after(robot)
+        that(all(state == 0x04 for state in states.values()), f"NMT states told by heartbeats: {states}")
+        robot.emulator.alive()
+    finally:
+        status = robot.stop()
+    equal(status, 0, "exit status of the emulator")
+
+
+@test(seconds=240)
+def what_nobody_stops_for_a_reason_is_a_defect(under_test):
+    """The master's memory is taken away before the first cloud comes: not an outcome, but an internal error; and its
+    drives are stopped all the same."""
+    robot = Robot(under_test)
+    try:
+        robot.start_master()
+        robot.watch(lambda: robot.syncs_since_beat > 3, 60, "the first SYNCs")
+        with open(f"/proc/{robot.master.process.pid}/statm", encoding="ascii") as file:
+            in_use = int(file.read().split()[0]) * resource.getpagesize()
+        resource.prlimit(robot.master.process.pid, resource.RLIMIT_AS, (in_use + MEGABYTE, in_use + MEGABYTE))
+        equal(robot.master.process.wait(120), 5, f"exit status of the master: {robot.master.output()[-300:]!r}")
+        said = robot.master.output()
+        that("internal error" in said and "bad_alloc" in said, f"what it said: {said[-300:]!r}")
         states = states_after(robot)
         that(all(state == 0x04 for state in states.values()), f"NMT states told by heartbeats: {states}")
         robot.emulator.alive()

@@ -274,6 +274,67 @@ class Pace(EmulateTest):
         self.assertLess(calls[1], calls[0] + 0.3)
 
 
+class Socketcand(EmulateTest):
+    def serve(self, *options):
+        """An emulator with a socketcand server on a free port; returns the port when it is ready."""
+        with socket.socket() as free:
+            free.bind(("127.0.0.1", 0))
+            port = free.getsockname()[1]
+        reader, writer = os.pipe()
+        self.start("--camera-socket", self.camera, "--socketcand", str(port), "--ready-fd", str(writer), *options,
+                   pass_fds=(writer,))
+        os.close(writer)
+        with os.fdopen(reader) as pipe:
+            self.assertEqual(pipe.read(), "ready\n")
+        return port
+
+    def test_who_opens_no_bus_is_hung_up_on_after_30_s(self):
+        port = self.serve()
+        with socket.create_connection(("127.0.0.1", port), 60.0) as silent, \
+                socket.create_connection(("127.0.0.1", port), 60.0) as opened:
+            began = time.monotonic()
+            self.assertEqual(opened.recv(100), b"< hi >")
+            opened.sendall(b"< open can_rarm >")
+            self.assertEqual(opened.recv(100), b"< ok >")
+            self.assertEqual(silent.recv(100), b"< hi >")
+            while silent.recv(100):
+                pass
+            self.assertGreater(time.monotonic() - began, 29.0)
+            self.assertLess(time.monotonic() - began, 45.0)
+            opened.sendall(b"< rawmode >")
+            self.assertEqual(opened.recv(100), b"< ok >")
+
+    def beacons(self, listener, seconds):
+        """Those of this test's emulator, with the times at which they came."""
+        ends = time.monotonic() + seconds
+        found = []
+        while (left := ends - time.monotonic()) > 0:
+            listener.settimeout(left)
+            try:
+                text = listener.recv(2048).decode()
+            except socket.timeout:
+                break
+            if f"<URL>can://127.0.0.1:{self.port}</URL>" in text:
+                found.append((time.monotonic(), text))
+        return found
+
+    def test_the_beacon_comes_every_3_s_if_asked(self):
+        with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as listener:
+            # Every listener with this option gets a broadcast: the test does not need the port for itself.
+            listener.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+            listener.bind(("", 42000))
+            self.port = self.serve()
+            self.assertEqual(self.beacons(listener, 4.0), [])
+            self.running[-1].finish()
+            self.port = self.serve("--socketcand-beacon")
+            found = self.beacons(listener, 10.0)
+        self.assertGreaterEqual(len(found), 3)
+        for bus in ("torso", "rarm", "larm", "rleg", "lleg"):
+            self.assertIn(f'<Bus name="can_{bus}"/>', found[0][1])
+        for (one, _), (next_one, _) in zip(found[1:], found[2:]):  # the first may have waited in the socket
+            self.assertAlmostEqual(next_one - one, 3.0, delta=0.5)
+
+
 if __name__ == "__main__":
     PROGRAM = sys.argv.pop(1)
     unittest.main(verbosity=2)

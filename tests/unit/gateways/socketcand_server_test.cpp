@@ -258,27 +258,44 @@ TEST_F(SocketcandServerTest, CostsNothingWithoutClients) {
   EXPECT_EQ(test::system_calls, 0);
 }
 
-TEST(SocketcandBeacon, TellsOfAddressAndBuses) {
-  const Descriptor listener(::socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0));
-  sockaddr_in address{};
-  address.sin_family = AF_INET;
-  socklen_t length = sizeof address;
-  ASSERT_EQ(bind(listener.get(), reinterpret_cast<sockaddr*>(&address), length), 0);
-  ASSERT_EQ(getsockname(listener.get(), reinterpret_cast<sockaddr*>(&address), &length), 0);
-  bus::CanBus rarm("rarm", "can_rarm");
-  bus::CanBus torso("torso", "can_torso");
-  std::array<bus::CanBus*, 2> buses{&rarm, &torso};
-  const SocketcandServer server(buses, {.port = 0, .beacon = true, .beacon_port = ntohs(address.sin_port)});
-  std::array<char, 1024> buffer;
-  const timeval limit{.tv_sec = 5, .tv_usec = 0};
-  setsockopt(listener.get(), SOL_SOCKET, SO_RCVTIMEO, &limit, sizeof limit);
-  const ssize_t size = recv(listener.get(), buffer.data(), buffer.size(), 0);
-  ASSERT_GT(size, 0);
-  EXPECT_THAT(std::string(buffer.data(), static_cast<std::size_t>(size)),
+/// Where beacons are sent to.
+class SocketcandBeaconTest : public testing::Test {
+ protected:
+  SocketcandBeaconTest() : listener_(::socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0)) {
+    sockaddr_in address{};
+    address.sin_family = AF_INET;
+    socklen_t length = sizeof address;
+    EXPECT_EQ(bind(listener_.get(), reinterpret_cast<sockaddr*>(&address), length), 0);
+    EXPECT_EQ(getsockname(listener_.get(), reinterpret_cast<sockaddr*>(&address), &length), 0);
+    port_ = ntohs(address.sin_port);
+  }
+  /// What comes within that time; empty: nothing.
+  std::string received(timeval limit) const {
+    setsockopt(listener_.get(), SOL_SOCKET, SO_RCVTIMEO, &limit, sizeof limit);
+    std::array<char, 1024> buffer;
+    const ssize_t size = recv(listener_.get(), buffer.data(), buffer.size(), 0);
+    return size < 0 ? std::string() : std::string(buffer.data(), static_cast<std::size_t>(size));
+  }
+
+  Descriptor listener_;
+  std::uint16_t port_ = 0;
+  bus::CanBus rarm_{"rarm", "can_rarm"};
+  bus::CanBus torso_{"torso", "can_torso"};
+  std::array<bus::CanBus*, 2> buses_{&rarm_, &torso_};
+};
+
+TEST_F(SocketcandBeaconTest, TellsOfAddressAndBuses) {
+  const SocketcandServer server(buses_, {.port = 0, .beacon = true, .beacon_port = port_});
+  EXPECT_THAT(received({.tv_sec = 5, .tv_usec = 0}),
               testing::MatchesRegex(
                   "<CANBeacon name=\".+\" type=\"adapter\" description=\".+\">\n<URL>can://127.0.0.1:" +
                   std::to_string(server.port()) +
                   "</URL><Bus name=\"can_rarm\"/><Bus name=\"can_torso\"/></CANBeacon>"));
+}
+
+TEST_F(SocketcandBeaconTest, IsOffByDefault) {
+  const SocketcandServer server(buses_, {.port = 0, .beacon_port = port_});
+  EXPECT_EQ(received({.tv_sec = 0, .tv_usec = 200'000}), "");
 }
 
 TEST_F(SocketcandServerTest, OneTooManyIsTold) {
