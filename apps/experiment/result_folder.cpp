@@ -80,7 +80,11 @@ ResultFolder::ResultFolder(fs::path folder) : folder_(std::move(folder)) {
   if (ftruncate(lock_, 0) == 0) static_cast<void>(!write(lock_, me.data(), me.size()));
 }
 
-ResultFolder::~ResultFolder() { close(lock_); }
+ResultFolder::~ResultFolder() {
+  // What is left is the same to the byte from run to run.
+  static_cast<void>(ftruncate(lock_, 0) == 0);
+  close(lock_);
+}
 
 void ResultFolder::clear() const {
   try {

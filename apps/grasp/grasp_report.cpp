@@ -33,14 +33,15 @@ std::string to_text(const regrasp::Weighing& weighing) {
 
 std::string to_text(const GraspResult& result) {
   std::string text =
-      fmt::format("{}{}{} after {:.2f} s: {} regrasps", result.outcome, result.reason.empty() ? "" : ": ",
-                  result.reason, result.seconds, regrasps_of(result));
+      fmt::format("{}{}{} after {:.2f} s: {} regrasp{}", result.outcome, result.reason.empty() ? "" : ": ",
+                  result.reason, result.seconds, regrasps_of(result), regrasps_of(result) == 1 ? "" : "s");
   if (!result.weighings.empty()) {
     const Eigen::Vector3d com = centre_of_mass_T(result.weighings.back());
     text += fmt::format(", centre of mass at ({:.3f}, {:.3f}, {:.3f}) m from where the base stood", com.x(),
                         com.y(), com.z());
   }
-  if (result.recoveries > 0) text += fmt::format(", {} recovered faults", result.recoveries);
+  if (result.recoveries > 0)
+    text += fmt::format(", {} recovered fault{}", result.recoveries, result.recoveries == 1 ? "" : "s");
   text += fmt::format(
       "\n{} SYNC cycles, {} frames received, {} of another master, {} not sent, {} lost, {} emergencies, ",
       result.counters.syncs, result.counters.frames_received, result.counters.foreign_frames,
