@@ -6,8 +6,8 @@
 
 #include <btBulletDynamicsCommon.h>
 
+#include "emulator/plant/contact/contact_dispatcher.h"
 #include "emulator/plant/contact/self_collision.h"
-#include "emulator/plant/contact/self_collision_dispatcher.h"
 #include "emulator/plant/dynamics/bullet_types.h"
 #include "emulator/plant/dynamics/event_player.h"
 #include "emulator/plant/dynamics/hoist.h"
@@ -22,16 +22,6 @@
 
 namespace walkman::plant {
 namespace {
-
-// Coulomb coefficients; a pair of surfaces has the product of both. Steel and wood on a laminate table,
-// rubbered fingers: estimates within published ranges.
-constexpr double kHandFriction = 1.0;
-constexpr double kBodyFriction = 0.8;
-// Rubber soles, and what keeps the resting feet of a well-converged solver from hopping by 0.1 mm.
-constexpr double kFootStiffness = 5e6;  // N/m
-constexpr double kFootDamping = 5e3;    // N·s/m
-constexpr double kObjectFriction = 0.8;
-constexpr double kFixedFriction = 0.75;
 
 /// A joint and the actuator that moves it.
 struct JointDrive {
@@ -72,7 +62,7 @@ struct Plant::Impl {
 
   const RobotModel* robot = nullptr;
   btDefaultCollisionConfiguration configuration;
-  SelfCollisionDispatcher dispatcher{&configuration};
+  ContactDispatcher dispatcher{&configuration};
   btDbvtBroadphase broadphase;
   std::unique_ptr<SelfCollision> self_collision;
   std::unique_ptr<SelfCollisionFilter> self_collision_filter;
@@ -124,15 +114,6 @@ void Plant::Impl::add_robot(const Scene& scene, const DeviceTable& devices,
   self_collision_filter = std::make_unique<SelfCollisionFilter>(*self_collision);
   broadphase.getOverlappingPairCache()->setOverlapFilterCallback(self_collision_filter.get());
 
-  std::vector<Surface> surfaces(robot->links.size(), Surface{kBodyFriction, false});
-  for (std::size_t i = 0; i < robot->links.size(); ++i) {
-    const int parent_joint = robot->links[i].parent_joint;
-    if (parent_joint < 0) continue;
-    const Joint& joint = robot->joints[static_cast<std::size_t>(parent_joint)];
-    const auto parent = static_cast<std::size_t>(joint.parent_link);
-    const bool starts_hand = std::find(cuts.begin(), cuts.end(), joint.name) != cuts.end();
-    surfaces[i] = starts_hand ? Surface{kHandFriction, true} : surfaces[parent];
-  }
   std::vector<int> foot_links;
   for (const std::string& frame : names_of(devices, DeviceKind::kForceTorque)) {
     const Link& link = robot->links[static_cast<std::size_t>(robot->link_index(frame))];
@@ -140,13 +121,11 @@ void Plant::Impl::add_robot(const Scene& scene, const DeviceTable& devices,
     const Joint& joint = robot->joints[static_cast<std::size_t>(link.parent_joint)];
     // A sensor nothing hangs below sits in a foot.
     if (std::find(cuts.begin(), cuts.end(), joint.name) != cuts.end()) continue;
-    surfaces[static_cast<std::size_t>(joint.parent_link)] = {kBodyFriction, false, kFootStiffness,
-                                                             kFootDamping};
     foot_links.push_back(joint.parent_link);
   }
   body =
       std::make_unique<Multibody>(world, *robot, std::move(tree), scene.base == BaseKind::kFixed, scene.X_WB,
-                                  kRobotGroup, kObjectGroup | kFixedGroup | kRobotGroup, surfaces);
+                                  kRobotGroup, kObjectGroup | kFixedGroup | kRobotGroup);
   body->bullet().setHasSelfCollision(true);
   if (scene.base != BaseKind::kFloating) return;
   for (const int link : foot_links) feet.push_back(body->tree().group_of(link) - 1);
@@ -238,14 +217,14 @@ Plant::Plant(const RobotModel& robot, const Scene& scene, const DeviceTable& dev
   info.m_globalCfm = 0;
   info.m_linearSlop = 1e-5;  // with none, resting contacts vanish and come back every few steps
   for (const FixedBody& fixed : scene.fixed) {
-    p.fixed.push_back(std::make_unique<StaticBody>(p.world, fixed, kFixedFriction));
+    p.fixed.push_back(std::make_unique<StaticBody>(p.world, fixed));
   }
   const std::map<std::string, double> posture = load_posture(scene.robot.srdf, scene.posture, robot);
   p.add_robot(scene, devices, posture);
   p.add_drives(devices, actuators);
   p.add_probes(devices);
   for (const SceneObject& object : scene.objects) {
-    p.objects.push_back(make_object(p.world, object, kObjectFriction));
+    p.objects.push_back(make_object(p.world, object));
     p.object_models.push_back(object);
     for (HandDrive& drive : p.hands) drive.slips.emplace_back(*p.body, drive.palm_link, *p.objects.back());
   }
@@ -254,7 +233,7 @@ Plant::Plant(const RobotModel& robot, const Scene& scene, const DeviceTable& dev
   p.events = std::make_unique<EventPlayer>(
       scene, robot, *p.body, kStep, [&p](std::size_t object, const std::vector<AttachedWeight>& weights) {
         p.object_models[object].weights = weights;
-        rebuild_object(p.world, p.object_models[object], kObjectFriction, p.objects[object]);
+        rebuild_object(p.world, p.object_models[object], p.objects[object]);
         for (HandDrive& drive : p.hands) drive.slips[object].follow(*p.objects[object]);
       });
 }

@@ -28,6 +28,28 @@ class Names {
   std::set<std::string> taken_;
 };
 
+/// A body's `contact`: what its surfaces are, whatever its URDF says.
+void read_contact(const YamlMap& map, RobotModel& model) {
+  if (!map.has("contact")) return;
+  const YamlMap contact =
+      map.map("contact", {"friction", "rolling_friction_m", "spinning_friction_m", "restitution",
+                          "stiffness_n_per_m", "damping_ns_per_m"});
+  const auto read = [&](const char* key, double Surface::*value, double most) {
+    if (!contact.has(key)) return;
+    const double number = contact.number(key);
+    if (number < 0 || number > most)
+      contact.fail(key, fmt::format("{} found, expected 0 to {}", number, most));
+    for (Link& link : model.links) link.surface.*value = number;
+  };
+  constexpr double kAny = std::numeric_limits<double>::max();
+  read("friction", &Surface::friction, kAny);
+  read("rolling_friction_m", &Surface::rolling_friction, kAny);
+  read("spinning_friction_m", &Surface::spinning_friction, kAny);
+  read("restitution", &Surface::restitution, 1);
+  read("stiffness_n_per_m", &Surface::stiffness, kAny);
+  read("damping_ns_per_m", &Surface::damping, kAny);
+}
+
 RobotModel load_with_mass(const YamlMap& map, const PackagePath& packages) {
   RobotModel model = load_robot_model(map.existing_file("urdf"), packages);
   if (!(model.total_mass() > 0)) map.fail("urdf", "the body has no mass, expected more than 0 kg");
@@ -51,6 +73,7 @@ SceneObject read_object(const YamlMap& map, Names& names, const PackagePath& pac
   object.name = names.take(map);
   object.line = map.line();
   object.model = load_with_mass(map, packages);
+  read_contact(map, object.model);
   object.X_WO = map.pose();
   const Extent extent = extent_along_x(object.model);
   constexpr double kOffCentre = 1e-3;
@@ -113,10 +136,12 @@ Scene load_scene(const std::filesystem::path& yaml_file, const PackagePath& pack
   scene.file = yaml_file;
   Names names;
   read_robot(top.map("robot", {"file", "posture", "base"}), scene);
-  for (const YamlMap& map : top.list("fixed_bodies", {"name", "urdf", "xyz_m", "rpy_rad"}))
+  for (const YamlMap& map : top.list("fixed_bodies", {"name", "urdf", "xyz_m", "rpy_rad", "contact"})) {
     scene.fixed.push_back(
         {names.take(map), map.line(), load_robot_model(map.existing_file("urdf"), packages), map.pose()});
-  for (const YamlMap& map : top.list("objects", {"name", "urdf", "xyz_m", "rpy_rad", "weights"}))
+    read_contact(map, scene.fixed.back().model);
+  }
+  for (const YamlMap& map : top.list("objects", {"name", "urdf", "xyz_m", "rpy_rad", "weights", "contact"}))
     scene.objects.push_back(read_object(map, names, packages));
   if (top.has("jitter")) {
     const YamlMap map = top.map("jitter", {"x_m", "y_m", "yaw_rad"});

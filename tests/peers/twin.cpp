@@ -9,11 +9,8 @@ namespace walkman::peers {
 namespace {
 
 // A pair of surfaces has the product of both in Bullet, the larger of both in MuJoCo.
-constexpr double kRobotFriction = 0.8;
+constexpr double kRobotFriction = 0.8;  // of the soles
 constexpr double kGroundFriction = 0.75;
-// As the plant's soles.
-constexpr double kFootStiffness = 5e6;  // N/m
-constexpr double kFootDamping = 5e3;    // N·s/m
 
 bool has_drive(const DeviceTable& devices, const std::string& joint) {
   return std::any_of(devices.buses.begin(), devices.buses.end(), [&](const Bus& bus) {
@@ -48,6 +45,7 @@ FixedBody ground_body() {
   LinkGeometry slab{Eigen::Isometry3d::Identity(), BoxShape{{10, 10, 0.1}}, "slab"};
   slab.X_LG.translation().z() = -0.05;
   link.collisions.push_back(slab);
+  link.surface.friction = kGroundFriction;
   ground.model.links.push_back(link);
   return ground;
 }
@@ -64,16 +62,11 @@ Twin::Twin(const RobotModel& model, const DeviceTable& devices, const TwinOption
   info.m_globalCfm = 0;
   info.m_linearSlop = 1e-5;
   if (options.ground) {
-    ground_ = std::make_unique<plant::StaticBody>(world_, ground_body(), kGroundFriction);
-  }
-  std::vector<plant::Surface> surfaces(model.links.size(), plant::Surface{kRobotFriction, false});
-  for (const char* foot : {"RFoot", "LFoot"}) {
-    surfaces[static_cast<std::size_t>(model.link_index(foot))] = {kRobotFriction, false, kFootStiffness,
-                                                                  kFootDamping};
+    ground_ = std::make_unique<plant::StaticBody>(world_, ground_body());
   }
   body_ = std::make_unique<plant::Multibody>(world_, model, rigid_tree(model, devices, options.sensors),
                                              options.fixed_base, options.X_WR, plant::kRobotGroup,
-                                             options.ground ? plant::kFixedGroup : 0, surfaces);
+                                             options.ground ? plant::kFixedGroup : 0);
   const plant::RigidTree& tree = body_->tree();
 
   MjcfOptions mjcf_options;

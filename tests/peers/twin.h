@@ -7,6 +7,7 @@
 
 #include <btBulletDynamicsCommon.h>
 
+#include "emulator/plant/contact/contact_dispatcher.h"
 #include "emulator/plant/dynamics/plant_world.h"
 #include "emulator/plant/dynamics/row_space_solver.h"
 #include "emulator/plant/dynamics/world_objects.h"
@@ -81,7 +82,7 @@ class Twin {
   long bullet_steps_ = 0, mujoco_steps_ = 0;
 
   btDefaultCollisionConfiguration configuration_;
-  btCollisionDispatcher dispatcher_{&configuration_};
+  plant::ContactDispatcher dispatcher_{&configuration_};
   btDbvtBroadphase broadphase_;
   plant::RowSpaceSolver solver_;
   plant::PlantWorld world_{&dispatcher_, &broadphase_, &solver_, &configuration_};

@@ -34,6 +34,18 @@ struct LinkGeometry {
   std::string name;
 };
 
+/// How a link's surface touches others: URDF's <contact>, an extension that Bullet's importer reads
+/// (<lateral_friction>, <rolling_friction>, <spinning_friction>, <restitution>, <stiffness>, <damping>, each
+/// with a `value`), and its defaults.
+struct Surface {
+  double friction = 0.5;         ///< Coulomb coefficient
+  double rolling_friction = 0;   ///< lever arm of the normal force against rolling, m
+  double spinning_friction = 0;  ///< the same against turning about the normal, m
+  double restitution = 0;        ///< share of the speed of approach that comes back
+  double stiffness = 0;          ///< of each contact point, N/m; 0: rigid
+  double damping = 0;            ///< with it, N·s/m
+};
+
 struct Link {
   std::string name;
   double mass = 0;                                     ///< kg
@@ -41,7 +53,8 @@ struct Link {
   Eigen::Matrix3d I_LLcm_L = Eigen::Matrix3d::Zero();  ///< inertia about the CoM, link axes, kg·m²
   std::vector<LinkGeometry> collisions;
   std::vector<LinkGeometry> visuals;  ///< the collisions where the URDF gives none
-  int parent_joint = -1;              ///< index of the joint that carries it; −1 = root
+  Surface surface;
+  int parent_joint = -1;  ///< index of the joint that carries it; −1 = root
 };
 
 struct JointLimits {

@@ -106,7 +106,7 @@ RobotModel UrdfReader::read() {
   parse_urdf_xml(file_.string(), read_text_file(file_, kMaxUrdfBytes), xml_);
   check_urdf_tree(file_.string(), xml_);
   take_off_floating_root(xml_);
-  screen_urdf_links(xml_, meshes_, findings_);
+  surfaces_ = screen_urdf_links(xml_, meshes_, findings_);
   screen_urdf_joints(xml_, findings_);
   for (const auto* joint = xml_.RootElement()->FirstChildElement("joint"); joint != nullptr;
        joint = joint->NextSiblingElement("joint"))
@@ -136,6 +136,7 @@ void UrdfReader::add_link(const urdf::Link& source, int parent_joint) {
   for (const auto& visual : source.visual_array)
     link.visuals.push_back(to_geometry(*visual->geometry, visual->origin, visual->name, meshes_));
   if (link.visuals.empty()) link.visuals = link.collisions;
+  if (const auto surface = surfaces_.find(link.name); surface != surfaces_.end()) link.surface = surface->second;
   model_.link_by_name_[link.name] = static_cast<int>(model_.links.size());
   model_.links.push_back(std::move(link));
 }

@@ -33,7 +33,8 @@ class UrdfReader {
   MeshFiles meshes_;
   UrdfFindings findings_;
   tinyxml2::XMLDocument xml_;
-  std::map<std::string, int> joint_order_;  ///< place of each joint in the file
+  std::map<std::string, int> joint_order_;   ///< place of each joint in the file
+  std::map<std::string, Surface> surfaces_;  ///< of links that say what theirs is
   RobotModel model_;
 };
 

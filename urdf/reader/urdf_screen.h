@@ -1,7 +1,9 @@
 #pragma once
 
+#include <map>
 #include <string>
-#include <vector>
+
+#include "urdf/reader/robot_model.h"
 
 namespace tinyxml2 {
 class XMLDocument;
@@ -27,8 +29,10 @@ void take_off_floating_root(tinyxml2::XMLDocument& xml);
 
 /// Puts every element the reader cannot use into `findings` and takes it out of `xml` (a geometry or an
 /// inertial is removed, a joint becomes a fixed one), so that urdfdom accepts the rest. Colours and the
-/// controller extensions of <joint> are taken out silently: nothing here uses them.
-void screen_urdf_links(tinyxml2::XMLDocument& xml, MeshFiles& meshes, UrdfFindings& findings);
+/// controller extensions of <joint> are taken out silently: nothing here uses them. That of links returns the
+/// surfaces of those that have a <contact>, by name: urdfdom does not know it.
+[[nodiscard]] std::map<std::string, Surface> screen_urdf_links(tinyxml2::XMLDocument& xml, MeshFiles& meshes,
+                                                               UrdfFindings& findings);
 void screen_urdf_joints(tinyxml2::XMLDocument& xml, UrdfFindings& findings);
 
 }  // namespace walkman

@@ -3,6 +3,7 @@
 #include <stdexcept>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include <Eigen/Core>
@@ -101,9 +102,36 @@ void screen_geometries(XMLElement& link, const char* kind, MeshFiles& meshes, Ur
   }
 }
 
+/// The value of one element of a <contact>, if there is one.
+Problem read_contact(const XMLElement& contact, const char* name, double& value) {
+  const XMLElement* element = contact.FirstChildElement(name);
+  if (element == nullptr) return std::nullopt;
+  std::array<double, 1> read{};
+  if (auto wrong = read_attribute(*element, "value", read, true)) return wrong;
+  if (read[0] < 0) return fmt::format("<{}> value: \"{}\", expected 0 or more", name, element->Attribute("value"));
+  value = read[0];
+  return std::nullopt;
+}
+
+Problem read_surface(const XMLElement& contact, Surface& surface) {
+  for (const auto& [name, value] :
+       {std::pair<const char*, double*>{"lateral_friction", &surface.friction},
+        {"rolling_friction", &surface.rolling_friction},
+        {"spinning_friction", &surface.spinning_friction},
+        {"restitution", &surface.restitution},
+        {"stiffness", &surface.stiffness},
+        {"damping", &surface.damping}}) {
+    if (auto wrong = read_contact(contact, name, *value)) return wrong;
+  }
+  if (surface.restitution > 1) return fmt::format("<restitution> {:g}, expected at most 1", surface.restitution);
+  return std::nullopt;
+}
+
 }  // namespace
 
-void screen_urdf_links(tinyxml2::XMLDocument& xml, MeshFiles& meshes, UrdfFindings& findings) {
+std::map<std::string, Surface> screen_urdf_links(tinyxml2::XMLDocument& xml, MeshFiles& meshes,
+                                                 UrdfFindings& findings) {
+  std::map<std::string, Surface> surfaces;
   XMLElement* robot = xml.RootElement();
   for (XMLElement* material = robot->FirstChildElement("material"); material != nullptr;) {
     XMLElement* next = material->NextSiblingElement("material");
@@ -122,7 +150,16 @@ void screen_urdf_links(tinyxml2::XMLDocument& xml, MeshFiles& meshes, UrdfFindin
     }
     screen_geometries(*link, "collision", meshes, findings);
     screen_geometries(*link, "visual", meshes, findings);
+    const XMLElement* contact = link->FirstChildElement("contact");
+    if (contact == nullptr) continue;
+    Surface surface;
+    if (auto wrong = read_surface(*contact, surface)) {
+      findings.add(contact->GetLineNum(), fmt::format("link \"{}\", contact", link->Attribute("name")), *wrong);
+    } else {
+      surfaces[link->Attribute("name")] = surface;
+    }
   }
+  return surfaces;
 }
 
 }  // namespace walkman

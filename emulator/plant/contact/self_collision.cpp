@@ -7,7 +7,7 @@
 #include <btBulletCollisionCommon.h>
 
 #include "emulator/plant/dynamics/bullet_types.h"
-#include "emulator/plant/dynamics/multibody.h"
+#include "emulator/plant/contact/collider_parts.h"
 #include "urdf/reader/kinematics.h"
 
 namespace walkman::plant {
@@ -23,9 +23,9 @@ class ShapesAtRest {
     for (const RigidBodyGroup& group : tree.groups()) {
       auto compound = std::make_unique<btCompoundShape>();
       for (const int link : group.links) {
-        for (const LinkGeometry& geometry : model.links[static_cast<std::size_t>(link)].collisions) {
-          parts_.push_back(make_shape(geometry));
-          compound->addChildShape(to_bullet(Eigen::Isometry3d(tree.X_ML(link) * geometry.X_LG)),
+        for (const Solid& solid : solids_of(model.links[static_cast<std::size_t>(link)].collisions)) {
+          parts_.push_back(make_shape(solid));
+          compound->addChildShape(to_bullet(Eigen::Isometry3d(tree.X_ML(link) * solid.X_LC)),
                                   parts_.back().get());
         }
       }

@@ -1,14 +1,23 @@
 #include "emulator/plant/dynamics/constraint_rows.h"
 
 #include <algorithm>
+#include <cmath>
+#include <tuple>
+#include <utility>
 
 #include <BulletDynamics/Featherstone/btMultiBodyLinkCollider.h>
+
+#include "emulator/plant/contact/surface.h"
 
 namespace walkman::plant {
 namespace {
 
 using Rows = Eigen::Map<const Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>, 0,
                         Eigen::OuterStride<>>;
+
+// Of an incompressible pad, along its face over across it (Mindlin 1949: 2 (1 − ν) / (2 − ν), ν = 0.5).
+constexpr double kTangentialShare = 2.0 / 3;
+constexpr double kBouncing = 0.05;  // m/s; what meets more slowly stays
 
 btVector3 origin_of(const btMultiBody& body, int link) {
   return link < 0 ? body.getBasePos() : body.getLink(link).m_cachedWorldTransform.getOrigin();
@@ -23,28 +32,35 @@ btVector3 impulse_of(const btManifoldPoint& point) {
 
 }  // namespace
 
-void ConstraintRows::build(std::span<const JointStop> stops, std::span<btPersistentManifold* const> manifolds,
+void ConstraintRows::build(std::span<const KnownBody> bodies, std::span<const JointStop> stops,
+                           std::span<btPersistentManifold* const> manifolds,
                            const btContactSolverInfo& info) {
-  for (Tree& tree : trees_) tree.current = false;
+  trees_.resize(bodies.size());
+  for (std::size_t i = 0; i < bodies.size(); ++i) {
+    Tree& tree = trees_[i];
+    tree.body = bodies[i].body;
+    tree.inertia = bodies[i].inertia;
+    tree.touched = false;
+  }
   blocks_.clear();
   rows_.clear();
   contacts_.clear();
+  turns_.clear();
   whitened_.clear();
   for (const JointStop& stop : stops) add_stop(stop, info);
   stop_count_ = static_cast<int>(rows_.size());
   for (btPersistentManifold* manifold : manifolds) add_manifold(*manifold, info);
+  int contact = 0;
+  for (btPersistentManifold* manifold : manifolds) {
+    add_turns(*manifold, contact);
+    contact += manifold->getNumContacts();
+  }
 }
 
-int ConstraintRows::tree_of(btMultiBody* body) {
-  auto tree = std::find_if(trees_.begin(), trees_.end(), [&](const Tree& t) { return t.body == body; });
-  // Bodies come and go; what is left of a gone one serves the next.
-  if (tree == trees_.end())
-    tree = std::find_if(trees_.begin(), trees_.end(), [](const Tree& t) { return !t.current; });
-  if (tree == trees_.end()) tree = trees_.insert(trees_.end(), Tree{});
-  if (!tree->current) {
-    tree->body = body;
-    tree->current = true;
-    tree->inertia.update(*body);
+int ConstraintRows::tree_of(const btMultiBody* body) {
+  const auto tree = std::find_if(trees_.begin(), trees_.end(), [&](const Tree& t) { return t.body == body; });
+  if (!tree->touched) {
+    tree->touched = true;
     tree->change.assign(6 + static_cast<std::size_t>(body->getNumDofs()), 0);
   }
   return static_cast<int>(tree - trees_.begin());
@@ -53,7 +69,7 @@ int ConstraintRows::tree_of(btMultiBody* body) {
 RowBlock::Side ConstraintRows::side(int tree, int link, int rows) {
   RowBlock::Side side{tree, link, whitened_.size(), 0};
   if (tree < 0) return side;
-  side.length = static_cast<int>(trees_[static_cast<std::size_t>(tree)].inertia.path(link).size());
+  side.length = static_cast<int>(trees_[static_cast<std::size_t>(tree)].inertia->path(link).size());
   whitened_.resize(whitened_.size() + static_cast<std::size_t>(rows * side.length));
   return side;
 }
@@ -67,47 +83,89 @@ void ConstraintRows::add_stop(const JointStop& stop, const btContactSolverInfo& 
   block.row_count = 1;
   double* entries = whitened_.data() + block.a.first_entry;
   entries[block.a.length - 1] = end->direction;
-  trees_[static_cast<std::size_t>(block.a.tree)].inertia.whiten(stop.link(), entries);
+  trees_[static_cast<std::size_t>(block.a.tree)].inertia->whiten(stop.link(), entries);
   rows_.push_back({end->direction * stop.body().getJointVel(stop.link()), end->target, 0});
   blocks_.push_back(block);
 }
 
 void ConstraintRows::add_manifold(btPersistentManifold& manifold, const btContactSolverInfo& info) {
   if (manifold.getNumContacts() == 0) return;
+  RowBlock block = block_between(manifold, kContactRows * manifold.getNumContacts());
+  block.first_contact = static_cast<int>(contacts_.size());
+  const btMatrix3x3& R_WA = manifold.getBody0()->getWorldTransform().getBasis();
+  for (int i = 0; i < manifold.getNumContacts(); ++i)
+    add_contact(block, R_WA, manifold.getContactPoint(i), info);
+  blocks_.push_back(block);
+}
+
+RowBlock ConstraintRows::block_between(const btPersistentManifold& manifold, int rows) {
   const auto* a = btMultiBodyLinkCollider::upcast(manifold.getBody0());
   const auto* b = btMultiBodyLinkCollider::upcast(manifold.getBody1());
   RowBlock block;
   block.first_row = static_cast<int>(rows_.size());
-  block.row_count = kContactRows * manifold.getNumContacts();
-  block.a = side(a == nullptr ? -1 : tree_of(a->m_multiBody), a == nullptr ? -1 : a->m_link, block.row_count);
-  block.b = side(b == nullptr ? -1 : tree_of(b->m_multiBody), b == nullptr ? -1 : b->m_link, block.row_count);
-  for (int i = 0; i < manifold.getNumContacts(); ++i) add_contact(block, manifold.getContactPoint(i), info);
-  blocks_.push_back(block);
+  block.row_count = rows;
+  block.a = side(a == nullptr ? -1 : tree_of(a->m_multiBody), a == nullptr ? -1 : a->m_link, rows);
+  block.b = side(b == nullptr ? -1 : tree_of(b->m_multiBody), b == nullptr ? -1 : b->m_link, rows);
+  return block;
 }
 
-void ConstraintRows::add_contact(const RowBlock& block, btManifoldPoint& point,
+void ConstraintRows::add_contact(const RowBlock& block, const btMatrix3x3& R_WA, btManifoldPoint& point,
                                  const btContactSolverInfo& info) {
   const double dt = info.m_timeStep;
+  // A spring and a damper taken implicitly are a row that gives way, with a share of the error per step.
+  const auto soft = [dt](double stiffness, double damping) {
+    const double sum = dt * stiffness + damping;
+    return std::pair{1 / (sum * dt), dt * stiffness / sum};
+  };
   double softness = info.m_globalCfm / dt;
   double erp = info.m_erp2;
+  double along = 0;
+  double erp_along = info.m_frictionERP;
+  double give = 0;
   if ((point.m_contactPointFlags & BT_CONTACT_FLAG_CONTACT_STIFFNESS_DAMPING) != 0) {
-    const double stiffness = dt * point.m_combinedContactStiffness1;
-    const double sum = stiffness + point.m_combinedContactDamping1;
-    softness = 1 / (sum * dt);
-    erp = stiffness / sum;
+    const double stiffness = point.m_combinedContactStiffness1;
+    const double damping = point.m_combinedContactDamping1;
+    std::tie(softness, erp) = soft(stiffness, damping);
+    std::tie(along, erp_along) = soft(kTangentialShare * stiffness, kTangentialShare * damping);
+    give = 1 / (kTangentialShare * stiffness);
   }
   const double gap = point.getDistance() + info.m_linearSlop;
-  contacts_.push_back({&point, point.m_combinedFriction});
+  contacts_.push_back({&point, &R_WA, point.m_combinedFriction, give});
   const double speed = add_direction(block, point, point.m_normalWorldOnB);
-  rows_.push_back({speed, -gap * (gap > 0 ? 1 : erp) / dt, softness});
+  double target = -gap * (gap > 0 ? 1 : erp) / dt;
+  if (speed < -kBouncing && gap <= 0) target = std::max(target, -point.m_combinedRestitution * speed);
+  rows_.push_back({speed, target, softness});
 
-  const bool anchored = (point.m_contactPointFlags & BT_CONTACT_FLAG_FRICTION_ANCHOR) != 0;
+  const auto* stick = static_cast<const Stick*>(point.m_userPersistentData);
+  const btVector3 shift = stick == nullptr ? btVector3(0, 0, 0) : R_WA * stick->shift_A;
   btPlaneSpace1(point.m_normalWorldOnB, point.m_lateralFrictionDir1, point.m_lateralFrictionDir2);
   for (const btVector3& tangent : {point.m_lateralFrictionDir1, point.m_lateralFrictionDir2}) {
-    const double offset = (point.getPositionWorldOnA() - point.getPositionWorldOnB()).dot(tangent);
     const double slide = add_direction(block, point, tangent);
-    rows_.push_back({slide, anchored ? -offset * info.m_frictionERP / dt : 0, 0});
+    rows_.push_back({slide, -shift.dot(tangent) * erp_along / dt, along});
   }
+}
+
+void ConstraintRows::add_turns(btPersistentManifold& manifold, int first_contact) {
+  int count = 0;
+  const auto resists = [](const btManifoldPoint& point) {
+    return point.m_combinedRollingFriction > 0 || point.m_combinedSpinningFriction > 0;
+  };
+  for (int i = 0; i < manifold.getNumContacts(); ++i) count += resists(manifold.getContactPoint(i)) ? 1 : 0;
+  if (count == 0) return;
+  const RowBlock block = block_between(manifold, kContactRows * count);
+  for (int i = 0; i < manifold.getNumContacts(); ++i) {
+    const btManifoldPoint& point = manifold.getContactPoint(i);
+    if (!resists(point)) continue;
+    turns_.push_back({static_cast<int>(rows_.size()), first_contact + i, point.m_combinedSpinningFriction,
+                      point.m_combinedRollingFriction});
+    for (const btVector3& axis :
+         {point.m_normalWorldOnB, point.m_lateralFrictionDir1, point.m_lateralFrictionDir2}) {
+      const int row = static_cast<int>(rows_.size()) - block.first_row;
+      const double rate = whiten_turn(block.a, row, axis) + whiten_turn(block.b, row, -axis);
+      rows_.push_back({rate, 0, 0});
+    }
+  }
+  blocks_.push_back(block);
 }
 
 /// Adds the next row's Jacobian and returns the velocity along it.
@@ -121,21 +179,38 @@ double ConstraintRows::add_direction(const RowBlock& block, const btManifoldPoin
 double ConstraintRows::whiten(const RowBlock::Side& side, int row, const btVector3& p_W,
                               const btVector3& direction) {
   if (side.length == 0) return 0;
+  double* entries = entries_of(side, row);
+  trees_[static_cast<std::size_t>(side.tree)].inertia->point_jacobian(side.link, p_W, direction, entries);
+  return whiten(side, entries);
+}
+
+double ConstraintRows::whiten_turn(const RowBlock::Side& side, int row, const btVector3& axis) {
+  if (side.length == 0) return 0;
+  double* entries = entries_of(side, row);
+  trees_[static_cast<std::size_t>(side.tree)].inertia->turn_jacobian(side.link, axis, entries);
+  return whiten(side, entries);
+}
+
+double* ConstraintRows::entries_of(const RowBlock::Side& side, int row) {
+  return whitened_.data() + side.first_entry +
+         static_cast<std::size_t>(row) * static_cast<std::size_t>(side.length);
+}
+
+/// A Jacobian becomes its whitened row; returns the velocity along it.
+double ConstraintRows::whiten(const RowBlock::Side& side, double* entries) const {
   const Tree& tree = trees_[static_cast<std::size_t>(side.tree)];
-  double* entries = whitened_.data() + side.first_entry +
-                    static_cast<std::size_t>(row) * static_cast<std::size_t>(side.length);
-  tree.inertia.point_jacobian(side.link, p_W, direction, entries);
   const btScalar* velocity = tree.body->getVelocityVector();
   double along = 0;
-  for (const int v : tree.inertia.path(side.link)) along += *entries++ * velocity[v];
-  tree.inertia.whiten(side.link, entries - side.length);
+  const double* entry = entries;
+  for (const int v : tree.inertia->path(side.link)) along += *entry++ * velocity[v];
+  tree.inertia->whiten(side.link, entries);
   return along;
 }
 
 void ConstraintRows::couple(const RowBlock& rows, const RowBlock::Side& s, const RowBlock& columns,
                             const RowBlock::Side& t, Eigen::MatrixXd& W) const {
   if (s.tree < 0 || s.tree != t.tree) return;
-  const JointSpaceInertia& inertia = trees_[static_cast<std::size_t>(s.tree)].inertia;
+  const JointSpaceInertia& inertia = *trees_[static_cast<std::size_t>(s.tree)].inertia;
   const std::span<const int> path_s = inertia.path(s.link);
   const std::span<const int> path_t = inertia.path(t.link);
   // Two paths from the base agree up to where they part.
@@ -181,32 +256,87 @@ void ConstraintRows::push_links(const RowBlock& block, const btManifoldPoint& po
   push(block.b, point.getPositionWorldOnB(), -force);
 }
 
-void ConstraintRows::apply(const Eigen::VectorXd& impulses, double dt) {
+void ConstraintRows::shift(const ContactRow& contact, int row, const Eigen::VectorXd& impulses,
+                           const Eigen::VectorXd& velocities, double dt) const {
+  btManifoldPoint& point = *contact.point;
+  auto* stick = static_cast<Stick*>(point.m_userPersistentData);
+  if (stick == nullptr) return;
+  const double limit = contact.friction * impulses[row];
+  const double held = std::hypot(impulses[row + 1], impulses[row + 2]);
+  const bool slips = held >= limit * (1 - 1e-9);
+  if (limit <= 0 || (slips && contact.give == 0)) {
+    stick->shift_A.setZero();
+    return;
+  }
+  btVector3 shift = *contact.R_WA * stick->shift_A;
+  const btVector3& normal = point.m_normalWorldOnB;
+  shift -= normal * shift.dot(normal);
+  shift += (point.m_lateralFrictionDir1 * velocities[row + 1] +
+            point.m_lateralFrictionDir2 * velocities[row + 2]) *
+           dt;
+  if (slips) {
+    // What slips keeps the spring that friction holds.
+    const double most = limit / dt * contact.give;
+    const double length = shift.length();
+    if (length > most) shift *= most / length;
+  }
+  stick->shift_A = shift * *contact.R_WA;
+}
+
+void ConstraintRows::apply(const Eigen::VectorXd& impulses, const Eigen::VectorXd& velocities, double dt) {
   for (const RowBlock& block : blocks_) {
     for (const RowBlock::Side* side : {&block.a, &block.b}) {
       if (side->tree < 0) continue;
       Tree& tree = trees_[static_cast<std::size_t>(side->tree)];
-      const std::span<const int> path = tree.inertia.path(side->link);
+      const std::span<const int> path = tree.inertia->path(side->link);
       const double* entries = whitened_.data() + side->first_entry;
       for (int row = block.first_row; row < block.first_row + block.row_count; ++row) {
         for (const int v : path) tree.change[static_cast<std::size_t>(v)] += impulses[row] * *entries++;
       }
     }
-    for (int row = block.first_row; row + kContactRows <= block.first_row + block.row_count;
-         row += kContactRows) {
-      btManifoldPoint& point = *contacts_[static_cast<std::size_t>((row - stop_count_) / kContactRows)].point;
+    if (block.first_contact < 0) continue;
+    const int contacts = block.row_count / kContactRows;
+    for (int i = 0; i < contacts; ++i) {
+      const ContactRow& contact = contacts_[static_cast<std::size_t>(block.first_contact + i)];
+      const int row = block.first_row + kContactRows * i;
+      btManifoldPoint& point = *contact.point;
       point.m_appliedImpulse = impulses[row];
       point.m_appliedImpulseLateral1 = impulses[row + 1];
       point.m_appliedImpulseLateral2 = impulses[row + 2];
+      shift(contact, row, impulses, velocities, dt);
       if (impulses[row] == 0) continue;
       push_links(block, point, impulse_of(point) / dt);
     }
   }
-  for (Tree& tree : trees_) {
-    if (!tree.current) continue;
-    tree.inertia.unwhiten(tree.change);
-    tree.body->applyDeltaVeeMultiDof2(tree.change.data(), 1);
+  for (const TurnRow& turn : turns_) {
+    const btManifoldPoint& point = *contacts_[static_cast<std::size_t>(turn.contact)].point;
+    const btVector3 moment = point.m_normalWorldOnB * impulses[turn.row] +
+                             point.m_lateralFrictionDir1 * impulses[turn.row + 1] +
+                             point.m_lateralFrictionDir2 * impulses[turn.row + 2];
+    twist_links(turn, moment / dt);
   }
+  for (Tree& tree : trees_) {
+    if (!tree.touched) continue;
+    tree.inertia->unwhiten(tree.change);
+    tree.body->applyDeltaVeeMultiDof(tree.change.data(), 1);
+  }
+}
+
+void ConstraintRows::twist_links(const TurnRow& turn, const btVector3& torque) const {
+  const auto block = std::find_if(blocks_.begin(), blocks_.end(), [&](const RowBlock& candidate) {
+    return turn.row >= candidate.first_row && turn.row < candidate.first_row + candidate.row_count;
+  });
+  const auto twist = [&](const RowBlock::Side& side, const btVector3& T) {
+    if (side.tree < 0) return;
+    btMultiBody& body = *trees_[static_cast<std::size_t>(side.tree)].body;
+    if (side.link < 0) {
+      body.addBaseConstraintTorque(T);
+    } else {
+      body.addLinkConstraintTorque(side.link, T);
+    }
+  };
+  twist(block->a, torque);
+  twist(block->b, -torque);
 }
 
 }  // namespace walkman::plant

@@ -24,6 +24,7 @@ struct RowBlock {
   Side a, b;
   int first_row = 0;
   int row_count = 0;
+  int first_contact = -1;  // index of its first one; −1: has none
 };
 
 /// One inequality or friction row, in impulses (N·s or N·m·s) and velocities (m/s or rad/s) along it.
@@ -37,49 +38,78 @@ struct Row {
 constexpr int kContactRows = 3;
 struct ContactRow {
   btManifoldPoint* point;
+  const btMatrix3x3* R_WA;  // of the body whose frame its stick is in
   double friction;
+  double give;  // of the surfaces along each other, m/N; 0: rigid
 };
 
-/// Rows of a step: joints' stops first, then three of each contact. Reads manifolds of multibodies with each
-/// other and with what does not move; no other rigid body may move in the world.
+/// A contact that resists rolling or turning: three rows, about its normal and its two tangents.
+struct TurnRow {
+  int row;      // the first of the three
+  int contact;  // index
+  double spinning, rolling;  // lever arms of the normal force, m
+};
+
+/// A multibody that moves, and its inertia factorised at its poses.
+struct KnownBody {
+  btMultiBody* body;
+  const JointSpaceInertia* inertia;
+};
+
+/// Rows of a step: joints' stops first, then three of each contact, then three of each that resists turning.
+/// Reads manifolds of multibodies with each other and with what does not move; no other rigid body may move in
+/// the world.
 class ConstraintRows {
  public:
-  void build(std::span<const JointStop> stops, std::span<btPersistentManifold* const> manifolds,
-             const btContactSolverInfo& info);
+  /// `bodies`: all that move.
+  void build(std::span<const KnownBody> bodies, std::span<const JointStop> stops,
+             std::span<btPersistentManifold* const> manifolds, const btContactSolverInfo& info);
 
   [[nodiscard]] int stop_count() const { return stop_count_; }
   [[nodiscard]] const std::vector<Row>& rows() const { return rows_; }
   [[nodiscard]] const std::vector<ContactRow>& contacts() const { return contacts_; }
+  [[nodiscard]] const std::vector<TurnRow>& turns() const { return turns_; }
 
   /// W = J H⁻¹ Jᵀ: velocity along each row by a unit impulse along each other.
   void delassus(Eigen::MatrixXd& W) const;
   /// Hands the impulses to the multibodies: their change of velocity, and the forces of contacts as
-  /// constraint forces at the links; contact points remember theirs.
-  void apply(const Eigen::VectorXd& impulses, double dt);
+  /// constraint forces at the links; contact points remember theirs, and how far they are shifted when their
+  /// surfaces move with `velocities` along the rows.
+  void apply(const Eigen::VectorXd& impulses, const Eigen::VectorXd& velocities, double dt);
 
  private:
   struct Tree {
     btMultiBody* body = nullptr;
-    bool current = false;
-    JointSpaceInertia inertia;
+    const JointSpaceInertia* inertia = nullptr;
+    bool touched = false;
     std::vector<double> change;
   };
 
-  int tree_of(btMultiBody* body);
+  int tree_of(const btMultiBody* body);
   [[nodiscard]] RowBlock::Side side(int tree, int link, int rows);
   void add_stop(const JointStop& stop, const btContactSolverInfo& info);
+  [[nodiscard]] RowBlock block_between(const btPersistentManifold& manifold, int rows);
   void add_manifold(btPersistentManifold& manifold, const btContactSolverInfo& info);
-  void add_contact(const RowBlock& block, btManifoldPoint& point, const btContactSolverInfo& info);
+  void add_contact(const RowBlock& block, const btMatrix3x3& R_WA, btManifoldPoint& point,
+                   const btContactSolverInfo& info);
+  void add_turns(btPersistentManifold& manifold, int first_contact);
+  void shift(const ContactRow& contact, int row, const Eigen::VectorXd& impulses,
+             const Eigen::VectorXd& velocities, double dt) const;
   double add_direction(const RowBlock& block, const btManifoldPoint& point, const btVector3& direction);
   double whiten(const RowBlock::Side& side, int row, const btVector3& p_W, const btVector3& direction);
   void couple(const RowBlock& rows, const RowBlock::Side& s, const RowBlock& columns, const RowBlock::Side& t,
               Eigen::MatrixXd& W) const;
+  double whiten(const RowBlock::Side& side, double* entries) const;
+  [[nodiscard]] double* entries_of(const RowBlock::Side& side, int row);
+  double whiten_turn(const RowBlock::Side& side, int row, const btVector3& axis);
   void push_links(const RowBlock& block, const btManifoldPoint& point, const btVector3& force) const;
+  void twist_links(const TurnRow& turn, const btVector3& torque) const;
 
   std::vector<Tree> trees_;
   std::vector<RowBlock> blocks_;
   std::vector<Row> rows_;
   std::vector<ContactRow> contacts_;
+  std::vector<TurnRow> turns_;
   std::vector<double> whitened_;  // L⁻ᵀ Jᵀ of each row and side
   int stop_count_ = 0;
 };

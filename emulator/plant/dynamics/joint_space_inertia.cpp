@@ -22,6 +22,13 @@ void JointSpaceInertia::Composite::add(const Composite& other) {
   yz += other.yz;
 }
 
+JointSpaceInertia::Spatial JointSpaceInertia::Composite::times(const Spatial& motion) const {
+  const btVector3& w = motion.angular;
+  const btVector3 turned(xx * w[0] + xy * w[1] + xz * w[2], xy * w[0] + yy * w[1] + yz * w[2],
+                         xz * w[0] + yz * w[1] + zz * w[2]);
+  return {turned + first_moment.cross(motion.linear), motion.linear * mass + w.cross(first_moment)};
+}
+
 void JointSpaceInertia::update(const btMultiBody& body) {
   lay_out(body);
   fill_rows(body);
@@ -88,24 +95,20 @@ JointSpaceInertia::Composite JointSpaceInertia::composite(const btTransform& X_W
 }
 
 void JointSpaceInertia::fill_rows(const btMultiBody& body) {
-  composites_.clear();
-  composites_.push_back(composite(body.getBaseWorldTransform(), body.getBaseMass(), body.getBaseInertia()));
+  bodies_.clear();
+  bodies_.push_back(composite(body.getBaseWorldTransform(), body.getBaseMass(), body.getBaseInertia()));
   for (int i = 0; i < body.getNumLinks(); ++i) {
     const btMultibodyLink& link = body.getLink(i);
-    composites_.push_back(composite(link.m_cachedWorldTransform, link.m_mass, link.m_inertiaLocal));
+    bodies_.push_back(composite(link.m_cachedWorldTransform, link.m_mass, link.m_inertiaLocal));
   }
+  composites_ = bodies_;
   for (int i = body.getNumLinks() - 1; i >= 0; --i) {
     const btMultibodyLink& link = body.getLink(i);
     const Composite& carried = composites_[static_cast<std::size_t>(i) + 1];
     for (int d = 0; d < link.m_dofCount; ++d) {
       const int velocity = kBase + link.m_dofOffset + d;
       const Spatial& S = axes_[static_cast<std::size_t>(velocity)];
-      const btVector3& w = S.angular;
-      const btVector3 turned(carried.xx * w[0] + carried.xy * w[1] + carried.xz * w[2],
-                             carried.xy * w[0] + carried.yy * w[1] + carried.yz * w[2],
-                             carried.xz * w[0] + carried.yz * w[1] + carried.zz * w[2]);
-      const btVector3 moment = turned + carried.first_moment.cross(S.linear);
-      const btVector3 force = S.linear * carried.mass + w.cross(carried.first_moment);
+      const auto [moment, force] = carried.times(S);
       const std::span<const int> path = path_of(velocity);
       double* entry = row(velocity);
       std::size_t k = 0;
@@ -170,6 +173,15 @@ void JointSpaceInertia::point_jacobian(int link, const btVector3& p_WP, const bt
   }
 }
 
+void JointSpaceInertia::turn_jacobian(int link, const btVector3& axis, double* row) const {
+  const std::span<const int> along = path(link);
+  std::size_t k = 0;
+  if (!fixed_) {
+    for (; k < kBase; ++k) row[k] = k < 3 ? axis[static_cast<int>(k)] : 0;
+  }
+  for (; k < along.size(); ++k) row[k] = axes_[static_cast<std::size_t>(along[k])].angular.dot(axis);
+}
+
 void JointSpaceInertia::whiten(int link, double* j) const {
   const std::span<const int> along = path(link);
   for (std::size_t a = along.size(); a-- > 0;) {
@@ -177,6 +189,18 @@ void JointSpaceInertia::whiten(int link, double* j) const {
     const double value = j[a] /= own[a];
     for (std::size_t k = 0; k < a; ++k) j[k] -= value * own[k];
   }
+}
+
+void JointSpaceInertia::solve(std::span<double> forces) const {
+  const std::size_t first = fixed_ ? kBase : 0;
+  for (std::size_t v = forces.size(); v-- > first;) {
+    const std::span<const int> along = path_of(static_cast<int>(v));
+    const double* own = row(static_cast<int>(v));
+    const double value = forces[v] /= own[along.size() - 1];
+    for (std::size_t k = 0; k + 1 < along.size(); ++k)
+      forces[static_cast<std::size_t>(along[k])] -= value * own[k];
+  }
+  unwhiten(forces);
 }
 
 void JointSpaceInertia::unwhiten(std::span<double> z) const {

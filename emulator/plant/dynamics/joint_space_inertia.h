@@ -18,13 +18,39 @@ namespace walkman::plant {
 /// base's centre of mass in world axes, then the joints. On paths of a fixed base its six are left out.
 class JointSpaceInertia {
  public:
+  /// Angular and linear part of a spatial vector about `origin`, in world axes (Featherstone 2008, §2).
+  struct Spatial {
+    btVector3 angular{0, 0, 0}, linear{0, 0, 0};
+  };
+  /// Of a body, or of one and all it carries, about `origin`, in world axes.
+  struct Composite {
+    double mass = 0;
+    btVector3 first_moment{0, 0, 0};                        // mass times position
+    double xx = 0, yy = 0, zz = 0, xy = 0, xz = 0, yz = 0;  // moment of inertia
+    void add(const Composite& other);
+    /// Momentum of a motion, or force of an acceleration.
+    [[nodiscard]] Spatial times(const Spatial& motion) const;
+  };
+
   void update(const btMultiBody& body);
+
+  /// The base's centre of mass at `update`, in W, m: the point all is taken about.
+  [[nodiscard]] const btVector3& origin() const { return origin_; }
+  /// Inertia of each body alone, the base first.
+  [[nodiscard]] const std::vector<Composite>& bodies() const { return bodies_; }
+  /// How each joint's velocity moves what it carries; those of the base's six are not used.
+  [[nodiscard]] const std::vector<Spatial>& axes() const { return axes_; }
+  /// Generalised forces become the accelerations H⁻¹ τ, in place; as long as the velocity vector.
+  void solve(std::span<double> forces) const;
 
   /// Velocities that move `link` (−1: the base), from the base outwards.
   [[nodiscard]] std::span<const int> path(int link) const;
 
   /// Jacobian of a point's velocity along `direction`, both in W: as many entries as the link's path has.
   void point_jacobian(int link, const btVector3& p_WP, const btVector3& direction, double* row) const;
+
+  /// The same for the link's angular velocity along `axis`, in W.
+  void turn_jacobian(int link, const btVector3& axis, double* row) const;
 
   /// `row` becomes L⁻ᵀ row, in place, on the link's path. The dot product of two such rows, as far as their
   /// paths agree, is that of their J H⁻¹ Jᵀ.
@@ -34,17 +60,6 @@ class JointSpaceInertia {
   void unwhiten(std::span<double> z) const;
 
  private:
-  /// Of a body and all it carries, about the base's centre of mass, in world axes.
-  struct Composite {
-    double mass = 0;
-    btVector3 first_moment{0, 0, 0};                        // mass times position
-    double xx = 0, yy = 0, zz = 0, xy = 0, xz = 0, yz = 0;  // moment of inertia
-    void add(const Composite& other);
-  };
-  struct Spatial {
-    btVector3 angular{0, 0, 0}, linear{0, 0, 0};
-  };
-
   void lay_out(const btMultiBody& body);
   void append_path(int parent, int velocity);
   [[nodiscard]] Composite composite(const btTransform& X_WM, double mass, const btVector3& inertia) const;
@@ -57,14 +72,14 @@ class JointSpaceInertia {
   [[nodiscard]] std::span<const int> path_of(int velocity) const;
 
   bool fixed_ = false;
-  btVector3 origin_{0, 0, 0};       // the base's centre of mass, the point all is taken about
+  btVector3 origin_{0, 0, 0};
   std::vector<int> last_velocity_;  // of each link, base first: the outermost on its path, or −1
   std::vector<std::size_t> start_;  // of a velocity's row in `paths_` and `factor_`
   std::vector<int> length_;         // of that row, itself included
   std::vector<int> paths_;
   std::vector<double> factor_;         // H, then L
   std::vector<Spatial> axes_;          // of each joint velocity, at `origin_`
-  std::vector<Composite> composites_;  // base first
+  std::vector<Composite> bodies_, composites_;  // base first
 };
 
 }  // namespace walkman::plant

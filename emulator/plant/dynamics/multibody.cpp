@@ -1,9 +1,6 @@
 #include "emulator/plant/dynamics/multibody.h"
 
-#include <BulletCollision/CollisionShapes/btBoxShape.h>
 #include <BulletCollision/CollisionShapes/btCompoundShape.h>
-#include <BulletCollision/CollisionShapes/btConvexHullShape.h>
-#include <BulletCollision/CollisionShapes/btCylinderShape.h>
 #include <BulletCollision/CollisionShapes/btSphereShape.h>
 #include <BulletDynamics/Featherstone/btMultiBodyDynamicsWorld.h>
 
@@ -12,38 +9,12 @@
 namespace walkman::plant {
 namespace {
 
-constexpr double kCollisionMargin = 0.001;  // m; larger margins round a cylinder's edge and shift contacts
-
-struct ShapeMaker {
-  std::unique_ptr<btCollisionShape> operator()(const BoxShape& box) const {
-    return std::make_unique<btBoxShape>(to_bullet(Eigen::Vector3d(box.size / 2)));
-  }
-  std::unique_ptr<btCollisionShape> operator()(const CylinderShape& c) const {
-    return std::make_unique<btCylinderShapeZ>(btVector3(c.radius, c.radius, c.length / 2));
-  }
-  std::unique_ptr<btCollisionShape> operator()(const SphereShape& s) const {
-    return std::make_unique<btSphereShape>(s.radius);
-  }
-  std::unique_ptr<btCollisionShape> operator()(const MeshShape& mesh) const {
-    auto hull = std::make_unique<btConvexHullShape>();
-    for (const Eigen::Vector3d& v : mesh.vertices) hull->addPoint(to_bullet(v), false);
-    hull->optimizeConvexHull();
-    hull->recalcLocalAabb();
-    return hull;
-  }
-};
+constexpr double kCollisionMargin = 0.001;  // m
 
 }  // namespace
 
-std::unique_ptr<btCollisionShape> make_shape(const LinkGeometry& geometry) {
-  auto shape = std::visit(ShapeMaker{}, geometry.shape);
-  if (!std::holds_alternative<SphereShape>(geometry.shape)) shape->setMargin(kCollisionMargin);
-  return shape;
-}
-
 Multibody::Multibody(btMultiBodyDynamicsWorld& world, const RobotModel& model, RigidTree tree,
-                     bool fixed_base, const Eigen::Isometry3d& X_WR, int collision_group, int collision_mask,
-                     const std::vector<Surface>& surfaces)
+                     bool fixed_base, const Eigen::Isometry3d& X_WR, int collision_group, int collision_mask)
     : world_(world), tree_(std::move(tree)), bullet_link_of_joint_(model.joints.size(), -1) {
   const RigidBodyGroup& base = tree_.groups().front();
   body_ = std::make_unique<btMultiBody>(static_cast<int>(tree_.groups().size()) - 1, base.mass,
@@ -57,7 +28,7 @@ Multibody::Multibody(btMultiBodyDynamicsWorld& world, const RobotModel& model, R
   body_->setMaxCoordinateVelocity(1e4);  // the default of 100 clamps joint speeds silently
   body_->setBaseWorldTransform(to_bullet(Eigen::Isometry3d(X_WR * base.X_RM)));
   world_.addMultiBody(body_.get());
-  add_colliders(model, surfaces, collision_group, collision_mask);
+  add_colliders(model, collision_group, collision_mask);
 }
 
 Multibody::~Multibody() {
@@ -91,18 +62,18 @@ void Multibody::set_up_links(const RobotModel& model) {
   }
 }
 
-void Multibody::add_colliders(const RobotModel& model, const std::vector<Surface>& surfaces, int group,
-                              int mask) {
+void Multibody::add_colliders(const RobotModel& model, int group, int mask) {
   for (std::size_t g = 0; g < tree_.groups().size(); ++g) {
     auto compound = std::make_unique<btCompoundShape>();
     compound->setMargin(kCollisionMargin);
-    Surface surface;
+    auto parts = std::make_unique<ColliderParts>();
     for (const int link : tree_.groups()[g].links) {
-      for (const LinkGeometry& geometry : model.links[static_cast<std::size_t>(link)].collisions) {
-        auto shape = make_shape(geometry);
-        compound->addChildShape(to_bullet(Eigen::Isometry3d(tree_.X_ML(link) * geometry.X_LG)), shape.get());
+      for (const Solid& solid : solids_of(model.links[static_cast<std::size_t>(link)].collisions)) {
+        auto shape = make_shape(solid);
+        const btTransform X_MC = to_bullet(Eigen::Isometry3d(tree_.X_ML(link) * solid.X_LC));
+        compound->addChildShape(X_MC, shape.get());
+        parts->add({solid.primitive, shape.get(), X_MC, model.links[static_cast<std::size_t>(link)].surface});
         shapes_.push_back(std::move(shape));
-        surface = surfaces[static_cast<std::size_t>(link)];
       }
     }
     const bool empty = compound->getNumChildShapes() == 0;
@@ -114,12 +85,9 @@ void Multibody::add_colliders(const RobotModel& model, const std::vector<Surface
     const int index = static_cast<int>(g) - 1;
     auto collider = std::make_unique<btMultiBodyLinkCollider>(body_.get(), index);
     collider->setCollisionShape(shapes_.back().get());
-    collider->setFriction(surface.friction);
     collider->setActivationState(DISABLE_DEACTIVATION);
-    if (surface.stiffness > 0) collider->setContactStiffnessAndDamping(surface.stiffness, surface.damping);
-    if (surface.anchored) {
-      collider->setCollisionFlags(collider->getCollisionFlags() | btCollisionObject::CF_HAS_FRICTION_ANCHOR);
-    }
+    if (!empty) parts->hang_on(*collider);
+    parts_.push_back(std::move(parts));
     world_.addCollisionObject(collider.get(), empty ? 0 : group, empty ? 0 : mask);
     if (index < 0) {
       body_->setBaseCollider(collider.get());

@@ -6,6 +6,7 @@
 #include <BulletDynamics/Featherstone/btMultiBody.h>
 #include <BulletDynamics/Featherstone/btMultiBodyLinkCollider.h>
 
+#include "emulator/plant/contact/collider_parts.h"
 #include "emulator/plant/dynamics/rigid_tree.h"
 
 class btMultiBodyDynamicsWorld;
@@ -15,14 +16,6 @@ namespace walkman::plant {
 /// Collision filter groups; what collides with what is the sum of the masks below.
 enum CollisionGroup : int { kObjectGroup = 1, kFixedGroup = 2, kRobotGroup = 4 };
 
-/// How a body's surfaces touch others.
-struct Surface {
-  double friction = 0.8;  ///< Coulomb coefficient; a pair has the product of both
-  bool anchored = false;  ///< friction anchor: no creep under a steady load (Bullet's CF_HAS_FRICTION_ANCHOR)
-  double stiffness = 0;   ///< of the contact, N/m; 0: rigid
-  double damping = 0;     ///< with it, N·s/m
-};
-
 /// A URDF tree as one Bullet multibody. Owns the multibody, its colliders and their shapes; removes them from
 /// the world when destroyed.
 ///
@@ -30,11 +23,9 @@ struct Surface {
 /// where the model gives no shape. Link indices of Bullet are group indices of the tree less one.
 class Multibody {
  public:
-  /// X_WR: pose of the model's root link. `surfaces`: one per URDF link, in the model's order. `world` must
-  /// outlive this.
+  /// X_WR: pose of the model's root link. `world` must outlive this.
   Multibody(btMultiBodyDynamicsWorld& world, const RobotModel& model, RigidTree tree, bool fixed_base,
-            const Eigen::Isometry3d& X_WR, int collision_group, int collision_mask,
-            const std::vector<Surface>& surfaces);
+            const Eigen::Isometry3d& X_WR, int collision_group, int collision_mask);
   ~Multibody();
   Multibody(const Multibody&) = delete;
   Multibody& operator=(const Multibody&) = delete;
@@ -60,7 +51,7 @@ class Multibody {
 
  private:
   void set_up_links(const RobotModel& model);
-  void add_colliders(const RobotModel& model, const std::vector<Surface>& surfaces, int group, int mask);
+  void add_colliders(const RobotModel& model, int group, int mask);
 
   btMultiBodyDynamicsWorld& world_;
   RigidTree tree_;
@@ -68,10 +59,7 @@ class Multibody {
   std::unique_ptr<btMultiBody> body_;
   std::vector<std::unique_ptr<btCollisionShape>> shapes_;
   std::vector<std::unique_ptr<btMultiBodyLinkCollider>> colliders_;
+  std::vector<std::unique_ptr<ColliderParts>> parts_;  // of each collider
 };
-
-/// A Bullet shape for a URDF geometry, and the pose of the shape in the geometry's frame (Bullet's cylinders
-/// lie along z as URDF's do). Meshes become their convex hull.
-[[nodiscard]] std::unique_ptr<btCollisionShape> make_shape(const LinkGeometry& geometry);
 
 }  // namespace walkman::plant

@@ -1,6 +1,6 @@
 #include "emulator/plant/dynamics/plant_world.h"
 
-#include <limits>
+#include <algorithm>
 #include <stdexcept>
 
 namespace walkman::plant {
@@ -17,12 +17,14 @@ void require_static(const btRigidBody& body) {
 
 }  // namespace
 
-PlantWorld::PlantWorld(btDispatcher* dispatcher, btBroadphaseInterface* broadphase,
-                       btMultiBodyConstraintSolver* solver, btCollisionConfiguration* configuration)
-    : btMultiBodyDynamicsWorld(dispatcher, broadphase, solver, configuration) {
-  // All contacts of a step in one call of the solver, however many: a second call would push every stop
-  // twice.
-  getSolverInfo().m_minimumSolverBatchSize = std::numeric_limits<int>::max();
+PlantWorld::PlantWorld(btDispatcher* dispatcher, btBroadphaseInterface* broadphase, RowSpaceSolver* solver,
+                       btCollisionConfiguration* configuration)
+    : btMultiBodyDynamicsWorld(dispatcher, broadphase, &unused_, configuration), solver_(*solver) {}
+
+void PlantWorld::addMultiBody(btMultiBody* body, int group, int mask) {
+  btMultiBodyDynamicsWorld::addMultiBody(body, group, mask);
+  moving_.push_back(std::make_unique<MovingBody>());
+  moving_.back()->body = body;
 }
 
 void PlantWorld::addRigidBody(btRigidBody* body) {
@@ -42,25 +44,32 @@ void PlantWorld::addConstraint(btTypedConstraint* /*constraint*/, bool /*collisi
 void PlantWorld::addMultiBodyConstraint(btMultiBodyConstraint* /*constraint*/) { refuse_constraint(); }
 
 void PlantWorld::removeMultiBody(btMultiBody* body) {
-  velocity_before_.erase(body);
-  mid_step_velocity_.erase(body);
+  std::erase_if(moving_, [&](const auto& moving) { return moving->body == body; });
   btMultiBodyDynamicsWorld::removeMultiBody(body);
 }
 
-void PlantWorld::solveExternalForces(btContactSolverInfo& info) {
-  for (int i = 0; i < m_multiBodies.size(); ++i) {
-    btMultiBody* mb = m_multiBodies[i];
-    velocity_before_[mb].assign(mb->getVelocityVector(), mb->getVelocityVector() + 6 + mb->getNumDofs());
-    if (mid_step_) mid_step_velocity_[mb].predict(*mb, info.m_timeStep);
+void PlantWorld::solveConstraints(btContactSolverInfo& info) {
+  forwardKinematics();
+  clearMultiBodyConstraintForces();
+  known_.clear();
+  for (const auto& moving : moving_) {
+    btMultiBody& body = *moving->body;
+    moving->velocity_before.assign(body.getVelocityVector(),
+                                   body.getVelocityVector() + 6 + body.getNumDofs());
+    moving->dynamics.advance(body, info.m_timeStep, terms_);
+    known_.push_back({&body, &moving->dynamics.inertia()});
   }
-  btMultiBodyDynamicsWorld::solveExternalForces(info);
-  if (!mid_step_) return;
-  for (int i = 0; i < m_multiBodies.size(); ++i)
-    mid_step_velocity_[m_multiBodies[i]].correct(*m_multiBodies[i]);
+  btDispatcher& dispatcher = *getDispatcher();
+  solver_.solve(known_, {dispatcher.getInternalManifoldPointer(), static_cast<std::size_t>(dispatcher.getNumManifolds())},
+                info);
 }
 
 void PlantWorld::integrateTransforms(btScalar dt) {
-  for (StepProbe* probe : probes_) probe->measure(velocity_before_[&probe->body()], dt, getGravity());
+  for (StepProbe* probe : probes_) {
+    const auto moving = std::find_if(moving_.begin(), moving_.end(),
+                                     [&](const auto& m) { return m->body == &probe->body(); });
+    probe->measure((*moving)->velocity_before, dt, getGravity());
+  }
   btMultiBodyDynamicsWorld::integrateTransforms(dt);
 }
 

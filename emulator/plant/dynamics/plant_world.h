@@ -1,12 +1,14 @@
 #pragma once
 
-#include <map>
+#include <memory>
 #include <vector>
 
+#include <BulletDynamics/Featherstone/btMultiBodyConstraintSolver.h>
 #include <BulletDynamics/Featherstone/btMultiBodyDynamicsWorld.h>
 #include <btBulletDynamicsCommon.h>
 
-#include "emulator/plant/dynamics/mid_step_velocity.h"
+#include "emulator/plant/dynamics/forward_dynamics.h"
+#include "emulator/plant/dynamics/row_space_solver.h"
 
 namespace walkman::plant {
 
@@ -25,18 +27,28 @@ class StepProbe {
   virtual void measure(const std::vector<double>& before, double dt, const btVector3& gravity) = 0;
 };
 
-/// Bullet's multibody world with probes that measure inside the step. What moves in it are multibodies with
-/// contacts; whoever adds a moving rigid body or one of Bullet's constraints gets a std::logic_error, as
-/// RowSpaceSolver would pass over them.
+/// A multibody of the world, its dynamics, and its velocity at the start of the step.
+struct MovingBody {
+  btMultiBody* body;
+  ForwardDynamics dynamics;
+  std::vector<double> velocity_before;
+};
+
+/// Bullet's multibody world with its own forward dynamics and contact solver, which share the factorised
+/// inertia, and with probes that measure inside the step. What moves in it are multibodies with contacts;
+/// whoever adds a moving rigid body or one of Bullet's constraints gets a std::logic_error, as RowSpaceSolver
+/// would pass over them. Nothing sleeps, so there are no islands.
 class PlantWorld : public btMultiBodyDynamicsWorld {
  public:
-  PlantWorld(btDispatcher* dispatcher, btBroadphaseInterface* broadphase, btMultiBodyConstraintSolver* solver,
+  PlantWorld(btDispatcher* dispatcher, btBroadphaseInterface* broadphase, RowSpaceSolver* solver,
              btCollisionConfiguration* configuration);
 
   /// The probe must outlive the world's last step.
   void add_probe(StepProbe& probe) { probes_.push_back(&probe); }
-  /// From now on velocity terms are those of the poses' own instant (MidStepVelocity).
-  void use_mid_step_velocities() { mid_step_ = true; }
+  /// From now on velocity terms are those of the poses' own instant (ForwardDynamics::VelocityTerms).
+  void use_mid_step_velocities() { terms_ = ForwardDynamics::VelocityTerms::kMiddle; }
+  void addMultiBody(btMultiBody* body, int group = btBroadphaseProxy::DefaultFilter,
+                    int mask = btBroadphaseProxy::AllFilter) override;
   void removeMultiBody(btMultiBody* body) override;
   void addRigidBody(btRigidBody* body) override;
   void addRigidBody(btRigidBody* body, int group, int mask) override;
@@ -44,14 +56,18 @@ class PlantWorld : public btMultiBodyDynamicsWorld {
   void addMultiBodyConstraint(btMultiBodyConstraint* constraint) override;
 
  protected:
-  void solveExternalForces(btContactSolverInfo& info) override;
+  void calculateSimulationIslands() override {}
+  void updateActivationState(btScalar /*dt*/) override {}
+  void solveConstraints(btContactSolverInfo& info) override;
   void integrateTransforms(btScalar dt) override;
 
  private:
+  btMultiBodyConstraintSolver unused_;  // Bullet's world wants one
+  RowSpaceSolver& solver_;
   std::vector<StepProbe*> probes_;
-  std::map<const btMultiBody*, std::vector<double>> velocity_before_;
-  bool mid_step_ = false;
-  std::map<const btMultiBody*, MidStepVelocity> mid_step_velocity_;
+  std::vector<std::unique_ptr<MovingBody>> moving_;  // as Bullet's multibodies
+  std::vector<KnownBody> known_;                     // the same
+  ForwardDynamics::VelocityTerms terms_ = ForwardDynamics::VelocityTerms::kStart;
 };
 
 }  // namespace walkman::plant

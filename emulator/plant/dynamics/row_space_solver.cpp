@@ -35,7 +35,8 @@ double RowSpaceSolver::sweep_stops(bool forward) {
 
 double RowSpaceSolver::sweep_normals() {
   double worst = 0;
-  for (int i = rows_.stop_count(); i < impulse_.size(); i += kContactRows)
+  const int end = rows_.stop_count() + kContactRows * static_cast<int>(rows_.contacts().size());
+  for (int i = rows_.stop_count(); i < end; i += kContactRows)
     worst = std::max(worst, move(i, std::max(wanted(i), 0.0)));
   return worst;
 }
@@ -66,13 +67,28 @@ double RowSpaceSolver::sweep_friction() {
   return worst;
 }
 
-void RowSpaceSolver::solveMultiBodyGroup(btCollisionObject** /*bodies*/, int /*body_count*/,
-                                         btPersistentManifold** manifolds, int manifold_count,
-                                         btTypedConstraint** /*constraints*/, int /*constraint_count*/,
-                                         btMultiBodyConstraint** /*multibody_constraints*/,
-                                         int /*multibody_constraint_count*/, const btContactSolverInfo& info,
-                                         btIDebugDraw* /*drawer*/, btDispatcher* /*dispatcher*/) {
-  rows_.build(stops_, {manifolds, static_cast<std::size_t>(manifold_count)}, info);
+double RowSpaceSolver::sweep_turns() {
+  double worst = 0;
+  for (const TurnRow& turn : rows_.turns()) {
+    const double normal = impulse_[rows_.stop_count() + kContactRows * turn.contact];
+    const double spin = turn.spinning * normal;
+    worst = std::max(worst, move(turn.row, std::clamp(wanted(turn.row), -spin, spin)));
+    const double roll = turn.rolling * normal;
+    double a = wanted(turn.row + 1);
+    double b = wanted(turn.row + 2);
+    const double norm = std::hypot(a, b);
+    if (norm > roll) {
+      a *= roll / norm;
+      b *= roll / norm;
+    }
+    worst = std::max({worst, move(turn.row + 1, a), move(turn.row + 2, b)});
+  }
+  return worst;
+}
+
+void RowSpaceSolver::solve(std::span<const KnownBody> bodies, std::span<btPersistentManifold* const> manifolds,
+                           const btContactSolverInfo& info) {
+  rows_.build(bodies, stops_, manifolds, info);
   const auto count = static_cast<Eigen::Index>(rows_.rows().size());
   if (count == 0) return;
   rows_.delassus(delassus_);
@@ -89,10 +105,10 @@ void RowSpaceSolver::solveMultiBodyGroup(btCollisionObject** /*bodies*/, int /*b
   impulse_.setZero();
   for (int sweep = 0; sweep < info.m_numIterations; ++sweep) {
     const bool forward = (sweep & 1) != 0;
-    const double residual = std::max({sweep_stops(forward), sweep_normals(), sweep_friction()});
+    const double residual = std::max({sweep_stops(forward), sweep_normals(), sweep_friction(), sweep_turns()});
     if (residual * residual <= info.m_leastSquaresResidualThreshold) break;
   }
-  rows_.apply(impulse_, info.m_timeStep);
+  rows_.apply(impulse_, velocity_, info.m_timeStep);
 }
 
 }  // namespace walkman::plant

@@ -1,8 +1,8 @@
 #pragma once
 
+#include <span>
 #include <vector>
 
-#include <BulletDynamics/Featherstone/btMultiBodyConstraintSolver.h>
 #include <Eigen/Core>
 
 #include "emulator/plant/dynamics/constraint_rows.h"
@@ -14,28 +14,27 @@ namespace walkman::plant {
 /// Bullet's stock solver runs the articulated-body recursion over the whole tree once for each row, then
 /// keeps one velocity vector as long as all degrees of freedom and touches it twice for each row and sweep.
 /// Here W = J H⁻¹ Jᵀ comes from a factorised H along the links' own paths, and the sweeps run on W alone, in
-/// the stock solver's row order and with its targets; the friction cone is exact (both tangential impulses
-/// scaled together). The sweeps start from no impulse: impulses kept from the step before would let friction
+/// the stock solver's row order; the friction cone is exact (both tangential impulses
+/// scaled together), and what sticks stays where it stuck (Stick). The sweeps start from no impulse: impulses kept from the step before would let friction
 /// hold what wedged itself in, far beyond what the normal forces of a grip explain.
 ///
-/// To be called once per step with all contacts (PlantWorld sees to it): every call has all the stops, and
-/// starts from the velocities before the solve. Bullet's own constraints and rigid bodies that move, which
-/// PlantWorld refuses, are not known here; restitution, rolling and spinning friction are passed over.
-class RowSpaceSolver : public btMultiBodyConstraintSolver {
+/// PlantWorld calls it once per step with all contacts. Bullet's own constraints and rigid bodies that move,
+/// which PlantWorld refuses, are not known here.
+class RowSpaceSolver {
  public:
   /// The stop's body must stay for as long as the world is stepped.
   void add_stop(const JointStop& stop) { stops_.push_back(stop); }
 
-  void solveMultiBodyGroup(btCollisionObject** bodies, int body_count, btPersistentManifold** manifolds,
-                           int manifold_count, btTypedConstraint** constraints, int constraint_count,
-                           btMultiBodyConstraint** multibody_constraints, int multibody_constraint_count,
-                           const btContactSolverInfo& info, btIDebugDraw* drawer,
-                           btDispatcher* dispatcher) override;
+  /// Gives the bodies the velocities that stops and contacts allow. `bodies`: all that move, with the
+  /// velocities that they would have without.
+  void solve(std::span<const KnownBody> bodies, std::span<btPersistentManifold* const> manifolds,
+             const btContactSolverInfo& info);
 
  private:
   double sweep_stops(bool forward);
   double sweep_normals();
   double sweep_friction();
+  double sweep_turns();
   /// Impulse that would bring row `row` to its target, before any limit.
   [[nodiscard]] double wanted(int row) const;
   /// Gives row `row` the impulse `impulse` and returns the residual it had.

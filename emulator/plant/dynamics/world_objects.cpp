@@ -33,15 +33,13 @@ RobotModel with_weights(const SceneObject& object) {
   return model;
 }
 
-std::unique_ptr<Multibody> make_object(btMultiBodyDynamicsWorld& world, const SceneObject& object,
-                                       double friction) {
+std::unique_ptr<Multibody> make_object(btMultiBodyDynamicsWorld& world, const SceneObject& object) {
   const RobotModel model = with_weights(object);
   return std::make_unique<Multibody>(world, model, RigidTree(model, {}, {}), false, object.X_WO, kObjectGroup,
-                                     kObjectGroup | kFixedGroup | kRobotGroup,
-                                     std::vector<Surface>(model.links.size(), Surface{friction, false}));
+                                     kObjectGroup | kFixedGroup | kRobotGroup);
 }
 
-void rebuild_object(btMultiBodyDynamicsWorld& world, const SceneObject& object, double friction,
+void rebuild_object(btMultiBodyDynamicsWorld& world, const SceneObject& object,
                     std::unique_ptr<Multibody>& body) {
   SceneObject moved = object;
   moved.X_WO = body->X_WL(0);
@@ -49,25 +47,28 @@ void rebuild_object(btMultiBodyDynamicsWorld& world, const SceneObject& object, 
   const btVector3 velocity = body->bullet().getBaseVel();
   const btVector3 spin = body->bullet().getBaseOmega();
   body.reset();
-  body = make_object(world, moved, friction);
+  body = make_object(world, moved);
   body->bullet().setBaseOmega(spin);
   body->bullet().setBaseVel(velocity + spin.cross(body->bullet().getBasePos() - com));
 }
 
-StaticBody::StaticBody(btMultiBodyDynamicsWorld& world, const FixedBody& fixed, double friction)
+StaticBody::StaticBody(btMultiBodyDynamicsWorld& world, const FixedBody& fixed)
     : world_(world), name_(fixed.name) {
   const RigidTree tree(fixed.model, {}, {});
   // A static body is wholly fixed, so every link belongs to the root group and X_RM X_ML is its pose in the
   // root.
   const Eigen::Isometry3d X_RM = tree.groups().front().X_RM;
   for (std::size_t i = 0; i < fixed.model.links.size(); ++i) {
-    for (const LinkGeometry& geometry : fixed.model.links[i].collisions) {
-      shapes_.push_back(make_shape(geometry));
-      const Eigen::Isometry3d X_WG = fixed.X_WF * X_RM * tree.X_ML(static_cast<int>(i)) * geometry.X_LG;
+    for (const Solid& solid : solids_of(fixed.model.links[i].collisions)) {
+      shapes_.push_back(make_shape(solid));
+      const Eigen::Isometry3d X_WC = fixed.X_WF * X_RM * tree.X_ML(static_cast<int>(i)) * solid.X_LC;
       btRigidBody::btRigidBodyConstructionInfo info(0, nullptr, shapes_.back().get());
-      info.m_startWorldTransform = to_bullet(X_WG);
+      info.m_startWorldTransform = to_bullet(X_WC);
       auto body = std::make_unique<btRigidBody>(info);
-      body->setFriction(friction);
+      auto parts = std::make_unique<ColliderParts>();
+      parts->add({solid.primitive, shapes_.back().get(), btTransform::getIdentity(), fixed.model.links[i].surface});
+      parts->hang_on(*body);
+      parts_.push_back(std::move(parts));
       world_.addRigidBody(body.get(), kFixedGroup, kObjectGroup | kRobotGroup);
       bodies_.push_back(std::move(body));
     }

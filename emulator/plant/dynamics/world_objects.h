@@ -16,17 +16,17 @@ namespace walkman::plant {
 
 /// A movable object as a multibody without joints, at `object.X_WO` and at rest.
 [[nodiscard]] std::unique_ptr<Multibody> make_object(btMultiBodyDynamicsWorld& world,
-                                                     const SceneObject& object, double friction);
+                                                     const SceneObject& object);
 
 /// Builds `body` anew after `object`'s weights have changed: where it is, moving as it moves. What touches it
 /// is found again in the next step.
-void rebuild_object(btMultiBodyDynamicsWorld& world, const SceneObject& object, double friction,
+void rebuild_object(btMultiBodyDynamicsWorld& world, const SceneObject& object,
                     std::unique_ptr<Multibody>& body);
 
 /// A body of the scene that never moves: one static rigid body a URDF link.
 class StaticBody {
  public:
-  StaticBody(btMultiBodyDynamicsWorld& world, const FixedBody& fixed, double friction);
+  StaticBody(btMultiBodyDynamicsWorld& world, const FixedBody& fixed);
   ~StaticBody();
   StaticBody(const StaticBody&) = delete;
   StaticBody& operator=(const StaticBody&) = delete;
@@ -38,6 +38,7 @@ class StaticBody {
   btMultiBodyDynamicsWorld& world_;
   std::string name_;
   std::vector<std::unique_ptr<btCollisionShape>> shapes_;
+  std::vector<std::unique_ptr<ColliderParts>> parts_;  // of each of `bodies_`
   std::vector<std::unique_ptr<btRigidBody>> bodies_;
 };
 

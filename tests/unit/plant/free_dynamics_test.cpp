@@ -31,7 +31,7 @@ class Limp {
       if (std::find(free.begin(), free.end(), joint.name) == free.end()) frozen.push_back(joint.name);
     }
     body_ = std::make_unique<Multibody>(world_, model_, RigidTree(model_, {}, frozen), held, X_WR,
-                                        kRobotGroup, 0, std::vector<Surface>(model_.links.size()));
+                                        kRobotGroup, 0);
   }
   void set(const std::string& joint, double position, double rate = 0) {
     const int link = body_->bullet_link(model_.joint_index(joint));

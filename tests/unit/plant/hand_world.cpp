@@ -68,10 +68,10 @@ HandWorld::HandWorld(const Grasp& grasp)
   Eigen::Isometry3d X_WR = Eigen::Isometry3d::Identity();
   X_WR.linear() =
       Eigen::AngleAxisd(-outwards * std::numbers::pi / 2, Eigen::Vector3d::UnitX()).toRotationMatrix();
-  const std::vector<plant::Surface> skin(hand_model_.links.size(), plant::Surface{1.0, true});
+  cylinder_model_.links.front().surface.friction = grasp.friction;
   body_ =
       std::make_unique<plant::Multibody>(world_, hand_model_, plant::RigidTree(hand_model_, {}, {synergy}),
-                                         true, X_WR, kRobotGroup, kObjectGroup, skin);
+                                         true, X_WR, kRobotGroup, kObjectGroup);
   const std::string face = std::string(1, grasp.side) + "SoftHand";
   const auto found = std::find_if(hand_model_.links.begin(), hand_model_.links.end(),
                                   [&](const Link& link) { return link.name == face; });
@@ -80,8 +80,7 @@ HandWorld::HandWorld(const Grasp& grasp)
   X_PO.translation() = Eigen::Vector3d(0, outwards * (grasp.diameter / 2 + 2e-4), 0);
   cylinder_ =
       std::make_unique<plant::Multibody>(world_, cylinder_model_, plant::RigidTree(cylinder_model_, {}, {}),
-                                         false, body_->X_WL(palm_face_) * X_PO, kObjectGroup, kRobotGroup,
-                                         std::vector<plant::Surface>{plant::Surface{grasp.friction, false}});
+                                         false, body_->X_WL(palm_face_) * X_PO, kObjectGroup, kRobotGroup);
   const auto actuators =
       plant::load_actuators(std::string(WALKMAN_URDF_DIR) + "/../emulator/plant/actuators");
   hand_ = std::make_unique<plant::SoftHand>(hand_model_, *body_, synergy, actuators.at("hand"),

@@ -4,6 +4,7 @@
 #include <set>
 #include <string>
 
+#include "emulator/plant/contact/contact_dispatcher.h"
 #include "emulator/plant/dynamics/plant_world.h"
 #include "emulator/plant/dynamics/row_space_solver.h"
 #include "emulator/plant/hands/slip_meter.h"
@@ -53,7 +54,7 @@ class HandWorld {
 
   RobotModel hand_model_, cylinder_model_;
   btDefaultCollisionConfiguration configuration_;
-  btCollisionDispatcher dispatcher_{&configuration_};
+  plant::ContactDispatcher dispatcher_{&configuration_};
   btDbvtBroadphase broadphase_;
   plant::RowSpaceSolver solver_;
   plant::PlantWorld world_{&dispatcher_, &broadphase_, &solver_, &configuration_};

@@ -3,7 +3,7 @@
 #include <random>
 #include <set>
 
-#include "emulator/plant/contact/self_collision_dispatcher.h"
+#include "emulator/plant/contact/contact_dispatcher.h"
 #include "tests/unit/plant/whole_plant.h"
 
 namespace walkman::plant {

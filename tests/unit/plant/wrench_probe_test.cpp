@@ -66,8 +66,7 @@ class SensorWrench : public ::testing::TestWithParam<SensorCase> {
       cuts.push_back(model_.joints[static_cast<std::size_t>(cut)].name);
     }
     body_ = std::make_unique<Multibody>(world_, model_, RigidTree(model_, cuts, frozen), !c.free_base,
-                                        Eigen::Isometry3d::Identity(), kRobotGroup, 0,
-                                        std::vector<Surface>(model_.links.size()));
+                                        Eigen::Isometry3d::Identity(), kRobotGroup, 0);
     probe_ = std::make_unique<WrenchProbe>(*body_, sensor, body_->tree().group_of(sensor));
     world_.add_probe(*probe_);
     chain_ = tests::sensor_chain(model_, c.sensor, c.first_carried, moving_);

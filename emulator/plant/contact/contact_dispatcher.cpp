@@ -1,0 +1,263 @@
+#include "emulator/plant/contact/contact_dispatcher.h"
+
+#include <array>
+#include <cmath>
+#include <limits>
+#include <memory>
+#include <new>
+#include <vector>
+
+#include <BulletCollision/BroadphaseCollision/btCollisionAlgorithm.h>
+#include <BulletCollision/CollisionDispatch/btCollisionObject.h>
+#include <BulletCollision/CollisionDispatch/btCollisionObjectWrapper.h>
+#include <BulletCollision/CollisionDispatch/btManifoldResult.h>
+
+#include "emulator/plant/contact/collider_parts.h"
+
+namespace walkman::plant {
+namespace {
+
+// m; what is farther apart cannot meet within a step at 1 m/s, and gives no row to solve.
+constexpr double kReach = 0.001;
+// m that a contact may wander over a surface from step to step and still be the same: 5 m/s.
+constexpr double kSamePoint = 0.005;
+
+/// The contacts of two solids.
+struct Meeting {
+  std::size_t part_a, part_b;
+  btPersistentManifold* manifold;
+  btCollisionAlgorithm* bullets = nullptr;  // where no closed form is known
+  std::array<Stick, MANIFOLD_CACHE_SIZE> sticks;
+};
+
+void describe(btManifoldPoint& point, const Surface& pair) {
+  point.m_combinedFriction = pair.friction;
+  point.m_combinedRollingFriction = pair.rolling_friction;
+  point.m_combinedSpinningFriction = pair.spinning_friction;
+  point.m_combinedRestitution = pair.restitution;
+  if (pair.stiffness <= 0) return;
+  point.m_contactPointFlags |= BT_CONTACT_FLAG_CONTACT_STIFFNESS_DAMPING;
+  point.m_combinedContactStiffness1 = pair.stiffness;
+  point.m_combinedContactDamping1 = pair.damping;
+}
+
+/// Puts the touches into the manifold. Each takes over the stick of the old point that is nearest to it on
+/// either surface.
+void renew(Meeting& meeting, const Touches& touches, const Surface& pair) {
+  btPersistentManifold& manifold = *meeting.manifold;
+  const btTransform& X_WA = manifold.getBody0()->getWorldTransform();
+  const btTransform& X_WB = manifold.getBody1()->getWorldTransform();
+  const int old_count = manifold.getNumContacts();
+  std::array<btVector3, MANIFOLD_CACHE_SIZE> old_a, old_b;
+  std::array<bool, MANIFOLD_CACHE_SIZE> taken{};
+  const std::array<Stick, MANIFOLD_CACHE_SIZE> old_sticks = meeting.sticks;
+  for (int i = 0; i < old_count; ++i) {
+    const auto k = static_cast<std::size_t>(i);
+    old_a[k] = manifold.getContactPoint(i).m_localPointA;
+    old_b[k] = manifold.getContactPoint(i).m_localPointB;
+  }
+  manifold.setNumContacts(touches.count);
+  for (int i = 0; i < touches.count; ++i) {
+    const auto n = static_cast<std::size_t>(i);
+    const Touch& touch = touches.at[n];
+    btManifoldPoint point(X_WA.invXform(touch.p_WA), X_WB.invXform(touch.p_WB), touch.normal_W,
+                          touch.distance);
+    point.m_positionWorldOnA = touch.p_WA;
+    point.m_positionWorldOnB = touch.p_WB;
+    describe(point, pair);
+    double least = kSamePoint * kSamePoint;
+    std::size_t same = MANIFOLD_CACHE_SIZE;
+    for (std::size_t k = 0; k < static_cast<std::size_t>(old_count); ++k) {
+      const double apart = std::min((old_a[k] - point.m_localPointA).length2(),
+                                    (old_b[k] - point.m_localPointB).length2());
+      if (taken[k] || apart >= least) continue;
+      least = apart;
+      same = k;
+    }
+    meeting.sticks[n] = same < MANIFOLD_CACHE_SIZE ? old_sticks[same] : Stick{};
+    if (same < MANIFOLD_CACHE_SIZE) taken[same] = true;
+    point.m_userPersistentData = &meeting.sticks[n];
+    manifold.getContactPoint(i) = point;
+  }
+}
+
+/// All contacts of two bodies; lives as long as their boxes overlap in the broadphase.
+class Encounter {
+ public:
+  Encounter(btCollisionDispatcher& dispatcher, const btCollisionObject& a, const btCollisionObject& b)
+      : dispatcher_(dispatcher), a_(a), b_(b) {}
+  Encounter(const Encounter&) = delete;
+  Encounter& operator=(const Encounter&) = delete;
+  ~Encounter() {
+    for (const auto& meeting : meetings_) end(*meeting);
+  }
+
+  void find(long search, const btDispatcherInfo& info) {
+    ColliderParts& of_a = *ColliderParts::of(a_);
+    ColliderParts& of_b = *ColliderParts::of(b_);
+    const auto& placed_a = of_a.placed(search);
+    const auto& placed_b = of_b.placed(search);
+    const btVector3 margin(kReach, kReach, kReach);
+    for (std::size_t i = 0; i < placed_a.size(); ++i) {
+      const btTransform box_a(placed_a[i].X_WC.getBasis(), placed_a[i].box_middle);
+      const btVector3 half_a = of_a.box_half(i) + margin;
+      for (std::size_t k = 0; k < placed_b.size(); ++k) {
+        const btTransform box_b(placed_b[k].X_WC.getBasis(), placed_b[k].box_middle);
+        Meeting* const known = meeting_of(i, k);
+        if (boxes_apart(box_a, half_a, box_b, of_b.box_half(k))) {
+          if (known != nullptr) known->manifold->setNumContacts(0);
+          continue;
+        }
+        const ColliderPart& part_a = of_a.parts()[i];
+        const ColliderPart& part_b = of_b.parts()[k];
+        const Surface pair = pair_of(part_a.surface, part_b.surface);
+        if (part_a.primitive && part_b.primitive && has_closed_form(*part_a.primitive, *part_b.primitive)) {
+          const Touches touches =
+              touches_of(*part_a.primitive, placed_a[i].X_WC, *part_b.primitive, placed_b[k].X_WC, kReach);
+          if (touches.count > 0 || known != nullptr)
+            renew(known != nullptr ? *known : begin(i, k), touches, pair);
+        } else {
+          ask_bullet(known != nullptr ? *known : begin(i, k), part_a, placed_a[i].X_WC, part_b,
+                     placed_b[k].X_WC, pair, info);
+        }
+      }
+    }
+  }
+
+  void append_manifolds(btManifoldArray& manifolds) const {
+    for (const auto& meeting : meetings_) manifolds.push_back(meeting->manifold);
+  }
+
+ private:
+  Meeting* meeting_of(std::size_t part_a, std::size_t part_b) {
+    for (const auto& meeting : meetings_) {
+      if (meeting->part_a == part_a && meeting->part_b == part_b) return meeting.get();
+    }
+    return nullptr;
+  }
+
+  Meeting& begin(std::size_t part_a, std::size_t part_b) {
+    meetings_.push_back(std::make_unique<Meeting>());
+    Meeting& meeting = *meetings_.back();
+    meeting.part_a = part_a;
+    meeting.part_b = part_b;
+    meeting.manifold = dispatcher_.getNewManifold(&a_, &b_);
+    return meeting;
+  }
+
+  void end(Meeting& meeting) {
+    if (meeting.bullets != nullptr) {
+      meeting.bullets->~btCollisionAlgorithm();
+      dispatcher_.freeCollisionAlgorithm(meeting.bullets);
+    }
+    dispatcher_.releaseManifold(meeting.manifold);
+  }
+
+  /// Bullet's GJK, which finds one point, and with turned poses some more.
+  void ask_bullet(Meeting& meeting, const ColliderPart& part_a, const btTransform& X_WCa,
+                  const ColliderPart& part_b, const btTransform& X_WCb, const Surface& pair,
+                  const btDispatcherInfo& info) {
+    const btCollisionObjectWrapper a(nullptr, part_a.shape, &a_, X_WCa, -1, -1);
+    const btCollisionObjectWrapper b(nullptr, part_b.shape, &b_, X_WCb, -1, -1);
+    if (meeting.bullets == nullptr)
+      meeting.bullets = dispatcher_.findAlgorithm(&a, &b, meeting.manifold, BT_CONTACT_POINT_ALGORITHMS);
+    const bool round = (part_a.primitive && part_a.primitive->radius > 0) ||
+                       (part_b.primitive && part_b.primitive->radius > 0);
+    if (round) meeting.manifold->setNumContacts(0);
+    btManifoldResult result(&a, &b);
+    result.setPersistentManifold(meeting.manifold);
+    meeting.bullets->processCollision(&a, &b, info, &result);
+    for (int i = meeting.manifold->getNumContacts() - 1; i >= 0; --i) {
+      btManifoldPoint& point = meeting.manifold->getContactPoint(i);
+      if (point.getDistance() >= kReach) {
+        meeting.manifold->removeContactPoint(i);
+      } else {
+        describe(point, pair);
+      }
+    }
+  }
+
+  btCollisionDispatcher& dispatcher_;
+  const btCollisionObject& a_;
+  const btCollisionObject& b_;
+  std::vector<std::unique_ptr<Meeting>> meetings_;
+};
+
+/// What Bullet's broadphase keeps for a pair, and deletes with it.
+class EncounterAlgorithm : public btCollisionAlgorithm {
+ public:
+  EncounterAlgorithm(const btCollisionAlgorithmConstructionInfo& info, btCollisionDispatcher& dispatcher,
+                     const btCollisionObject& a, const btCollisionObject& b)
+      : btCollisionAlgorithm(info), encounter_(std::make_unique<Encounter>(dispatcher, a, b)) {}
+
+  [[nodiscard]] Encounter& encounter() { return *encounter_; }
+  void processCollision(const btCollisionObjectWrapper* /*a*/, const btCollisionObjectWrapper* /*b*/,
+                        const btDispatcherInfo& /*info*/, btManifoldResult* /*result*/) override {}
+  btScalar calculateTimeOfImpact(btCollisionObject* /*a*/, btCollisionObject* /*b*/,
+                                 const btDispatcherInfo& /*info*/, btManifoldResult* /*result*/) override {
+    return 1;
+  }
+  void getAllContactManifolds(btManifoldArray& manifolds) override { encounter_->append_manifolds(manifolds); }
+
+ private:
+  std::unique_ptr<Encounter> encounter_;
+};
+
+}  // namespace
+
+bool boxes_apart(const btTransform& X_WA, const btVector3& half_a, const btTransform& X_WB,
+                 const btVector3& half_b) {
+  const btVector3 between = X_WB.getOrigin() - X_WA.getOrigin();
+  const double reach = half_a.length() + half_b.length();
+  if (between.length2() > reach * reach) return true;
+  const btMatrix3x3 R = X_WA.getBasis().transposeTimes(X_WB.getBasis());
+  const btVector3 t = between * X_WA.getBasis();  // in A
+  constexpr double kParallel = 1e-9;              // edges that are nearly parallel give no axis of their own
+  btMatrix3x3 Q = R.absolute();
+  for (int i = 0; i < 3; ++i) Q[i] += btVector3(kParallel, kParallel, kParallel);
+  for (int i = 0; i < 3; ++i) {
+    if (std::abs(t[i]) > half_a[i] + Q[i].dot(half_b)) return true;
+    if (std::abs(t.dot(R.getColumn(i))) > half_b[i] + Q.getColumn(i).dot(half_a)) return true;
+  }
+  for (int i = 0; i < 3; ++i) {
+    const int i1 = (i + 1) % 3;
+    const int i2 = (i + 2) % 3;
+    for (int k = 0; k < 3; ++k) {
+      const int k1 = (k + 1) % 3;
+      const int k2 = (k + 2) % 3;
+      const double along =
+          half_a[i1] * Q[i2][k] + half_a[i2] * Q[i1][k] + half_b[k1] * Q[i][k2] + half_b[k2] * Q[i][k1];
+      if (std::abs(t[i2] * R[i1][k] - t[i1] * R[i2][k]) > along) return true;
+    }
+  }
+  return false;
+}
+
+ContactDispatcher::ContactDispatcher(btCollisionConfiguration* configuration)
+    : btCollisionDispatcher(configuration) {
+  setNearCallback(&ContactDispatcher::meet);
+}
+
+void ContactDispatcher::dispatchAllCollisionPairs(btOverlappingPairCache* pairs, const btDispatcherInfo& info,
+                                                  btDispatcher* dispatcher) {
+  ++search_;
+  btCollisionDispatcher::dispatchAllCollisionPairs(pairs, info, dispatcher);
+}
+
+void ContactDispatcher::meet(btBroadphasePair& pair, btCollisionDispatcher& dispatcher,
+                             const btDispatcherInfo& info) {
+  const auto& a = *static_cast<const btCollisionObject*>(pair.m_pProxy0->m_clientObject);
+  const auto& b = *static_cast<const btCollisionObject*>(pair.m_pProxy1->m_clientObject);
+  if (ColliderParts::of(a) == nullptr || ColliderParts::of(b) == nullptr) return;
+  if (!dispatcher.needsCollision(&a, &b)) return;
+  if (pair.m_algorithm == nullptr) {
+    btCollisionAlgorithmConstructionInfo construction(&dispatcher, 0);
+    void* memory = dispatcher.allocateCollisionAlgorithm(sizeof(EncounterAlgorithm));
+    pair.m_algorithm = new (memory) EncounterAlgorithm(construction, dispatcher, a, b);
+  }
+  static_cast<EncounterAlgorithm*>(pair.m_algorithm)
+      ->encounter()
+      .find(static_cast<ContactDispatcher&>(dispatcher).search_, info);
+}
+
+}  // namespace walkman::plant

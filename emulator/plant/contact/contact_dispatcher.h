@@ -1,0 +1,32 @@
+#pragma once
+
+#include <BulletCollision/CollisionDispatch/btCollisionDispatcher.h>
+
+namespace walkman::plant {
+
+/// Whether two boxes (poses of their middles, half edge lengths in m) are apart, by separating axes.
+[[nodiscard]] bool boxes_apart(const btTransform& X_WA, const btVector3& half_a, const btTransform& X_WB,
+                               const btVector3& half_b);
+
+/// Finds the contacts of bodies that have ColliderParts: for each pair of their solids whose boxes are not
+/// apart, those of `touches_of`, and for meshes and two cylinders those of Bullet's GJK. Bullet remembers
+/// points of earlier steps, which push what rolls from where it was: here they are found anew, and a point
+/// takes over only how far its surfaces stick (Stick).
+///
+/// Contacts are handed on in Bullet's manifolds, one for a pair of solids: friction, restitution, springs and
+/// dampers of the pair in the point's fields, its Stick as the user's pointer. Collision objects without
+/// ColliderParts meet nothing.
+class ContactDispatcher : public btCollisionDispatcher {
+ public:
+  explicit ContactDispatcher(btCollisionConfiguration* configuration);
+
+  void dispatchAllCollisionPairs(btOverlappingPairCache* pairs, const btDispatcherInfo& info,
+                                 btDispatcher* dispatcher) override;
+
+ private:
+  static void meet(btBroadphasePair& pair, btCollisionDispatcher& dispatcher, const btDispatcherInfo& info);
+
+  long search_ = 0;
+};
+
+}  // namespace walkman::plant

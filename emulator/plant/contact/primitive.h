@@ -1,0 +1,58 @@
+#pragma once
+
+#include <array>
+#include <optional>
+
+#include <LinearMath/btTransform.h>
+
+#include "urdf/reader/robot_model.h"
+
+namespace walkman::plant {
+
+/// A convex solid whose surface has a closed form. Its frame C has its origin in the middle; round ones turn
+/// about z.
+struct Primitive {
+  enum class Kind { kSphere, kCapsule, kCylinder, kBox };
+  Kind kind = Kind::kSphere;
+  double radius = 0;           ///< of the round ones, m
+  double half_length = 0;      ///< along z, of a cylinder, and of a capsule's line of centres, m
+  btVector3 half{0, 0, 0};     ///< of a box's edges, m
+};
+
+/// None for a mesh.
+[[nodiscard]] std::optional<Primitive> primitive_of(const LinkGeometry& geometry);
+
+/// Where a solid's surface is nearest to a point.
+struct Nearest {
+  double distance = 0;          ///< m, negative inside
+  btVector3 normal{0, 0, 0};    ///< of the surface there, outwards, in C
+};
+
+/// `p_C` in the primitive's frame, m. Inside of a box or a cylinder the face that is least deep counts.
+[[nodiscard]] Nearest nearest(const Primitive& primitive, const btVector3& p_C);
+
+/// A place where two surfaces meet or nearly do.
+struct Touch {
+  btVector3 p_WA{0, 0, 0}, p_WB{0, 0, 0};  ///< on either surface, m
+  btVector3 normal_W{0, 0, 0};             ///< from B to A
+  double distance = 0;                     ///< along it, m, negative where they overlap
+};
+
+/// As many as carry a load between two solids: a face that rests on a face has four.
+struct Touches {
+  std::array<Touch, 4> at;
+  int count = 0;
+};
+
+/// Whether `touches_of` knows the pair: all of spheres and capsules, and boxes with boxes or cylinders.
+[[nodiscard]] bool has_closed_form(const Primitive& a, const Primitive& b);
+
+/// Places where the surfaces come nearer to each other than `reach` (m), anew from the two poses: nothing is
+/// remembered, so what rolls has its contacts where it is and not where it was. Two boxes and a box with a
+/// cylinder by separating axes, the incident face clipped by the other (Ericson, Real-Time Collision
+/// Detection, 2005, §5.2 and §8.3); a capsule by the least distance along its line of centres, which for a
+/// convex solid has one minimum.
+[[nodiscard]] Touches touches_of(const Primitive& a, const btTransform& X_WA, const Primitive& b,
+                                 const btTransform& X_WB, double reach);
+
+}  // namespace walkman::plant
