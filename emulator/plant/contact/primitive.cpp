@@ -11,8 +11,12 @@ namespace {
 
 constexpr double kParallel = 1e-9;   // sine of the angle below which two directions give no axis of their own
 constexpr double kPreferFaces = 1e-6;  // m by which an edge must separate better than a face, to win
+// Cosine of the angle to a face's normal within which an edge that separates best still rests on the face: of
+// what reaches far beyond it, the ends dip below its plane at the slightest tilt.
+constexpr double kOnFace = 0.95;
 constexpr int kBisections = 20;        // of a line of centres: its millionth part
-constexpr double kSamePlace = 1e-4;    // m
+constexpr double kSamePlace = 1e-4;    // m, along a capsule
+constexpr double kSameTouch = 1e-3;    // m
 
 struct MakePrimitive {
   std::optional<Primitive> operator()(const SphereShape& s) const {
@@ -77,6 +81,12 @@ double nearest_fraction(const Primitive& primitive, const btVector3& from, const
 }
 
 void add(Touches& touches, const Touch& touch) { touches.at[static_cast<std::size_t>(touches.count++)] = touch; }
+
+bool has_near(const Touches& touches, const btVector3& p_WB) {
+  return std::any_of(touches.at.begin(), touches.at.begin() + touches.count, [&](const Touch& touch) {
+    return (touch.p_WB - p_WB).length2() < kSameTouch * kSameTouch;
+  });
+}
 
 /// Sphere or capsule A against any solid B.
 Touches round_on(const Primitive& a, const btTransform& X_WA, const Primitive& b, const btTransform& X_WB,
@@ -237,13 +247,20 @@ Touches box_on_box(const Primitive& a, const btTransform& X_WA, const Primitive&
     }
   }
   const Axis& axis = search.best();
-  if (axis.of_a >= 0 && axis.of_b >= 0) return crossing_edges(a, X_WA, b, X_WB, axis);
-  const bool face_is_of_a = axis.of_a >= 0;
+  bool face_is_of_a = axis.of_a >= 0;
+  const bool edges = axis.of_a >= 0 && axis.of_b >= 0;
+  if (edges) {
+    const double of_a = -face_towards(a, X_WA, -axis.direction).normal.dot(axis.direction);
+    const double of_b = face_towards(b, X_WB, axis.direction).normal.dot(axis.direction);
+    if (std::max(of_a, of_b) < kOnFace) return crossing_edges(a, X_WA, b, X_WB, axis);
+    face_is_of_a = of_a > of_b;
+  }
   const Face reference =
       face_is_of_a ? face_towards(a, X_WA, -axis.direction) : face_towards(b, X_WB, axis.direction);
   const Face incident =
       face_is_of_a ? face_towards(b, X_WB, axis.direction) : face_towards(a, X_WA, -axis.direction);
-  return over_face(corners_of(incident), reference, face_is_of_a, reach);
+  const Touches touches = over_face(corners_of(incident), reference, face_is_of_a, reach);
+  return edges && touches.count == 0 ? crossing_edges(a, X_WA, b, X_WB, axis) : touches;
 }
 
 /// What of a cylinder can rest on a face with that normal: the line along its side and its lower end's rim.
@@ -337,8 +354,8 @@ Touches cylinder_on_box(const Primitive& a, const btTransform& X_WA, const Primi
   }
   const Axis& axis = search.best();
   Touches touches;
-  if (axis.of_a < 0) {
-    const Face face = face_towards(b, X_WB, axis.direction);
+  const Face face = face_towards(b, X_WB, axis.direction);
+  if (axis.of_a < 0 || (axis.of_a == kSide && face.normal.dot(axis.direction) > kOnFace)) {
     const Underside under = underside(a, X_WA, face.normal);
     // The line along the side; and where the end is about as low, its rim.
     const double rim = (under.left - face.middle).dot(face.normal);
@@ -348,7 +365,7 @@ Touches cylinder_on_box(const Primitive& a, const btTransform& X_WA, const Primi
     // Beyond the face's edge the rim between the outline's corners reaches lower than they do.
     if (!over(face, under.low) && touches.count > 0 && touches.count < 4) {
       const Touches at_edge = on_edge(a, X_WA, b, X_WB, reach);
-      if (at_edge.count > 0) add(touches, at_edge.at[0]);
+      if (at_edge.count > 0 && !has_near(touches, at_edge.at[0].p_WB)) add(touches, at_edge.at[0]);
     }
   } else if (axis.of_b < 0) {
     touches = on_end(a, X_WA, b, X_WB, axis, reach);

@@ -53,9 +53,10 @@ void SoftHand::apply() {
     const double q = body_.bullet().getJointPos(joint.bullet_link);
     const double rate = body_.bullet().getJointVel(joint.bullet_link);
     const double beyond = q - std::clamp(q, joint.lower, joint.upper);
-    body_.bullet().addJointTorque(joint.bullet_link,
-                                  joint.radius * tension_ - parameters_.return_stiffness * (q - joint.open) -
-                                      parameters_.stop_stiffness * beyond - parameters_.joint_damping * rate);
+    const double pull = joint.radius * parameters_.efficiency * tension_;
+    const double ligament = parameters_.return_stiffness * (q - joint.open) + parameters_.return_pretension;
+    body_.bullet().addJointTorque(joint.bullet_link, pull - ligament - parameters_.stop_stiffness * beyond -
+                                                         parameters_.joint_damping * rate);
   }
 }
 

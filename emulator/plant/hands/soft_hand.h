@@ -8,14 +8,18 @@
 
 namespace walkman::plant {
 
-/// Tendon and passive parameters of the underactuated hand (estimates; chosen so that the hand closes round
-/// 2–12 cm objects and holds 1.8 kg at 12 cm by friction alone).
+/// Tendon and passive parameters of the underactuated hand. The lever arms are those of the emulated fingers;
+/// what the tendon loses on its way and the ligaments are estimates from the published SoftHands (Catalano et
+/// al., IJRR 33(5), 2014), within their ranges such that a cylinder of 45 mm is held with the 130 N that the
+/// WALK-MAN design document gives as the hand's peak when the motor gives its 5 N·m.
 struct SoftHandParameters {
   double pulley_radius = 0.04;      ///< m, at the synergy motor
   double proximal_radius = 0.0112;  ///< m, tendon lever arm at a finger's first joint
   double distal_radius = 0.008;     ///< m, at its second joint
   double thumb_factor = 2.5;        ///< the thumb's lever arms over a finger's: it opposes four of them
-  double return_stiffness = 0.05;   ///< N·m/rad, elastic ligament towards the open posture
+  double efficiency = 0.7;          ///< of the tendon over its pulleys, estimated at 0.5 to 0.7
+  double return_stiffness = 0.1;    ///< N·m/rad, elastic ligament towards the open posture; 0.1 to 0.5
+  double return_pretension = 0.1;   ///< N·m, of the ligament in the open posture; 0.1 to 0.2
   double joint_damping = 0.01;      ///< N·m·s/rad
   double stop_stiffness = 5;        ///< N·m/rad, beyond a joint's limits
 };

@@ -25,17 +25,17 @@ enum class Load {
 
 /// What happened to a bar that was loaded until it was lost.
 struct Overload {
-  double grip = 0;  ///< mean sum of normal forces while it slid, over 2 to 10 mm, N
+  double grip = 0;  ///< mean sum of normal forces while it slid, over 10 to 20 mm, N
   double friction =
       0;  ///< mean of what held it back along its axis then: load less mass times acceleration, N
-  double at_slip = 0;    ///< load when it had moved by 10 mm, or turned by 0.2 rad; N or N·m
+  double at_slip = 0;    ///< load when it had moved by 20 mm, or turned by 0.4 rad; N or N·m
   double displaced = 0;  ///< then, from poses, m or rad
   double counted = 0;    ///< the plant's count of slip over the same time, m or rad
   bool lost = false;     ///< in the end the hand did not touch it any more
 };
 
 Overload overload(Load kind, double tension, double friction) {
-  constexpr double kLimit[] = {0.01, 0.01, 0.2};
+  constexpr double kLimit[] = {0.02, 0.02, 0.4};
   const bool moment = kind == Load::kTilt;
   const double limit = kLimit[static_cast<int>(kind)];
   const double torque = tension * kPulley;
@@ -64,7 +64,7 @@ Overload overload(Load kind, double tension, double friction) {
     const double last_speed = speed;
     speed = (world.X_PO().translation().x() - x) / HandWorld::kStep;
     x = world.X_PO().translation().x();
-    if (result.at_slip == 0 && by > 0.2 * limit && by < limit) {
+    if (result.at_slip == 0 && by > 0.5 * limit && by < limit) {
       result.grip += world.grip();
       // The right palm's x is the world's.
       result.friction += load - grasp.mass * (speed - last_speed) / HandWorld::kStep;

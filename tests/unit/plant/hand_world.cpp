@@ -122,6 +122,26 @@ double HandWorld::grip() {
   return sum;
 }
 
+double HandWorld::squeeze() {
+  // On the half away from the palm; in both hands the palm faces down, and world z is its normal.
+  const double middle = cylinder_->X_WL(0).translation().z();
+  double sum = 0;
+  for (int i = 0; i < dispatcher_.getNumManifolds(); ++i) {
+    const btPersistentManifold* manifold = dispatcher_.getManifoldByIndexInternal(i);
+    const auto* a = btMultiBodyLinkCollider::upcast(manifold->getBody0());
+    const bool cylinder_is_a = a != nullptr && a->m_multiBody == &cylinder_->bullet();
+    for (int k = 0; k < manifold->getNumContacts(); ++k) {
+      const btManifoldPoint& point = manifold->getContactPoint(k);
+      if (point.getPositionWorldOnB().z() > middle) continue;
+      const btVector3 on_a = point.m_normalWorldOnB * point.m_appliedImpulse +
+                             point.m_lateralFrictionDir1 * point.m_appliedImpulseLateral1 +
+                             point.m_lateralFrictionDir2 * point.m_appliedImpulseLateral2;
+      sum += (cylinder_is_a ? on_a.z() : -on_a.z()) / kStep;
+    }
+  }
+  return sum;
+}
+
 std::set<std::string> HandWorld::touching() {
   std::set<std::string> names;
   for_each_contact([&](const btPersistentManifold& manifold, double) {

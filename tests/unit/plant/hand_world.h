@@ -39,6 +39,9 @@ class HandWorld {
 
   /// Sum of the normal forces on the cylinder, N.
   [[nodiscard]] double grip();
+  /// Force through the cylinder's middle plane, which is parallel to the palm's face: what a force sensor
+  /// between its halves reads along the palm's normal, N.
+  [[nodiscard]] double squeeze();
   /// Links that press on the cylinder.
   [[nodiscard]] std::set<std::string> touching();
   /// The cylinder in the frame of the palm's face: x along its axis when it is not turned, y out of the palm

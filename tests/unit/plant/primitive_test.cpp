@@ -141,7 +141,7 @@ TEST_P(Pairs, WithinAMillimetreTheDistanceIsGjks) {
     // Where an edge has gone into a rim, it is as deep as the edge is in the cylinder: a little less than the
     // way that would part the two.
     const double off = std::abs(least(touches) - theirs);
-    EXPECT_LT(off, 3e-4) << i;
+    EXPECT_LT(off, 6e-4) << i;
     ++met;
     if (off > 1e-4) ++off_by_much;
   }
