@@ -123,9 +123,8 @@ void Plant::Impl::add_robot(const Scene& scene, const DeviceTable& devices,
     if (std::find(cuts.begin(), cuts.end(), joint.name) != cuts.end()) continue;
     foot_links.push_back(joint.parent_link);
   }
-  body =
-      std::make_unique<Multibody>(world, *robot, std::move(tree), scene.base == BaseKind::kFixed, scene.X_WB,
-                                  kRobotGroup, kObjectGroup | kFixedGroup | kRobotGroup);
+  body = std::make_unique<Multibody>(world, *robot, std::move(tree), scene.base == BaseKind::kFixed,
+                                     scene.X_WB, kRobotGroup, kObjectGroup | kFixedGroup | kRobotGroup);
   body->bullet().setHasSelfCollision(true);
   if (scene.base != BaseKind::kFloating) return;
   for (const int link : foot_links) feet.push_back(body->tree().group_of(link) - 1);

@@ -31,9 +31,8 @@ class Names {
 /// A body's `contact`: what its surfaces are, whatever its URDF says.
 void read_contact(const YamlMap& map, RobotModel& model) {
   if (!map.has("contact")) return;
-  const YamlMap contact =
-      map.map("contact", {"friction", "rolling_friction_m", "spinning_friction_m", "restitution",
-                          "stiffness_n_per_m", "damping_ns_per_m"});
+  const YamlMap contact = map.map("contact", {"friction", "rolling_friction_m", "spinning_friction_m",
+                                              "restitution", "stiffness_n_per_m", "damping_ns_per_m"});
   const auto read = [&](const char* key, double Surface::*value, double most) {
     if (!contact.has(key)) return;
     const double number = contact.number(key);

@@ -136,7 +136,8 @@ void UrdfReader::add_link(const urdf::Link& source, int parent_joint) {
   for (const auto& visual : source.visual_array)
     link.visuals.push_back(to_geometry(*visual->geometry, visual->origin, visual->name, meshes_));
   if (link.visuals.empty()) link.visuals = link.collisions;
-  if (const auto surface = surfaces_.find(link.name); surface != surfaces_.end()) link.surface = surface->second;
+  if (const auto surface = surfaces_.find(link.name); surface != surfaces_.end())
+    link.surface = surface->second;
   model_.link_by_name_[link.name] = static_cast<int>(model_.links.size());
   model_.links.push_back(std::move(link));
 }

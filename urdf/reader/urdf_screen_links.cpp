@@ -108,22 +108,23 @@ Problem read_contact(const XMLElement& contact, const char* name, double& value)
   if (element == nullptr) return std::nullopt;
   std::array<double, 1> read{};
   if (auto wrong = read_attribute(*element, "value", read, true)) return wrong;
-  if (read[0] < 0) return fmt::format("<{}> value: \"{}\", expected 0 or more", name, element->Attribute("value"));
+  if (read[0] < 0)
+    return fmt::format("<{}> value: \"{}\", expected 0 or more", name, element->Attribute("value"));
   value = read[0];
   return std::nullopt;
 }
 
 Problem read_surface(const XMLElement& contact, Surface& surface) {
-  for (const auto& [name, value] :
-       {std::pair<const char*, double*>{"lateral_friction", &surface.friction},
-        {"rolling_friction", &surface.rolling_friction},
-        {"spinning_friction", &surface.spinning_friction},
-        {"restitution", &surface.restitution},
-        {"stiffness", &surface.stiffness},
-        {"damping", &surface.damping}}) {
+  for (const auto& [name, value] : {std::pair<const char*, double*>{"lateral_friction", &surface.friction},
+                                    {"rolling_friction", &surface.rolling_friction},
+                                    {"spinning_friction", &surface.spinning_friction},
+                                    {"restitution", &surface.restitution},
+                                    {"stiffness", &surface.stiffness},
+                                    {"damping", &surface.damping}}) {
     if (auto wrong = read_contact(contact, name, *value)) return wrong;
   }
-  if (surface.restitution > 1) return fmt::format("<restitution> {:g}, expected at most 1", surface.restitution);
+  if (surface.restitution > 1)
+    return fmt::format("<restitution> {:g}, expected at most 1", surface.restitution);
   return std::nullopt;
 }
 
@@ -154,7 +155,8 @@ std::map<std::string, Surface> screen_urdf_links(tinyxml2::XMLDocument& xml, Mes
     if (contact == nullptr) continue;
     Surface surface;
     if (auto wrong = read_surface(*contact, surface)) {
-      findings.add(contact->GetLineNum(), fmt::format("link \"{}\", contact", link->Attribute("name")), *wrong);
+      findings.add(contact->GetLineNum(), fmt::format("link \"{}\", contact", link->Attribute("name")),
+                   *wrong);
     } else {
       surfaces[link->Attribute("name")] = surface;
     }

@@ -68,8 +68,8 @@ void renew(Meeting& meeting, const Touches& touches, const Surface& pair) {
     double least = kSamePoint * kSamePoint;
     std::size_t same = MANIFOLD_CACHE_SIZE;
     for (std::size_t k = 0; k < static_cast<std::size_t>(old_count); ++k) {
-      const double apart = std::min((old_a[k] - point.m_localPointA).length2(),
-                                    (old_b[k] - point.m_localPointB).length2());
+      const double apart =
+          std::min((old_a[k] - point.m_localPointA).length2(), (old_b[k] - point.m_localPointB).length2());
       if (taken[k] || apart >= least) continue;
       least = apart;
       same = k;
@@ -197,7 +197,9 @@ class EncounterAlgorithm : public btCollisionAlgorithm {
                                  const btDispatcherInfo& /*info*/, btManifoldResult* /*result*/) override {
     return 1;
   }
-  void getAllContactManifolds(btManifoldArray& manifolds) override { encounter_->append_manifolds(manifolds); }
+  void getAllContactManifolds(btManifoldArray& manifolds) override {
+    encounter_->append_manifolds(manifolds);
+  }
 
  private:
   std::unique_ptr<Encounter> encounter_;

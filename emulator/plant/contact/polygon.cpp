@@ -16,7 +16,8 @@ void clip(Polygon& polygon, const btVector3& out, double offset) {
     const double at_p = beyond(p);
     const double at_q = beyond(q);
     if (at_p <= 0) kept.push_back(p);
-    if ((at_p < 0 && at_q > 0) || (at_p > 0 && at_q < 0)) kept.push_back(p + (q - p) * (at_p / (at_p - at_q)));
+    if ((at_p < 0 && at_q > 0) || (at_p > 0 && at_q < 0))
+      kept.push_back(p + (q - p) * (at_p / (at_p - at_q)));
   }
   if (edges < count && beyond(polygon[count - 1]) <= 0) kept.push_back(polygon[count - 1]);
   polygon = kept;
@@ -49,7 +50,9 @@ Polygon clipped_by_circle(const Polygon& polygon, const btVector3& middle, const
 
 Touches most_spread(std::span<const Touch> touches) {
   Touches chosen;
-  const auto choose = [&](std::size_t i) { chosen.at[static_cast<std::size_t>(chosen.count++)] = touches[i]; };
+  const auto choose = [&](std::size_t i) {
+    chosen.at[static_cast<std::size_t>(chosen.count++)] = touches[i];
+  };
   if (touches.size() <= chosen.at.size()) {
     for (std::size_t i = 0; i < touches.size(); ++i) choose(i);
     return chosen;

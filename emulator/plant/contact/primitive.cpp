@@ -9,14 +9,14 @@
 namespace walkman::plant {
 namespace {
 
-constexpr double kParallel = 1e-9;   // sine of the angle below which two directions give no axis of their own
+constexpr double kParallel = 1e-9;  // sine of the angle below which two directions give no axis of their own
 constexpr double kPreferFaces = 1e-6;  // m by which an edge must separate better than a face, to win
 // Cosine of the angle to a face's normal within which an edge that separates best still rests on the face: of
 // what reaches far beyond it, the ends dip below its plane at the slightest tilt.
 constexpr double kOnFace = 0.95;
-constexpr int kBisections = 20;        // of a line of centres: its millionth part
-constexpr double kSamePlace = 1e-4;    // m, along a capsule
-constexpr double kSameTouch = 1e-3;    // m
+constexpr int kBisections = 20;      // of a line of centres: its millionth part
+constexpr double kSamePlace = 1e-4;  // m, along a capsule
+constexpr double kSameTouch = 1e-3;  // m
 
 struct MakePrimitive {
   std::optional<Primitive> operator()(const SphereShape& s) const {
@@ -80,7 +80,9 @@ double nearest_fraction(const Primitive& primitive, const btVector3& from, const
   return (low + high) / 2;
 }
 
-void add(Touches& touches, const Touch& touch) { touches.at[static_cast<std::size_t>(touches.count++)] = touch; }
+void add(Touches& touches, const Touch& touch) {
+  touches.at[static_cast<std::size_t>(touches.count++)] = touch;
+}
 
 bool has_near(const Touches& touches, const btVector3& p_WB) {
   return std::any_of(touches.at.begin(), touches.at.begin() + touches.count, [&](const Touch& touch) {
@@ -142,11 +144,11 @@ class AxisSearch {
   bool try_axis(const btVector3& direction, int of_a, int of_b) {
     const double along = p_BA_.dot(direction);
     const btVector3 outwards = along < 0 ? -direction : direction;
-    const double separation =
-        std::abs(along) - extent(a_, X_WA_, direction) - extent(b_, X_WB_, direction);
+    const double separation = std::abs(along) - extent(a_, X_WA_, direction) - extent(b_, X_WB_, direction);
     if (separation >= reach_) return false;
     const bool edges = of_a >= 0 && of_b >= 0;
-    if (separation > best_.separation + (edges ? kPreferFaces : 0)) best_ = {separation, outwards, of_a, of_b};
+    if (separation > best_.separation + (edges ? kPreferFaces : 0))
+      best_ = {separation, outwards, of_a, of_b};
     return true;
   }
   [[nodiscard]] const Axis& best() const { return best_; }
@@ -201,8 +203,8 @@ Touches over_face(Polygon corners, const Face& face, bool face_is_of_a, double r
     const double distance = (p - face.middle).dot(face.normal);
     if (distance >= reach) continue;
     const btVector3 on_face = p - face.normal * distance;
-    found[count++] = face_is_of_a ? Touch{on_face, p, -face.normal, distance}
-                                  : Touch{p, on_face, face.normal, distance};
+    found[count++] =
+        face_is_of_a ? Touch{on_face, p, -face.normal, distance} : Touch{p, on_face, face.normal, distance};
   }
   return most_spread({found.data(), count});
 }
@@ -265,7 +267,7 @@ Touches box_on_box(const Primitive& a, const btTransform& X_WA, const Primitive&
 
 /// What of a cylinder can rest on a face with that normal: the line along its side and its lower end's rim.
 struct Underside {
-  btVector3 low, far_end;      // the lowest point, and the other end of the line through it
+  btVector3 low, far_end;       // the lowest point, and the other end of the line through it
   btVector3 left, right, back;  // of the rim that `low` is on
 };
 
@@ -298,7 +300,8 @@ Touches on_end(const Primitive& cylinder, const btTransform& X_WA, const Primiti
   const btVector3 lean = incident.normal - normal * incident.normal.dot(normal);
   if (const double sine = lean.length(); sine > kParallel) {
     const btVector3 rim = middle - lean * (cylinder.radius / sine);
-    const btVector3 p = rim - normal * ((rim - incident.middle).dot(incident.normal) / normal.dot(incident.normal));
+    const btVector3 p =
+        rim - normal * ((rim - incident.middle).dot(incident.normal) / normal.dot(incident.normal));
     const double distance = (p - middle).dot(normal);
     if (over(incident, p) && distance < reach && count < found.size())
       found[count++] = {rim, p, axis.direction, distance};

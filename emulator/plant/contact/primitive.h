@@ -14,9 +14,9 @@ namespace walkman::plant {
 struct Primitive {
   enum class Kind { kSphere, kCapsule, kCylinder, kBox };
   Kind kind = Kind::kSphere;
-  double radius = 0;           ///< of the round ones, m
-  double half_length = 0;      ///< along z, of a cylinder, and of a capsule's line of centres, m
-  btVector3 half{0, 0, 0};     ///< of a box's edges, m
+  double radius = 0;        ///< of the round ones, m
+  double half_length = 0;   ///< along z, of a cylinder, and of a capsule's line of centres, m
+  btVector3 half{0, 0, 0};  ///< of a box's edges, m
 };
 
 /// None for a mesh.
@@ -24,8 +24,8 @@ struct Primitive {
 
 /// Where a solid's surface is nearest to a point.
 struct Nearest {
-  double distance = 0;          ///< m, negative inside
-  btVector3 normal{0, 0, 0};    ///< of the surface there, outwards, in C
+  double distance = 0;        ///< m, negative inside
+  btVector3 normal{0, 0, 0};  ///< of the surface there, outwards, in C
 };
 
 /// `p_C` in the primitive's frame, m. Inside of a box or a cylinder the face that is least deep counts.

@@ -45,8 +45,8 @@ struct ContactRow {
 
 /// A contact that resists rolling or turning: three rows, about its normal and its two tangents.
 struct TurnRow {
-  int row;      // the first of the three
-  int contact;  // index
+  int row;                   // the first of the three
+  int contact;               // index
   double spinning, rolling;  // lever arms of the normal force, m
 };
 
@@ -57,8 +57,8 @@ struct KnownBody {
 };
 
 /// Rows of a step: joints' stops first, then three of each contact, then three of each that resists turning.
-/// Reads manifolds of multibodies with each other and with what does not move; no other rigid body may move in
-/// the world.
+/// Reads manifolds of multibodies with each other and with what does not move; no other rigid body may move
+/// in the world.
 class ConstraintRows {
  public:
   /// `bodies`: all that move.

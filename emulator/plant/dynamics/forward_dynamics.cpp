@@ -35,8 +35,9 @@ void ForwardDynamics::accelerate(const btMultiBody& body, const std::vector<doub
   };
   spatial_.resize(count);
   const bool fixed = body.hasFixedBase();
-  motion_[0] = fixed ? Spatial{}
-                     : Spatial{{velocity[0], velocity[1], velocity[2]}, {velocity[3], velocity[4], velocity[5]}};
+  motion_[0] =
+      fixed ? Spatial{}
+            : Spatial{{velocity[0], velocity[1], velocity[2]}, {velocity[3], velocity[4], velocity[5]}};
   // That of the centre of mass stays; at the point in space where it is now, another follows it.
   spatial_[0] = {{0, 0, 0}, motion_[0].linear.cross(motion_[0].angular)};
   bias_[0] = force_of(0, spatial_[0]);
@@ -64,8 +65,8 @@ void ForwardDynamics::accelerate(const btMultiBody& body, const std::vector<doub
     const Spatial& force = bias_[static_cast<std::size_t>(i) + 1];
     for (int d = 0; d < link.m_dofCount; ++d) {
       const auto v = static_cast<std::size_t>(kBase + link.m_dofOffset + d);
-      acceleration_[v] = link.m_jointTorque[d] - axes[v].angular.dot(force.angular) -
-                         axes[v].linear.dot(force.linear);
+      acceleration_[v] =
+          link.m_jointTorque[d] - axes[v].angular.dot(force.angular) - axes[v].linear.dot(force.linear);
     }
     Spatial& carrier = bias_[static_cast<std::size_t>(link.m_parent + 1)];
     carrier.angular += force.angular;

@@ -9,9 +9,9 @@
 namespace walkman::plant {
 
 /// Moves a multibody's velocity on by a step: H q̈ = τ − b with H factorised, and the bias b by the recursion
-/// of Newton and Euler (Featherstone, Rigid Body Dynamics Algorithms, 2008, §5.3), all in world axes about the
-/// base. The contact solver uses the same factorised H: Bullet's articulated-body recursion would be another
-/// pass over the tree, and one more for each instant.
+/// of Newton and Euler (Featherstone, Rigid Body Dynamics Algorithms, 2008, §5.3), all in world axes about
+/// the base. The contact solver uses the same factorised H: Bullet's articulated-body recursion would be
+/// another pass over the tree, and one more for each instant.
 ///
 /// Velocities of a semi-implicit step are those of half a step before the poses. Bullet takes the velocity
 /// terms from there as well, which is first order only: a double pendulum gains or loses percents of its
@@ -34,7 +34,7 @@ class ForwardDynamics {
   void accelerate(const btMultiBody& body, const std::vector<double>& velocity);
 
   JointSpaceInertia inertia_;
-  std::vector<Spatial> applied_;        // to each body, the base first
+  std::vector<Spatial> applied_;                  // to each body, the base first
   std::vector<Spatial> motion_, spatial_, bias_;  // velocity, acceleration and force of each
   std::vector<double> start_, middle_, acceleration_;
 };

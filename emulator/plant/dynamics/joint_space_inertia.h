@@ -77,8 +77,8 @@ class JointSpaceInertia {
   std::vector<std::size_t> start_;  // of a velocity's row in `paths_` and `factor_`
   std::vector<int> length_;         // of that row, itself included
   std::vector<int> paths_;
-  std::vector<double> factor_;         // H, then L
-  std::vector<Spatial> axes_;          // of each joint velocity, at `origin_`
+  std::vector<double> factor_;                  // H, then L
+  std::vector<Spatial> axes_;                   // of each joint velocity, at `origin_`
   std::vector<Composite> bodies_, composites_;  // base first
 };
 

@@ -60,8 +60,10 @@ void PlantWorld::solveConstraints(btContactSolverInfo& info) {
     known_.push_back({&body, &moving->dynamics.inertia()});
   }
   btDispatcher& dispatcher = *getDispatcher();
-  solver_.solve(known_, {dispatcher.getInternalManifoldPointer(), static_cast<std::size_t>(dispatcher.getNumManifolds())},
-                info);
+  solver_.solve(
+      known_,
+      {dispatcher.getInternalManifoldPointer(), static_cast<std::size_t>(dispatcher.getNumManifolds())},
+      info);
 }
 
 void PlantWorld::integrateTransforms(btScalar dt) {

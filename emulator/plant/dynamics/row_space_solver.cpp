@@ -86,7 +86,8 @@ double RowSpaceSolver::sweep_turns() {
   return worst;
 }
 
-void RowSpaceSolver::solve(std::span<const KnownBody> bodies, std::span<btPersistentManifold* const> manifolds,
+void RowSpaceSolver::solve(std::span<const KnownBody> bodies,
+                           std::span<btPersistentManifold* const> manifolds,
                            const btContactSolverInfo& info) {
   rows_.build(bodies, stops_, manifolds, info);
   const auto count = static_cast<Eigen::Index>(rows_.rows().size());
@@ -105,7 +106,8 @@ void RowSpaceSolver::solve(std::span<const KnownBody> bodies, std::span<btPersis
   impulse_.setZero();
   for (int sweep = 0; sweep < info.m_numIterations; ++sweep) {
     const bool forward = (sweep & 1) != 0;
-    const double residual = std::max({sweep_stops(forward), sweep_normals(), sweep_friction(), sweep_turns()});
+    const double residual =
+        std::max({sweep_stops(forward), sweep_normals(), sweep_friction(), sweep_turns()});
     if (residual * residual <= info.m_leastSquaresResidualThreshold) break;
   }
   rows_.apply(impulse_, velocity_, info.m_timeStep);

@@ -15,8 +15,9 @@ namespace walkman::plant {
 /// keeps one velocity vector as long as all degrees of freedom and touches it twice for each row and sweep.
 /// Here W = J H⁻¹ Jᵀ comes from a factorised H along the links' own paths, and the sweeps run on W alone, in
 /// the stock solver's row order; the friction cone is exact (both tangential impulses
-/// scaled together), and what sticks stays where it stuck (Stick). The sweeps start from no impulse: impulses kept from the step before would let friction
-/// hold what wedged itself in, far beyond what the normal forces of a grip explain.
+/// scaled together), and what sticks stays where it stuck (Stick). The sweeps start from no impulse: impulses
+/// kept from the step before would let friction hold what wedged itself in, far beyond what the normal forces
+/// of a grip explain.
 ///
 /// PlantWorld calls it once per step with all contacts. Bullet's own constraints and rigid bodies that move,
 /// which PlantWorld refuses, are not known here.

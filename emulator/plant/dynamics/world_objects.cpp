@@ -66,7 +66,8 @@ StaticBody::StaticBody(btMultiBodyDynamicsWorld& world, const FixedBody& fixed)
       info.m_startWorldTransform = to_bullet(X_WC);
       auto body = std::make_unique<btRigidBody>(info);
       auto parts = std::make_unique<ColliderParts>();
-      parts->add({solid.primitive, shapes_.back().get(), btTransform::getIdentity(), fixed.model.links[i].surface});
+      parts->add(
+          {solid.primitive, shapes_.back().get(), btTransform::getIdentity(), fixed.model.links[i].surface});
       parts->hang_on(*body);
       parts_.push_back(std::move(parts));
       world_.addRigidBody(body.get(), kFixedGroup, kObjectGroup | kRobotGroup);

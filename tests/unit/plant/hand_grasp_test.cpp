@@ -20,7 +20,7 @@ class BothHands : public ::testing::TestWithParam<char> {};
 TEST_P(BothHands, CloseRoundCylindersAndHoldThem) {
   const std::string side(1, GetParam());
   double last_closure = 10;
-  for (const double diameter : {0.02, 0.04, 0.07, 0.10, 0.12}) {
+  for (const double diameter : {0.03, 0.04, 0.07, 0.10, 0.12}) {
     SCOPED_TRACE(diameter);
     Grasp grasp;
     grasp.side = GetParam();
@@ -84,10 +84,11 @@ TEST_P(BothHands, GripFollowsTheMotorsTorque) {
   const double zero = x - y / slope;
   RecordProperty("grip_per_tension", std::to_string(slope));
   EXPECT_GT(correlation, 0.985);
-  EXPECT_GT(slope, 2);
+  EXPECT_GT(slope, 1.5);
   EXPECT_LT(slope, 6);
-  EXPECT_GT(zero, -8);  // N
-  EXPECT_LT(zero, 10);
+  // 0.1 N·m of pretension over 0.7 × 8 mm of the outer joints' lever arm is 18 N.
+  EXPECT_GT(zero, 5);  // N
+  EXPECT_LT(zero, 20);
 }
 
 INSTANTIATE_TEST_SUITE_P(Side, BothHands, ::testing::Values('R', 'L'),

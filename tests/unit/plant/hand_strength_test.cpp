@@ -1,6 +1,6 @@
-// How strong and how firm the hand is, beside what is published of SoftHands: 20 and 28 N on a cylinder of 45 mm
-// with the first motors (Catalano et al., IJRR 33(5), 2014), 62 N of qb robotics' hand, 130 N at its peak in
-// WALK-MAN's design document; and beside the paper's robot, which held 1.7 N·m at the wrist.
+// How strong and how firm the hand is, beside what is published of SoftHands: 20 and 28 N on a cylinder of 45
+// mm with the first motors (Catalano et al., IJRR 33(5), 2014), 62 N of qb robotics' hand, 130 N at its peak
+// in WALK-MAN's design document; and beside the paper's robot, which held 1.7 N·m at the wrist.
 
 #include <cmath>
 

@@ -90,13 +90,8 @@ class OfTheRobot : public ::testing::TestWithParam<bool> {
   btMultiBodyConstraintSolver solver_;
   btMultiBodyDynamicsWorld world_{&dispatcher_, &broadphase_, &solver_, &configuration_};
   const bool fixed_base_ = GetParam();
-  Multibody body_{world_,
-                  model_,
-                  RigidTree(model_, {}, {}),
-                  fixed_base_,
-                  Eigen::Isometry3d::Identity(),
-                  0,
-                  0};
+  Multibody body_{world_, model_, RigidTree(model_, {}, {}), fixed_base_, Eigen::Isometry3d::Identity(),
+                  0,      0};
   JointSpaceInertia inertia_;
   btAlignedObjectArray<btScalar> scratch_r_;
   btAlignedObjectArray<btVector3> scratch_v_;

@@ -50,7 +50,8 @@ class Draws {
 };
 
 /// Distance by GJK, negative by EPA.
-double bullets_distance(const Primitive& a, const btTransform& X_WA, const Primitive& b, const btTransform& X_WB) {
+double bullets_distance(const Primitive& a, const btTransform& X_WA, const Primitive& b,
+                        const btTransform& X_WB) {
   const auto shape_a = make_shape({Eigen::Isometry3d::Identity(), a, nullptr});
   const auto shape_b = make_shape({Eigen::Isometry3d::Identity(), b, nullptr});
   // A margin would round edges; that of a sphere is its radius.
@@ -159,13 +160,16 @@ INSTANTIATE_TEST_SUITE_P(
                     std::pair{Kind::kBox, Kind::kBox}));
 
 Primitive box(double x, double y, double z) { return {Kind::kBox, 0, 0, {x, y, z}}; }
-Primitive cylinder(double radius, double half_length) { return {Kind::kCylinder, radius, half_length, {0, 0, 0}}; }
+Primitive cylinder(double radius, double half_length) {
+  return {Kind::kCylinder, radius, half_length, {0, 0, 0}};
+}
 btTransform at(double x, double y, double z, const btQuaternion& q = btQuaternion::getIdentity()) {
   return btTransform(q, {x, y, z});
 }
 
 TEST(Resting, ABoxStandsOnItsFourCorners) {
-  const Touches touches = touches_of(box(0.1, 0.2, 0.05), at(0.3, 0.1, 0.0499), box(2, 2, 0.5), at(0, 0, -0.5), 1e-3);
+  const Touches touches =
+      touches_of(box(0.1, 0.2, 0.05), at(0.3, 0.1, 0.0499), box(2, 2, 0.5), at(0, 0, -0.5), 1e-3);
   ASSERT_EQ(touches.count, 4);
   btVector3 sum(0, 0, 0);
   for (const Touch& t : touches.at) {
@@ -202,7 +206,8 @@ TEST(Resting, ACylinderStandsOnItsRim) {
 
 TEST(Resting, ABoxStandsOnAPost) {
   // All that carries is within the post's end.
-  const Touches touches = touches_of(box(0.3, 0.3, 0.05), at(0.02, 0, 0.05), cylinder(0.1, 0.5), at(0, 0, -0.5), 1e-3);
+  const Touches touches =
+      touches_of(box(0.3, 0.3, 0.05), at(0.02, 0, 0.05), cylinder(0.1, 0.5), at(0, 0, -0.5), 1e-3);
   ASSERT_GE(touches.count, 3);
   for (int i = 0; i < touches.count; ++i) {
     const btVector3& p = touches.at[static_cast<std::size_t>(i)].p_WB;

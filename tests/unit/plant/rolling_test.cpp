@@ -34,7 +34,8 @@ RobotModel round_body(Round kind, double radius, double length, const Surface& s
   double across = kMass * (3 * rr + length * length) / 12;
   LinkGeometry geometry;
   geometry.shape = CylinderShape{radius, length};
-  geometry.X_LG.linear() = Eigen::AngleAxisd(std::numbers::pi / 2, Eigen::Vector3d::UnitX()).toRotationMatrix();
+  geometry.X_LG.linear() =
+      Eigen::AngleAxisd(std::numbers::pi / 2, Eigen::Vector3d::UnitX()).toRotationMatrix();
   if (kind == Round::kTube) {
     about = kMass * rr;
     across = kMass * (6 * rr + length * length) / 12;
@@ -88,7 +89,8 @@ class RoundOnPlate {
   }
   /// Down the plate, m/s.
   [[nodiscard]] double speed() const {
-    return from_bullet(body_->bullet().getBaseVel()).dot(Eigen::Vector3d(std::cos(slope_), 0, -std::sin(slope_)));
+    return from_bullet(body_->bullet().getBaseVel())
+        .dot(Eigen::Vector3d(std::cos(slope_), 0, -std::sin(slope_)));
   }
   [[nodiscard]] Eigen::Isometry3d pose() const { return body_->X_WL(0); }
 
@@ -159,8 +161,8 @@ TEST_P(RoundThings, SlowDownByRollingFriction) {
 
 INSTANTIATE_TEST_SUITE_P(Sizes, RoundThings,
                          testing::Values(Case{Round::kTube, 0.035, 1.05}, Case{Round::kCylinder, 0.035, 1.05},
-                                         Case{Round::kCylinder, 0.02, 0.3}, Case{Round::kCylinder, 0.045, 0.1},
-                                         Case{Round::kSphere, 0.05, 0}));
+                                         Case{Round::kCylinder, 0.02, 0.3},
+                                         Case{Round::kCylinder, 0.045, 0.1}, Case{Round::kSphere, 0.05, 0}));
 
 TEST(Spinning, StopsAsItsFrictionSays) {
   Surface surface{1.0};
