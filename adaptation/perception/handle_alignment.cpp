@@ -25,7 +25,7 @@ constexpr double kSupport = 0.25;         // of the usual number of surface poin
 constexpr double kModel = 0.003;          // m, by which objects differ from cylinders
 constexpr double kNoiseSpread = 3;        // standard deviations
 constexpr double kSuspectedStep = 0.002;  // m of radius, worth looking at
-constexpr double kClearSpread = 4;        // standard deviations of a change of radius
+constexpr double kClearSpread = 5;        // standard deviations of a change of radius
 constexpr double kSmallestStep = 0.004;   // m of radius, that makes two handles
 constexpr double kStraight = 0.02;        // rad, between the axes of one thing's parts
 constexpr double kLeastArc = M_PI / 2;    // rad; a smaller part of the round is any convex surface's
@@ -286,13 +286,16 @@ AlignedHandles align_handles(const std::vector<CylindricalShell>& shells, const 
     for (const Measured& part : parts)
       if (auto handle = aligner.handle(part))
         (fits_hand(*handle, parameters) ? out.handles : out.refused).push_back(std::move(*handle));
-    // Both index lists ascend. The set itself goes in any case, so that the search ends.
+    // What lies on the parts is done with; another radius of the same thing may be among the rest of the set.
+    const std::size_t before = left.size();
     std::erase_if(left, [&](std::uint32_t i) {
-      return std::binary_search(set.begin(), set.end(), i) ||
-             std::any_of(parts.begin(), parts.end(), [&](const Measured& part) {
-               return on_surface(shells[i].p_CP, part.cylinder, reach);
-             });
+      return std::any_of(parts.begin(), parts.end(), [&](const Measured& part) {
+        return on_surface(shells[i].p_CP, part.cylinder, reach);
+      });
     });
+    // The set ascends. Without a shell on them it goes, so that the search ends.
+    if (2 * (before - left.size()) < set.size())
+      std::erase_if(left, [&](std::uint32_t i) { return std::binary_search(set.begin(), set.end(), i); });
   }
   longest_first(out.handles);
   longest_first(out.refused);

@@ -30,7 +30,8 @@ TEST(Sampling, FollowsNoiseAndResolutionOfAStereoCamera) {
       const auto sampling =
           measure_sampling(test::to_cloud(test::with_noise(disparity, camera, noise), camera), 1.5);
       const double expected = sigma / (camera.focal * camera.baseline);
-      EXPECT_NEAR(sampling.noise, 0.93 * expected, 0.15 * expected) << size << " px, " << sigma;
+      // Rounding to 1/16 px and mismatches add to it.
+      EXPECT_NEAR(sampling.noise, 0.95 * expected, 0.2 * expected) << size << " px, " << sigma;
       EXPECT_NEAR(sampling.step, 0.9 / camera.focal, 0.12 / camera.focal);
     }
   }
