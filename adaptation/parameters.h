@@ -9,15 +9,18 @@ namespace walkman {
 /// paper's values where it gives them (sec. 3.1); adaptation/parameters.yaml says how the others were chosen.
 struct StageOneParameters {
   double reach = 1.5;                ///< farther points from the camera are dropped (paper)
-  double plane_distance = 0.01;      ///< inlier distance of the dominant plane
+  double plane_distance = 0.01;      ///< inlier distance of the dominant plane, at least
+  double plane_deviations = 2.5;     ///< the same in standard deviations of the cloud's noise
   double plane_normal_angle = 0.45;  ///< inlier angle between point and plane normal
   int plane_iterations = 300;
-  double plane_min_share = 0.1;      ///< smallest share of the points in reach that makes a plane dominant
-  double above_plane = 0.012;        ///< lowest height of an object point above the plane
-  double highest_above_plane = 0.5;  ///< greatest height of an object point above the plane
-  double cluster_tolerance = 0.02;   ///< longest step between neighbours of one cluster
-  int cluster_min_points = 200;
-  double outlier_voxel = 0.005;  ///< object points are thinned to this before outlier removal
+  double plane_min_share = 0.1;       ///< smallest share of the points in reach that makes a plane dominant
+  double above_plane = 0.008;         ///< lowest height of an object point above the plane, at least
+  double above_plane_deviations = 4;  ///< the same in standard deviations of the cloud's noise
+  double highest_above_plane = 0.5;   ///< greatest height of an object point above the plane
+  double cluster_tolerance = 0.02;    ///< longest step between neighbours of one cluster
+  double cluster_min_area = 4e-4;     ///< m², smallest object, as the sensor sees it
+  double asked_distance = 0.1;        ///< of an object from the point that it is asked for by, at most
+  double outlier_voxel = 0.005;       ///< object points are thinned to this before outlier removal
   int outlier_neighbours = 20;
   double outlier_deviations = 2.0;
   double smoothing_radius = 0.025;  ///< moving least squares, second degree (paper)

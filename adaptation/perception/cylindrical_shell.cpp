@@ -24,7 +24,7 @@ constexpr double kRadiusSlack = 1.5;   // curvature is noisier than the circle t
 constexpr double kStraightness = 0.6;  // largest ratio of the smaller to the larger curvature
 constexpr double kGapStep = 0.001;     // m
 constexpr int kGapPoints = 2;          // stray points a gap may hold
-constexpr int kInsidePoints = 10;
+constexpr int kInsidePoints = 10;      // fewest within it
 
 class ShellFinder {
  public:
@@ -103,19 +103,7 @@ class ShellFinder {
       const double along = shell.axis_C.dot(d);
       if (std::abs(along) < half) distances_.push_back((d - along * shell.axis_C).norm());
     }
-    // The gap may begin anywhere between the surface and the hand's opening: noisy points stand out from the
-    // surface.
-    const int steps = static_cast<int>((parameters_.handle_max_radius - shell.radius) / kGapStep);
-    for (int step = 0; step <= steps; ++step) {
-      const double start = shell.radius + step * kGapStep;
-      int inside = 0, between = 0;
-      for (const double distance : distances_) {
-        inside += distance <= start ? 1 : 0;
-        between += distance > start && distance < start + parameters_.handle_gap ? 1 : 0;
-      }
-      if (between <= kGapPoints && inside >= kInsidePoints) return true;
-    }
-    return false;
+    return has_free_gap(distances_, shell.radius, parameters_);
   }
 
   const PointGrid& grid_;
@@ -139,6 +127,26 @@ std::vector<std::uint32_t> draw(std::size_t count, std::size_t wanted, std::uint
 }
 
 }  // namespace
+
+bool has_free_gap(std::span<const double> distances, double radius, const StageOneParameters& parameters) {
+  // Numbers of points up to each step from the surface to the far side of the last gap.
+  const int steps = static_cast<int>((parameters.handle_max_radius - radius) / kGapStep);
+  const int gap = std::max(1, static_cast<int>(std::lround(parameters.handle_gap / kGapStep)));
+  if (steps < 0) return false;
+  std::vector<int> within(static_cast<std::size_t>(steps + gap) + 1, 0);
+  for (const double distance : distances) {
+    const double step = std::max(0.0, std::ceil((distance - radius) / kGapStep));
+    if (step < static_cast<double>(within.size())) ++within[static_cast<std::size_t>(step)];
+  }
+  std::partial_sum(within.begin(), within.end(), within.begin());
+  // It may begin anywhere between the surface and the hand's opening: noisy points stand out from the
+  // surface.
+  for (std::size_t step = 0; step <= static_cast<std::size_t>(steps); ++step)
+    if (within[step] >= kInsidePoints &&
+        within[step + static_cast<std::size_t>(gap)] - within[step] <= kGapPoints)
+      return true;
+  return false;
+}
 
 std::vector<CylindricalShell> find_shells(std::span<const Eigen::Vector3f> object_C,
                                           const StageOneParameters& parameters) {

@@ -21,6 +21,12 @@ struct CylindricalShell {
   double radius = 0;                                  ///< m
 };
 
+/// Whether a hand finds room around a cylinder of `radius` (m): whether somewhere between its surface and the
+/// hand's opening a gap of `handle_gap` begins that holds next to none of the object's points, which lie
+/// `distances` (m) from the axis, and has enough of them inside.
+[[nodiscard]] bool has_free_gap(std::span<const double> distances, double radius,
+                                const StageOneParameters& parameters);
+
 /// Looks for a shell at `handle_samples` random points of the object: Taubin quadric in the neighbourhood,
 /// principal curvatures (the median of those at the neighbours) of a convex surface of the hand's size,
 /// circle across the axis, free gap around it among the object's own points. In the order of the samples,

@@ -5,18 +5,25 @@
 
 #include <Eigen/Core>
 
+#include "adaptation/perception/cylinder_choice.h"
 #include "adaptation/perception/cylindrical_shell.h"
+#include "adaptation/perception/sampling.h"
 #include "adaptation/perception/stage_one.h"
 
 namespace walkman::perception {
 
+struct AlignedHandles {
+  std::vector<Handle> handles;  ///< longest first
+  std::vector<Handle> refused;  ///< not certainly of the hand's size
+};
+
 /// Joins co-linear shells into handles (paper, sec. 2.1) and refines each over all points of the object that
-/// lie on it. Takes the largest co-linear set, refines it to one cylinder, keeps the shells that agree with
-/// it, removes every shell on its surface, and goes on until fewer than `handle_min_inliers` agree. Handles
-/// with the most shells first. `shells` come from the smoothed object; `measured_C` are the object's points
-/// as measured, in full resolution, m.
-[[nodiscard]] std::vector<Handle> align_handles(const std::vector<CylindricalShell>& shells,
-                                                std::span<const Eigen::Vector3f> measured_C,
-                                                const StageOneParameters& parameters);
+/// lie on it. Takes the largest co-linear set, refines it to the cylinder that the cloud speaks for
+/// (best_cylinder), divides that where its radius changes (a bottle's neck and body), keeps of each part the
+/// places along it that have surface and a free gap, removes every shell on its surface, and goes on until
+/// fewer than `handle_min_inliers` shells agree. `shells` come from the smoothed object.
+[[nodiscard]] AlignedHandles align_handles(const std::vector<CylindricalShell>& shells,
+                                           const ObjectView& view, const Sampling& sampling,
+                                           const StageOneParameters& parameters);
 
 }  // namespace walkman::perception

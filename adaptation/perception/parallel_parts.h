@@ -1,6 +1,7 @@
 #pragma once
 
 #include <algorithm>
+#include <cstddef>
 
 #include <oneapi/tbb/info.h>
 #include <oneapi/tbb/parallel_for.h>
@@ -37,6 +38,19 @@ void for_parts(int threads, int parts, const Job& job) {
 #else
   arena.execute([&] { tbb::parallel_for(0, parts, job, tbb::simple_partitioner()); });
 #endif
+}
+
+/// Calls `job(first, last)` for the ranges of `length` that make up 0..`count`, on at most `threads` threads.
+/// The ranges do not depend on `threads`: sums kept for each of them, by first / length, and added up in
+/// order are the same to the last bit.
+template <typename Job>
+void for_ranges(int threads, std::size_t count, std::size_t length, const Job& job) {
+  const std::size_t parts = (count + length - 1) / length;
+  if (parts == 1) return job(std::size_t{0}, count);
+  for_parts(threads, static_cast<int>(parts), [&](int part) {
+    const std::size_t first = static_cast<std::size_t>(part) * length;
+    job(first, std::min(count, first + length));
+  });
 }
 
 }  // namespace walkman::perception

@@ -24,16 +24,61 @@ constexpr std::size_t kMostHeaderLines = 64;
 constexpr std::size_t kMostFields = 64;
 // LZF's best: three bytes that stand for a repetition of 264.
 constexpr std::uintmax_t kMostCompression = 88;
+constexpr double kFarthest = 1e6;       // m, of a viewpoint
+constexpr double kSmallestNorm = 1e-6;  // of its quaternion
 
 /// What a PCD file's header promises. Offsets and lengths are of one point.
 struct PcdHeader {
   std::size_t width = 0, height = 0, points = 0;
-  std::size_t point_bytes = 0;               // of a binary body
-  std::array<std::size_t, 3> byte_offset{};  // of x, y and z in it
-  std::size_t values = 0;                    // of an ascii body
-  std::array<std::size_t, 3> column{};       // of x, y and z in it
-  std::string data;                          // "ascii", "binary" or "binary_compressed"
+  std::size_t point_bytes = 0;                             // of a binary body
+  std::array<std::size_t, 3> byte_offset{};                // of x, y and z in it
+  std::size_t values = 0;                                  // of an ascii body
+  std::array<std::size_t, 3> column{};                     // of x, y and z in it
+  Eigen::Isometry3d X_FC = Eigen::Isometry3d::Identity();  // of the sensor
+  std::string data;                                        // "ascii", "binary" or "binary_compressed"
 };
+
+// How far a column's points are from having one x/z, and a row's one y/z, in the frame of a sensor at X_FC:
+// the mean spread within the columns and rows, over that of all points. 1 says that it is no pinhole image.
+double spread_of_rays(const camera::OrganizedCloud& cloud, const Eigen::Isometry3d& X_FC) {
+  constexpr int kLines = 32;
+  const Eigen::Isometry3d X_CF = X_FC.inverse();
+  double within = 0, all = 0;
+  for (const int axis : {0, 1}) {
+    const int lines = axis == 0 ? cloud.width : cloud.height, along = axis == 0 ? cloud.height : cloud.width;
+    double total = 0, total_square = 0, count = 0;
+    for (int i = 0; i < kLines; ++i) {
+      const int line = lines * i / kLines;
+      double sum = 0, square = 0, n = 0;
+      for (int j = 0; j < along; j += std::max(1, along / 128)) {
+        const Eigen::Vector3f& point = axis == 0 ? cloud.at(line, j) : cloud.at(j, line);
+        const Eigen::Vector3d p = X_CF * point.cast<double>();
+        if (!(p.z() > 1e-3)) continue;  // nor is NaN
+        const double tangent = p[axis] / p.z();
+        sum += tangent;
+        square += tangent * tangent;
+        ++n;
+      }
+      if (n < 2) continue;
+      within += square - sum * sum / n;
+      total += sum;
+      total_square += square;
+      count += n;
+    }
+    if (count < 2) return 1;
+    all += total_square - total * total / count;
+  }
+  return all > 0 ? within / all : 1;
+}
+
+// Whether an organized cloud's coordinates are those of the sensor already, although its viewpoint says that
+// it was elsewhere.
+bool in_sensor_frame(const camera::OrganizedCloud& cloud, const Eigen::Isometry3d& X_FC) {
+  constexpr double kStraight = 1e-3;
+  if (cloud.width < 2 || cloud.height < 2) return false;
+  const double as_sensor = spread_of_rays(cloud, Eigen::Isometry3d::Identity());
+  return as_sensor < kStraight && as_sensor < spread_of_rays(cloud, X_FC);
+}
 
 /// Reads a PCD file (version 0.7 and before), one line at a time up to DATA; what follows is points and
 /// nothing else, whatever it looks like. Nothing is allocated by what the header says before the file is seen
@@ -54,11 +99,12 @@ class PcdReader {
     if (size_ == 0) fail("is empty, expected a PCD header");
   }
 
-  camera::OrganizedCloud read() {
+  RecordedCloud read() {
     while (header_.data.empty()) read_line();
     check_fields();
     check_counts();
-    camera::OrganizedCloud cloud;
+    RecordedCloud recorded;
+    camera::OrganizedCloud& cloud = recorded.cloud;
     cloud.width = static_cast<int>(header_.width);
     cloud.height = static_cast<int>(header_.height);
     present_ = size_ - static_cast<std::uintmax_t>(in_.tellg());
@@ -69,7 +115,12 @@ class PcdReader {
     } else {
       read_compressed(cloud.points);
     }
-    return cloud;
+    if (header_.X_FC.isApprox(Eigen::Isometry3d::Identity()) || in_sensor_frame(cloud, header_.X_FC))
+      return recorded;
+    recorded.X_FC = header_.X_FC;
+    const Eigen::Isometry3d X_CF = header_.X_FC.inverse();
+    for (Eigen::Vector3f& p : cloud.points) p = (X_CF * p.cast<double>()).cast<float>();
+    return recorded;
   }
 
  private:
@@ -119,11 +170,30 @@ class PcdReader {
     } else if (key == "POINTS") {
       header_.points = numbers(key, values, kMostPoints).front();
       has_points_ = true;
+    } else if (key == "VIEWPOINT") {
+      take_viewpoint(values);
     } else if (key == "DATA") {
       if (values.front() != "ascii" && values.front() != "binary" && values.front() != "binary_compressed")
         fail("DATA '" + values.front() + "', expected ascii, binary or binary_compressed");
       header_.data = values.front();
     }
+  }
+
+  void take_viewpoint(const std::vector<std::string>& values) {
+    constexpr std::size_t kValues = 7;
+    if (values.size() != kValues)
+      fail("VIEWPOINT with " + std::to_string(values.size()) + " values, expected 7");
+    std::array<double, kValues> v{};
+    for (std::size_t i = 0; i < kValues; ++i) {
+      const char* end = values[i].data() + values[i].size();
+      const auto [read, error] = std::from_chars(values[i].data(), end, v[i]);
+      if (error != std::errc{} || read != end || !std::isfinite(v[i]) || std::abs(v[i]) > kFarthest)
+        fail("VIEWPOINT '" + values[i].substr(0, 40) + "', expected a number within ±1e6");
+    }
+    const Eigen::Quaterniond turn(v[3], v[4], v[5], v[6]);
+    if (!(turn.norm() > kSmallestNorm)) fail("VIEWPOINT with a quaternion of zeros, expected a rotation");
+    header_.X_FC.linear() = turn.normalized().toRotationMatrix();
+    header_.X_FC.translation() = Eigen::Vector3d(v[0], v[1], v[2]);
   }
 
   std::vector<std::size_t> numbers(const std::string& key, const std::vector<std::string>& values,
@@ -298,7 +368,7 @@ class QuietPcl {
 
 }  // namespace
 
-camera::OrganizedCloud read_pcd(const std::filesystem::path& file) { return PcdReader(file).read(); }
+RecordedCloud read_pcd(const std::filesystem::path& file) { return PcdReader(file).read(); }
 
 void write_pcd(const std::filesystem::path& file, const camera::OrganizedCloud& cloud) {
   pcl::PointCloud<pcl::PointXYZ> points;

@@ -18,19 +18,31 @@ constexpr int kRefits = 2;
 constexpr std::size_t kHullPoints = 40000;  // more inliers than this are thinned before the hull
 constexpr double kFlat = 1e-3;              // m, inliers narrower than this span no area
 
+// On the plane, the deviation of the range times the ray's cosine with the normal is noise · range · offset.
+double height_noise_per_range(const Plane& plane, const Sampling& sampling) {
+  return sampling.noise * std::abs(plane.offset);
+}
+
+/// Whether a point lies on the plane, judged by its height, its range's noise and its normal.
 struct InlierTest {
   Eigen::Vector3f normal;
   float offset, distance, cosine;
+  float per_range;  // height over range that the noise may make where a ray meets the plane; squared
+
+  InlierTest(const Plane& plane, const Sampling& sampling, const StageOneParameters& parameters)
+      : normal(plane.n_C.cast<float>()),
+        offset(static_cast<float>(plane.offset)),
+        distance(static_cast<float>(parameters.plane_distance)),
+        cosine(static_cast<float>(std::cos(parameters.plane_normal_angle))),
+        per_range(static_cast<float>(
+            std::pow(parameters.plane_deviations * height_noise_per_range(plane, sampling), 2))) {}
 
   bool operator()(const Eigen::Vector3f& p, const Eigen::Vector3f& n) const {
-    return std::abs(normal.dot(p) + offset) < distance && std::abs(normal.dot(n)) > cosine;
+    const float height = std::abs(normal.dot(p) + offset);
+    return (height < distance || height * height < per_range * p.squaredNorm()) &&
+           std::abs(normal.dot(n)) > cosine;
   }
 };
-
-InlierTest inlier_test(const Eigen::Vector3d& normal, double offset, const StageOneParameters& parameters) {
-  return {normal.cast<float>(), static_cast<float>(offset), static_cast<float>(parameters.plane_distance),
-          static_cast<float>(std::cos(parameters.plane_normal_angle))};
-}
 
 OrientedPoints thinned(const OrientedPoints& points) {
   const std::size_t stride = std::max<std::size_t>(1, points.points_C.size() / kScored);
@@ -50,8 +62,7 @@ std::size_t count_inliers(const OrientedPoints& points, const InlierTest& test) 
 }
 
 // Least squares on the inliers of `plane`; its normal keeps pointing to the sensor.
-void refit(Plane& plane, const OrientedPoints& points, const StageOneParameters& parameters) {
-  const InlierTest test = inlier_test(plane.n_C, plane.offset, parameters);
+void refit(Plane& plane, const OrientedPoints& points, const InlierTest& test) {
   Eigen::Vector3d sum = Eigen::Vector3d::Zero();
   Eigen::Matrix3d moments = Eigen::Matrix3d::Zero();
   double count = 0;
@@ -77,17 +88,12 @@ struct PlaneAxes {
   [[nodiscard]] Eigen::Vector2d in_plane(const Eigen::Vector3d& p) const { return {u.dot(p), v.dot(p)}; }
 };
 
-std::vector<Eigen::Vector2d> projected_inliers(const Plane& plane, const PlaneAxes& axes,
-                                               const OrientedPoints& points,
-                                               const StageOneParameters& parameters) {
-  const double cosine = std::cos(parameters.plane_normal_angle);
+std::vector<Eigen::Vector2d> projected_inliers(const PlaneAxes& axes, const OrientedPoints& points,
+                                               const InlierTest& test) {
   std::vector<Eigen::Vector2d> inliers;
-  for (std::size_t i = 0; i < points.points_C.size(); ++i) {
-    const Eigen::Vector3d p = points.points_C[i].cast<double>();
-    if (std::abs(plane.n_C.dot(p) + plane.offset) < parameters.plane_distance &&
-        std::abs(plane.n_C.dot(points.normals_C[i].cast<double>())) > cosine)
-      inliers.push_back(axes.in_plane(p));
-  }
+  for (std::size_t i = 0; i < points.points_C.size(); ++i)
+    if (test(points.points_C[i], points.normals_C[i]))
+      inliers.push_back(axes.in_plane(points.points_C[i].cast<double>()));
   return inliers;
 }
 
@@ -104,7 +110,8 @@ bool spans_area(const std::vector<Eigen::Vector2d>& points) {
 
 }  // namespace
 
-std::optional<Plane> fit_dominant_plane(const OrientedPoints& points, const StageOneParameters& parameters) {
+std::optional<Plane> fit_dominant_plane(const OrientedPoints& points, std::size_t of_points,
+                                        const Sampling& sampling, const StageOneParameters& parameters) {
   const OrientedPoints scored = thinned(points);
   const std::size_t count = scored.points_C.size();
   if (count < 3) return std::nullopt;
@@ -117,27 +124,28 @@ std::optional<Plane> fit_dominant_plane(const OrientedPoints& points, const Stag
     const Eigen::Vector3d a = any_point();
     const Eigen::Vector3d b = any_point();
     const Eigen::Vector3d c = any_point();
-    Eigen::Vector3d normal = (b - a).cross(c - a);
-    const double area = normal.norm();
+    Plane plane;
+    plane.n_C = (b - a).cross(c - a);
+    const double area = plane.n_C.norm();
     if (area < 1e-6) continue;
-    normal /= area;
-    const std::size_t inliers = count_inliers(scored, inlier_test(normal, -normal.dot(a), parameters));
+    plane.n_C /= area;
+    plane.offset = -plane.n_C.dot(a);
+    const std::size_t inliers = count_inliers(scored, InlierTest(plane, sampling, parameters));
     if (inliers <= best_inliers) continue;
     best_inliers = inliers;
-    best.n_C = normal;
-    best.offset = -normal.dot(a);
+    best = plane;
   }
-  if (best_inliers < 3 ||
-      static_cast<double>(best_inliers) < parameters.plane_min_share * static_cast<double>(count))
-    return std::nullopt;
-  for (int i = 0; i < kRefits; ++i) refit(best, points, parameters);
+  const double share = static_cast<double>(best_inliers) / static_cast<double>(count) *
+                       static_cast<double>(points.points_C.size()) / static_cast<double>(of_points);
+  if (best_inliers < 3 || share < parameters.plane_min_share) return std::nullopt;
+  for (int i = 0; i < kRefits; ++i) refit(best, points, InlierTest(best, sampling, parameters));
   return best;
 }
 
 std::vector<Eigen::Vector3d> plane_hull(const Plane& plane, const OrientedPoints& points,
-                                        const StageOneParameters& parameters) {
+                                        const Sampling& sampling, const StageOneParameters& parameters) {
   const PlaneAxes axes(plane.n_C);
-  const auto inliers = projected_inliers(plane, axes, points, parameters);
+  const auto inliers = projected_inliers(axes, points, InlierTest(plane, sampling, parameters));
   if (!spans_area(inliers)) return {};
   const auto flat = std::make_shared<pcl::PointCloud<pcl::PointXYZ>>();
   const std::size_t stride = std::max<std::size_t>(1, inliers.size() / kHullPoints);
@@ -161,8 +169,8 @@ std::vector<Eigen::Vector3d> plane_hull(const Plane& plane, const OrientedPoints
   return hull;
 }
 
-std::vector<Eigen::Vector3f> points_above(const Plane& plane, std::span<const Eigen::Vector3f> points_C,
-                                          double lowest, double highest) {
+std::vector<std::uint32_t> points_above(const Plane& plane, std::span<const Eigen::Vector3f> points_C,
+                                        const Sampling& sampling, const StageOneParameters& parameters) {
   // Each side of the hull as a half-space whose boundary stands on the plane.
   struct Side {
     Eigen::Vector3f inward;
@@ -176,14 +184,18 @@ std::vector<Eigen::Vector3f> points_above(const Plane& plane, std::span<const Ei
   }
   const Eigen::Vector3f normal = plane.n_C.cast<float>();
   const auto offset = static_cast<float>(plane.offset);
-  const auto low = static_cast<float>(lowest), high = static_cast<float>(highest);
-  std::vector<Eigen::Vector3f> above;
-  for (const auto& p : points_C) {
+  const auto low = static_cast<float>(parameters.above_plane),
+             high = static_cast<float>(parameters.highest_above_plane);
+  const auto per_range =
+      static_cast<float>(parameters.above_plane_deviations * height_noise_per_range(plane, sampling));
+  std::vector<std::uint32_t> above;
+  for (std::size_t i = 0; i < points_C.size(); ++i) {
+    const Eigen::Vector3f& p = points_C[i];
     const float height = normal.dot(p) + offset;
-    if (height >= low && height <= high && std::all_of(sides.begin(), sides.end(), [&p](const Side& s) {
-          return s.inward.dot(p) + s.offset >= 0;
-        }))
-      above.push_back(p);
+    if (height < low || height > high || height * height < per_range * per_range * p.squaredNorm()) continue;
+    if (std::all_of(sides.begin(), sides.end(),
+                    [&p](const Side& s) { return s.inward.dot(p) + s.offset >= 0; }))
+      above.push_back(static_cast<std::uint32_t>(i));
   }
   return above;
 }

@@ -3,6 +3,7 @@
 #include <array>
 #include <cmath>
 
+#include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
 #include <Eigen/Geometry>
 
@@ -17,29 +18,65 @@ using Vector9 = Eigen::Matrix<double, kTerms, 1>;
 constexpr std::array<std::array<int, 3>, kTerms> kExponents{
     {{2, 0, 0}, {0, 2, 0}, {0, 0, 2}, {1, 1, 0}, {0, 1, 1}, {1, 0, 1}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}}};
 
-// Σ x^i y^j z^k over the points, for i + j + k <= 4.
+constexpr int kMonomials = 35;  // x^i y^j z^k with i + j + k <= 4
+
+constexpr std::array<std::array<std::array<int, 5>, 5>, 5> number_monomials() {
+  std::array<std::array<std::array<int, 5>, 5>, 5> numbers{};
+  int next = 0;
+  for (std::size_t i = 0; i <= 4; ++i)
+    for (std::size_t j = 0; i + j <= 4; ++j)
+      for (std::size_t k = 0; i + j + k <= 4; ++k) numbers[i][j][k] = next++;
+  return numbers;
+}
+constexpr auto kNumber = number_monomials();
+
+// Σ x^i y^j z^k over the points.
 class Moments {
  public:
   void add(const Eigen::Vector3d& s) {
-    double x = 1;
-    for (int i = 0; i <= 4; ++i, x *= s.x()) {
-      double xy = x;
-      for (int j = 0; i + j <= 4; ++j, xy *= s.y()) {
-        double xyz = xy;
-        for (int k = 0; i + j + k <= 4; ++k, xyz *= s.z()) at(i, j, k) += xyz;
+    const std::array<double, 5> x = powers(s.x()), y = powers(s.y()), z = powers(s.z());
+    std::size_t next = 0;  // in the order of kNumber
+    for (std::size_t i = 0; i <= 4; ++i)
+      for (std::size_t j = 0; i + j <= 4; ++j) {
+        const double xy = x[i] * y[j];
+        for (std::size_t k = 0; i + j + k <= 4; ++k) sums_[next++] += xy * z[k];
       }
-    }
   }
-  double& at(int i, int j, int k) { return sums_[index(i, j, k)]; }
-  [[nodiscard]] double get(int i, int j, int k) const { return sums_[index(i, j, k)]; }
+  [[nodiscard]] double get(int i, int j, int k) const {
+    return sums_[static_cast<std::size_t>(
+        kNumber[static_cast<std::size_t>(i)][static_cast<std::size_t>(j)][static_cast<std::size_t>(k)])];
+  }
 
  private:
-  static std::size_t index(int i, int j, int k) {
-    return (static_cast<std::size_t>(i) * 5 + static_cast<std::size_t>(j)) * 5 + static_cast<std::size_t>(k);
-  }
+  static std::array<double, 5> powers(double v) { return {1, v, v * v, v * v * v, v * v * v * v}; }
 
-  std::array<double, 125> sums_{};
+  std::array<double, kMonomials> sums_{};
 };
+
+// The eigenvector of values q = λ gradients q with the smallest λ. Inverse iteration, which on points of a
+// quadric ends after a few steps; where two λ are hardly apart, all of them are computed.
+Vector9 smallest_eigenvector(const Matrix9& values, const Matrix9& gradients) {
+  constexpr int kIterations = 30;
+  constexpr double kConverged = 1e-10;  // of the squared sine between two steps' vectors
+  Matrix9 regular = values;
+  regular.diagonal().array() += 1e-13 * values.trace();
+  const Eigen::LLT<Matrix9> factor(regular);
+  if (factor.info() == Eigen::Success) {
+    Vector9 q = Vector9::Ones();
+    q /= std::sqrt(q.dot(gradients * q));
+    for (int i = 0; i < kIterations; ++i) {
+      Vector9 next = factor.solve(gradients * q);
+      next /= std::sqrt(next.dot(gradients * next));
+      const double cosine = next.dot(gradients * q);
+      q = next;
+      if (!(1 - cosine * cosine > kConverged)) break;
+      if (i + 1 == kIterations) q.setZero();
+    }
+    if (q.allFinite() && !q.isZero()) return q;
+  }
+  const Eigen::GeneralizedSelfAdjointEigenSolver<Matrix9> solver(values, gradients);
+  return solver.eigenvectors().col(0);
+}
 
 Vector9 smallest_ratio(const Moments& m) {
   const double count = m.get(0, 0, 0);
@@ -66,9 +103,7 @@ Vector9 smallest_ratio(const Moments& m) {
     }
   // On planar points some combinations of terms have no gradient at all; this keeps the matrix definite.
   gradients.diagonal().array() += 1e-9;
-  const Eigen::GeneralizedSelfAdjointEigenSolver<Matrix9> solver(values, gradients);
-  Vector9 q = solver.eigenvectors().col(0);
-  return q;
+  return smallest_eigenvector(values, gradients);
 }
 
 }  // namespace

@@ -1,11 +1,12 @@
 #include "adaptation/perception/smoothing.h"
 
 #include <algorithm>
+#include <cmath>
+#include <optional>
 
-#include <pcl/filters/statistical_outlier_removal.h>
-#include <pcl/point_types.h>
-#include <pcl/search/kdtree.h>
-#include <pcl/surface/mls.h>
+#include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
+#include <Eigen/Geometry>
 
 #include "adaptation/perception/parallel_parts.h"
 #include "adaptation/perception/voxels.h"
@@ -13,76 +14,117 @@
 namespace walkman::perception {
 namespace {
 
-using Cloud = pcl::PointCloud<pcl::PointXYZ>;
+constexpr std::size_t kRange = 64;  // points that one thread takes at a time
+constexpr std::size_t kFewestPoints = 3;
+constexpr std::size_t kCoefficients = 6;  // of a polynomial of second degree in two variables
 
-Cloud::Ptr to_pcl(std::span<const Eigen::Vector3f> points) {
-  auto cloud = std::make_shared<Cloud>();
-  cloud->reserve(points.size());
-  for (const auto& p : points) cloud->emplace_back(p.x(), p.y(), p.z());
-  return cloud;
-}
+using Vector6 = Eigen::Matrix<double, 6, 1>;
+using Matrix6 = Eigen::Matrix<double, 6, 6>;
 
-std::vector<int> one_of_each_voxel(std::span<const Eigen::Vector3f> points, double voxel) {
+std::vector<std::uint32_t> one_of_each_voxel(std::span<const Eigen::Vector3f> points, double voxel) {
   const CellIndex cells(points, voxel);
-  std::vector<int> chosen;
+  std::vector<std::uint32_t> chosen;
   chosen.reserve(cells.cell_count());
   for (std::size_t c = 0; c < cells.cell_count(); ++c) {
     const auto members = cells.members(c);
     Eigen::Vector3f mean = Eigen::Vector3f::Zero();
     for (const std::uint32_t i : members) mean += points[i];
     mean /= static_cast<float>(members.size());
-    const auto nearest =
-        std::min_element(members.begin(), members.end(), [&](std::uint32_t a, std::uint32_t b) {
-          return (points[a] - mean).squaredNorm() < (points[b] - mean).squaredNorm();
-        });
-    chosen.push_back(static_cast<int>(*nearest));
+    chosen.push_back(*std::min_element(members.begin(), members.end(), [&](std::uint32_t a, std::uint32_t b) {
+      return (points[a] - mean).squaredNorm() < (points[b] - mean).squaredNorm();
+    }));
   }
   return chosen;
+}
+
+// Where `query` comes to lie on the polynomial through the points `chosen`.
+std::optional<Eigen::Vector3f> projected(std::span<const Eigen::Vector3f> points,
+                                         std::span<const std::uint32_t> chosen, const Eigen::Vector3f& query,
+                                         double radius) {
+  if (chosen.size() < kFewestPoints) return std::nullopt;
+  // Relative to the query, which keeps the digits.
+  const auto count = static_cast<double>(chosen.size());
+  Eigen::Vector3d mean = Eigen::Vector3d::Zero();
+  Eigen::Matrix3d moments = Eigen::Matrix3d::Zero();
+  for (const std::uint32_t i : chosen) {
+    const Eigen::Vector3d d = (points[i] - query).cast<double>();
+    mean += d / count;
+    moments.noalias() += d * d.transpose() / count;
+  }
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(moments - mean * mean.transpose());
+  const Eigen::Vector3d n = solver.eigenvectors().col(0);
+  const Eigen::Vector3d foot = n.dot(mean) * n;  // of the query on the plane
+  double height = 0;
+  if (chosen.size() >= kCoefficients) {
+    const Eigen::Vector3d u = n.unitOrthogonal(), v = n.cross(u);
+    Matrix6 normal_matrix = Matrix6::Zero();
+    Vector6 right = Vector6::Zero();
+    for (const std::uint32_t i : chosen) {
+      const Eigen::Vector3d d = (points[i] - query).cast<double>() - foot;
+      // In units of the radius, which makes the terms comparable.
+      const double a = u.dot(d) / radius, b = v.dot(d) / radius, c = n.dot(d);
+      const double weight = std::exp(-d.squaredNorm() / (radius * radius));
+      const Vector6 row(1.0, a, b, a * a, a * b, b * b);
+      normal_matrix.selfadjointView<Eigen::Lower>().rankUpdate(row, weight);
+      right += weight * c * row;
+    }
+    const double value = normal_matrix.selfadjointView<Eigen::Lower>().ldlt().solve(right)[0];
+    if (std::isfinite(value)) height = value;
+  }
+  return query + (foot + height * n).cast<float>();
 }
 
 }  // namespace
 
 std::vector<Eigen::Vector3f> remove_outliers(std::span<const Eigen::Vector3f> points, int neighbours,
-                                             double deviations) {
-  if (points.size() <= static_cast<std::size_t>(neighbours)) return {points.begin(), points.end()};
-  pcl::StatisticalOutlierRemoval<pcl::PointXYZ> removal;
-  removal.setMeanK(neighbours);
-  removal.setStddevMulThresh(deviations);
-  removal.setInputCloud(to_pcl(points));
-  pcl::Indices kept;
-  removal.filter(kept);
+                                             double deviations, double spacing, int threads) {
+  const auto wanted = static_cast<std::size_t>(neighbours);
+  if (points.size() <= wanted) return {points.begin(), points.end()};
+  // On a surface that many neighbours lie in about this radius.
+  const double radius = 1.3 * spacing * std::sqrt(static_cast<double>(neighbours) / M_PI);
+  const PointGrid grid(points, radius / 2);
+  std::vector<double> distances(points.size());
+  for_ranges(threads, points.size(), kRange, [&](std::size_t first, std::size_t last) {
+    std::vector<std::uint32_t> near;
+    for (std::size_t i = first; i < last; ++i) {
+      grid.nearest(points[i], wanted + 1, radius, near);  // itself among them
+      double sum = 0;
+      for (const std::uint32_t n : near) sum += static_cast<double>((points[n] - points[i]).norm());
+      distances[i] = sum / static_cast<double>(neighbours);
+    }
+  });
+  double sum = 0, square = 0;
+  for (const double d : distances) {
+    sum += d;
+    square += d * d;
+  }
+  const auto count = static_cast<double>(points.size());
+  const double variance = (square - sum * sum / count) / (count - 1);
+  const double limit = sum / count + deviations * std::sqrt(std::max(0.0, variance));
   std::vector<Eigen::Vector3f> out;
-  out.reserve(kept.size());
-  for (const int i : kept) out.push_back(points[static_cast<std::size_t>(i)]);
+  out.reserve(points.size());
+  for (std::size_t i = 0; i < points.size(); ++i)
+    if (distances[i] <= limit) out.push_back(points[i]);
   return out;
 }
 
 std::vector<Eigen::Vector3f> smooth(std::span<const Eigen::Vector3f> points, double radius, double voxel,
                                     int threads) {
-  const Cloud::ConstPtr cloud = to_pcl(points);
   const auto chosen = one_of_each_voxel(points, voxel);
-  const auto count = static_cast<std::size_t>(std::max(1, threads));
-  // Each thread runs a filter of its own on its part of the points, so their order is that of the voxels.
-  std::vector<Cloud> parts(count);
-  for_parts(threads, static_cast<int>(count), [&](int number) {
-    const auto part = static_cast<std::size_t>(number);
-    const auto first = chosen.begin() + static_cast<std::ptrdiff_t>(chosen.size() * part / count);
-    const auto last = chosen.begin() + static_cast<std::ptrdiff_t>(chosen.size() * (part + 1) / count);
-    if (first == last) return;
-    pcl::MovingLeastSquares<pcl::PointXYZ, pcl::PointXYZ> filter;
-    filter.setPolynomialOrder(2);
-    filter.setSearchRadius(radius);
-    filter.setNumberOfThreads(1);
-    filter.setSearchMethod(std::make_shared<pcl::search::KdTree<pcl::PointXYZ>>(false));
-    filter.setInputCloud(cloud);
-    filter.setIndices(std::make_shared<pcl::Indices>(first, last));
-    filter.process(parts[part]);
+  const PointGrid grid(points, radius / 2);
+  std::vector<std::optional<Eigen::Vector3f>> found(chosen.size());
+  for_ranges(threads, chosen.size(), kRange, [&](std::size_t first, std::size_t last) {
+    std::vector<std::uint32_t> near;
+    for (std::size_t i = first; i < last; ++i) {
+      const Eigen::Vector3f& query = points[chosen[i]];
+      grid.within(query, radius, near);
+      found[i] = projected(points, near, query, radius);
+    }
   });
   std::vector<Eigen::Vector3f> out;
   out.reserve(chosen.size());
-  for (const auto& part : parts)
-    for (const auto& p : part)
-      if (p.getVector3fMap().allFinite()) out.push_back(p.getVector3fMap());
+  for (const auto& p : found)
+    if (p && p->allFinite()) out.push_back(*p);
   return out;
 }
 

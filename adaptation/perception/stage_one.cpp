@@ -9,7 +9,9 @@
 #include "adaptation/perception/cluster.h"
 #include "adaptation/perception/cylindrical_shell.h"
 #include "adaptation/perception/handle_alignment.h"
+#include "adaptation/perception/image_border.h"
 #include "adaptation/perception/normals.h"
+#include "adaptation/perception/parallel_parts.h"
 #include "adaptation/perception/plane.h"
 #include "adaptation/perception/smoothing.h"
 #include "adaptation/perception/voxels.h"
@@ -17,7 +19,14 @@
 namespace walkman::perception {
 namespace {
 
-constexpr double kUpright = 0.0872;  // sine of 5°
+constexpr double kUpright = 0.0872;        // sine of 5°
+constexpr int kPlanes = 3;                 // one on the other: floor, table, box
+constexpr std::size_t kFewestPoints = 20;  // of a cluster, whatever its size
+constexpr std::size_t kSampled = 3000;     // of an object's points, where they are all compared
+constexpr double kBridged = 6;             // missing points that do not part a cluster
+constexpr double kVoxelSpacings = 2;       // points along the edge of a voxel
+constexpr double kSmoothing = 1.48;        // radius over the cube root of noise times spacing
+constexpr double kWidestSmoothing = 0.04;  // m; beyond it a second-degree surface is no tube any more
 
 Eigen::Vector3d square_to(const Eigen::Vector3d& v, const Eigen::Vector3d& axis) {
   return (v - v.dot(axis) * axis).normalized();
@@ -27,9 +36,16 @@ class StepTimer {
  public:
   explicit StepTimer(std::vector<StepTime>& times) : times_(times) {}
 
+  // A step that is taken again adds to its time.
   void done(const char* step) {
     const auto now = Clock::now();
-    times_.push_back({step, std::chrono::duration<double>(now - last_).count()});
+    const double seconds = std::chrono::duration<double>(now - last_).count();
+    const auto same =
+        std::find_if(times_.begin(), times_.end(), [step](const StepTime& t) { return t.step == step; });
+    if (same == times_.end())
+      times_.push_back({step, seconds});
+    else
+      same->seconds += seconds;
     last_ = now;
   }
 
@@ -45,36 +61,231 @@ std::string rounded(double value) {
   return text.back() == '.' ? text + "0" : text;
 }
 
-std::vector<Eigen::Vector3f> points_in_reach(const camera::OrganizedCloud& cloud, double reach) {
+/// The points of a cloud within reach, and their numbers in it.
+struct NearPoints {
+  std::vector<Eigen::Vector3f> points_C;
+  std::vector<std::uint32_t> numbers;
+};
+
+NearPoints points_in_reach(const camera::OrganizedCloud& cloud, double reach, int threads) {
+  constexpr std::size_t kRange = 32768;
   const auto limit = static_cast<float>(reach * reach);
-  std::vector<Eigen::Vector3f> near;
-  near.reserve(cloud.points.size());
-  for (const auto& p : cloud.points)
-    if (p.squaredNorm() < limit) near.push_back(p);  // false for NaN
+  std::vector<NearPoints> parts((cloud.points.size() + kRange - 1) / kRange);
+  for_ranges(threads, cloud.points.size(), kRange, [&](std::size_t first, std::size_t last) {
+    NearPoints& part = parts[first / kRange];
+    for (std::size_t i = first; i < last; ++i) {
+      if (!(cloud.points[i].squaredNorm() < limit)) continue;  // nor is NaN
+      part.points_C.push_back(cloud.points[i]);
+      part.numbers.push_back(static_cast<std::uint32_t>(i));
+    }
+  });
+  NearPoints near;
+  for (const NearPoints& part : parts) {
+    near.points_C.insert(near.points_C.end(), part.points_C.begin(), part.points_C.end());
+    near.numbers.insert(near.numbers.end(), part.numbers.begin(), part.numbers.end());
+  }
   return near;
 }
 
-std::vector<Eigen::Vector3f> members(std::span<const Eigen::Vector3f> points,
-                                     const std::vector<std::uint32_t>& chosen) {
-  std::vector<Eigen::Vector3f> out;
+template <typename T>
+std::vector<T> members(const std::vector<T>& all, std::span<const std::uint32_t> chosen) {
+  std::vector<T> out;
   out.reserve(chosen.size());
-  for (const std::uint32_t i : chosen) out.push_back(points[i]);
+  for (const std::uint32_t i : chosen) out.push_back(all[i]);
   return out;
+}
+
+OrientedPoints above_only(const OrientedPoints& oriented, const Plane& plane, double height) {
+  OrientedPoints out;
+  for (std::size_t i = 0; i < oriented.points_C.size(); ++i) {
+    if (plane.n_C.dot(oriented.points_C[i].cast<double>()) + plane.offset < height) continue;
+    out.points_C.push_back(oriented.points_C[i]);
+    out.normals_C.push_back(oriented.normals_C[i]);
+  }
+  return out;
+}
+
+double distance_to(std::span<const Eigen::Vector3f> points_C, const Eigen::Vector3d& p_C) {
+  float least = std::numeric_limits<float>::infinity();
+  for (const auto& p : points_C) least = std::min(least, (p - p_C.cast<float>()).squaredNorm());
+  return std::sqrt(static_cast<double>(least));
 }
 
 std::optional<GraspFrame> nearest_grasp(const StageOneResult& result) {
   std::optional<GraspFrame> best;
   double nearest = std::numeric_limits<double>::infinity();
-  for (std::size_t i = 0; i < result.handles.size(); ++i) {
-    const Handle& handle = result.handles[i];
-    const double along = handle.nearest_graspable(handle.axis_C.dot(result.p_CCm - handle.p_CM));
-    const double distance = (handle.p_CM + along * handle.axis_C - result.p_CCm).norm();
+  if (result.objects.empty()) return best;
+  const SeenObject& object = result.object();
+  for (std::size_t i = 0; i < object.handles.size(); ++i) {
+    const Handle& handle = object.handles[i];
+    const double along = handle.nearest_graspable(handle.axis_C.dot(object.p_CCm - handle.p_CM));
+    const double distance = (handle.p_CM + along * handle.axis_C - object.p_CCm).norm();
     if (distance >= nearest) continue;
     nearest = distance;
     best = grasp_frame_at(result, static_cast<int>(i), along);
   }
   return best;
 }
+
+/// One cloud on its way from plane to objects.
+class StageOne {
+ public:
+  StageOne(const camera::OrganizedCloud& cloud, const StageOneParameters& parameters)
+      : parameters_(parameters), timer_(times_) {
+    near_ = points_in_reach(cloud, parameters.reach, parameters.threads);
+    if (near_.points_C.empty())
+      throw NotLocated("cloud: no finite point within the reach of " + rounded(parameters.reach) +
+                       " m among " + std::to_string(cloud.points.size()) + " points");
+    timer_.done("reach filter");
+    sampling_ = measure_sampling(cloud, parameters.reach);
+    timer_.done("sampling");
+    oriented_ = estimate_normals(cloud, parameters.reach, sampling_, parameters.threads);
+    all_oriented_ = oriented_.points_C.size();
+    timer_.done("normals");
+    border_.emplace(cloud);
+    timer_.done("image border");
+  }
+
+  /// What stands on the dominant plane among the points above all planes so far; none without such a plane.
+  std::optional<StageOneResult> next_plane(const std::optional<Eigen::Vector3d>& near_C) {
+    StageOneResult result;
+    result.sampling = sampling_;
+    const auto plane = fit_dominant_plane(oriented_, all_oriented_, sampling_, parameters_);
+    timer_.done("plane");
+    if (!plane) return std::nullopt;
+    result.plane = *plane;
+    result.plane.hull_C = plane_hull(result.plane, oriented_, sampling_, parameters_);
+    timer_.done("convex hull");
+    if (result.plane.hull_C.empty()) return std::nullopt;
+    const auto above = points_above(result.plane, near_.points_C, sampling_, parameters_);
+    timer_.done("points above the plane");
+    const auto clusters = clusters_of(above);
+    timer_.done("clusters");
+    std::vector<double> distances;
+    for (const auto& cluster : clusters) {
+      const std::vector<Eigen::Vector3f> measured = members(near_.points_C, cluster);
+      auto object = judge(cluster, measured);
+      if (!object) continue;
+      result.objects.push_back(std::move(*object));
+      distances.push_back(near_C ? distance_to(measured, *near_C) : 0);
+    }
+    choose(result, distances);
+    result.grasp = nearest_grasp(result);
+    timer_.done("grasp frame");
+    oriented_ = above_only(oriented_, result.plane, parameters_.above_plane);
+    return result;
+  }
+
+  [[nodiscard]] std::size_t oriented_points() const { return all_oriented_; }
+  std::vector<StepTime> take_times() { return std::move(times_); }
+
+ private:
+  // Clusters of the points `above`, as numbers of near points, without specks.
+  [[nodiscard]] std::vector<std::vector<std::uint32_t>> clusters_of(
+      const std::vector<std::uint32_t>& above) const {
+    const auto points = members(near_.points_C, above);
+    double range = 0;
+    for (const auto& p : points) range += static_cast<double>(p.norm()) / static_cast<double>(points.size());
+    const double tolerance = std::max(parameters_.cluster_tolerance, kBridged * sampling_.spacing(range));
+    auto clusters = euclidean_clusters(points, tolerance, kFewestPoints);
+    std::erase_if(clusters, [&](const auto& cluster) {
+      double area = 0;
+      for (const std::uint32_t i : cluster)
+        area += std::pow(sampling_.spacing(static_cast<double>(points[i].norm())), 2);
+      return area < parameters_.cluster_min_area;
+    });
+    for (auto& cluster : clusters)
+      for (std::uint32_t& i : cluster) i = above[i];
+    return clusters;
+  }
+
+  // One in so many points of a cluster, and as many of those that rays beside it meet.
+  void sample(const std::vector<std::uint32_t>& cluster, std::vector<Eigen::Vector3f>& of_object,
+              std::vector<Eigen::Vector3f>& beyond) const {
+    Eigen::AlignedBox3f box;
+    for (const std::uint32_t i : cluster) box.extend(near_.points_C[i]);
+    const Eigen::Vector3f centre = box.center();
+    const float radius = box.diagonal().norm() / 2 + static_cast<float>(parameters_.handle_max_radius);
+    const std::size_t stride = std::max<std::size_t>(1, cluster.size() / kSampled);
+    auto next = cluster.begin();  // ascending, as the near points are
+    for (std::size_t i = 0; i < near_.points_C.size(); i += stride) {
+      next = std::lower_bound(next, cluster.end(), static_cast<std::uint32_t>(i));
+      const Eigen::Vector3f& p = near_.points_C[i];
+      if (next != cluster.end() && *next == i) {
+        of_object.push_back(p);
+      } else if (const float along = p.dot(centre);
+                 centre.squaredNorm() - along * along / p.squaredNorm() < radius * radius) {
+        beyond.push_back(p);
+      }
+    }
+  }
+
+  // None when the cluster is too sparse to be smoothed.
+  std::optional<SeenObject> judge(const std::vector<std::uint32_t>& cluster,
+                                  const std::vector<Eigen::Vector3f>& measured) {
+    const double range = median_range(measured);
+    const double spacing = sampling_.spacing(range), deviation = sampling_.deviation(range);
+    const double thin = std::max(parameters_.outlier_voxel, kVoxelSpacings * spacing);
+    SeenObject object;
+    object.points = cluster.size();
+    const auto kept = remove_outliers(voxel_centroids(measured, thin), parameters_.outlier_neighbours,
+                                      parameters_.outlier_deviations, thin, parameters_.threads);
+    timer_.done("outlier removal");
+    // The curvature of a smoothed surface scatters as the noise of a point, times their spacing, over the
+    // radius cubed.
+    const double radius =
+        std::clamp(kSmoothing * std::cbrt(deviation * spacing), parameters_.smoothing_radius,
+                   std::max(parameters_.smoothing_radius, kWidestSmoothing));
+    object.surface_C = smooth(kept, radius, std::max(parameters_.smoothing_voxel, thin), parameters_.threads);
+    timer_.done("smoothing");
+    if (object.surface_C.empty()) return std::nullopt;
+    const auto shells = find_shells(object.surface_C, parameters_);
+    timer_.done("handle shells");
+    if (shells.size() >= static_cast<std::size_t>(parameters_.handle_min_inliers)) {
+      std::vector<Eigen::Vector3f> of_object, beyond;
+      sample(cluster, of_object, beyond);
+      AlignedHandles aligned =
+          align_handles(shells, {object.surface_C, measured, of_object, beyond}, sampling_, parameters_);
+      object.handles = std::move(aligned.handles);
+      object.refused = std::move(aligned.refused);
+    }
+    timer_.done("handle alignment");
+    object.p_CCm = median_of_voxel_centroids(object.surface_C, parameters_.centroid_voxel);
+    timer_.done("centre of mass");
+    object.cut_by_image = border_->cuts(members(near_.numbers, cluster));
+    timer_.done("image border");
+    return object;
+  }
+
+  // `distances`: of the objects from the point asked for; zeros when none was.
+  static void choose(StageOneResult& result, const std::vector<double>& distances) {
+    const auto& objects = result.objects;
+    for (std::size_t i = 1; i < objects.size(); ++i)
+      if (distances[i] < distances[result.chosen] ||
+          (distances[i] == distances[result.chosen] && objects[result.chosen].handles.empty() &&
+           !objects[i].handles.empty()))
+        result.chosen = i;
+    result.distance_asked = distances.empty() ? 0 : distances[result.chosen];
+  }
+
+  static double median_range(const std::vector<Eigen::Vector3f>& points) {
+    std::vector<float> ranges;
+    ranges.reserve(points.size());
+    for (const auto& p : points) ranges.push_back(p.norm());
+    const auto middle = ranges.begin() + static_cast<std::ptrdiff_t>(ranges.size() / 2);
+    std::nth_element(ranges.begin(), middle, ranges.end());
+    return static_cast<double>(*middle);
+  }
+
+  const StageOneParameters& parameters_;
+  std::vector<StepTime> times_;
+  StepTimer timer_;
+  NearPoints near_;
+  Sampling sampling_;
+  OrientedPoints oriented_;
+  std::size_t all_oriented_ = 0;
+  std::optional<ImageBorder> border_;
+};
 
 }  // namespace
 
@@ -91,10 +302,11 @@ double Handle::nearest_graspable(double along) const {
 }
 
 GraspFrame grasp_frame_at(const StageOneResult& result, int handle, double along) {
-  if (handle < 0 || static_cast<std::size_t>(handle) >= result.handles.size())
+  const std::size_t handles = result.objects.empty() ? 0 : result.object().handles.size();
+  if (handle < 0 || static_cast<std::size_t>(handle) >= handles)
     throw std::out_of_range("grasp_frame_at: handle " + std::to_string(handle) + " of " +
-                            std::to_string(result.handles.size()) + " does not exist");
-  const Handle& h = result.handles[static_cast<std::size_t>(handle)];
+                            std::to_string(handles) + " does not exist");
+  const Handle& h = result.object().handles[static_cast<std::size_t>(handle)];
   GraspFrame frame;
   frame.handle = handle;
   frame.along = std::clamp(along, h.from, h.to);
@@ -109,59 +321,42 @@ GraspFrame grasp_frame_at(const StageOneResult& result, int handle, double along
   return frame;
 }
 
-StageOneResult locate(const camera::OrganizedCloud& cloud, const StageOneParameters& parameters) {
+StageOneResult locate(const camera::OrganizedCloud& cloud, const StageOneParameters& parameters,
+                      const std::optional<Eigen::Vector3d>& near_C) {
   if (cloud.width < 0 || cloud.height < 0 ||
       cloud.points.size() != static_cast<std::size_t>(cloud.width) * static_cast<std::size_t>(cloud.height))
-    throw NotLocated("cloud: " + std::to_string(cloud.points.size()) + " points where width " +
-                     std::to_string(cloud.width) + " times height " + std::to_string(cloud.height) +
-                     " was expected");
-  StageOneResult result;
-  StepTimer timer(result.times);
-
-  const auto near = points_in_reach(cloud, parameters.reach);
-  if (near.empty())
-    throw NotLocated("cloud: no finite point within the reach of " + rounded(parameters.reach) + " m among " +
-                     std::to_string(cloud.points.size()) + " points");
-  timer.done("reach filter");
-  const auto oriented = estimate_normals(cloud, parameters.reach);
-  timer.done("normals");
-  const auto plane = fit_dominant_plane(oriented, parameters);
-  if (!plane)
+    throw std::invalid_argument("cloud: " + std::to_string(cloud.points.size()) + " points where width " +
+                                std::to_string(cloud.width) + " times height " +
+                                std::to_string(cloud.height) + " was expected");
+  StageOne stage(cloud, parameters);
+  std::optional<StageOneResult> best;
+  double best_distance = std::numeric_limits<double>::infinity();
+  for (int level = 0; level < kPlanes; ++level) {
+    auto result = stage.next_plane(near_C);
+    if (!result) break;
+    if (result->objects.empty()) {
+      if (!best) best = std::move(result);
+      continue;
+    }
+    const double distance = near_C ? result->distance_asked : 0;
+    const bool graspable = result->grasp && distance <= parameters.asked_distance;
+    if (graspable || !best || best->objects.empty() || distance < best_distance) {
+      best = std::move(result);
+      best_distance = distance;
+    }
+    if (graspable) break;
+  }
+  if (!best)
     throw NotLocated("cloud: no dominant plane; none holds " + rounded(100 * parameters.plane_min_share) +
-                     " % of the " + std::to_string(oriented.points_C.size()) + " points with a normal");
-  result.plane = *plane;
-  timer.done("plane");
-  result.plane.hull_C = plane_hull(result.plane, oriented, parameters);
-  if (result.plane.hull_C.empty()) throw NotLocated("cloud: the dominant plane spans no area");
-  timer.done("convex hull");
-  const auto above = points_above(result.plane, near, parameters.above_plane, parameters.highest_above_plane);
-  timer.done("points above the plane");
-  const auto clusters = euclidean_clusters(above, parameters.cluster_tolerance,
-                                           static_cast<std::size_t>(parameters.cluster_min_points));
-  if (clusters.empty())
+                     " % of the " + std::to_string(stage.oriented_points()) + " points with a normal");
+  if (best->objects.empty())
     throw NotLocated("cloud: no object on the plane; no cluster of " +
-                     std::to_string(parameters.cluster_min_points) + " points among the " +
-                     std::to_string(above.size()) + " above it");
-  for (const auto& cluster : clusters) result.cluster_sizes.push_back(cluster.size());
-  const auto measured = members(above, clusters.front());
-  timer.done("clusters");
-  const auto kept = remove_outliers(voxel_centroids(measured, parameters.outlier_voxel),
-                                    parameters.outlier_neighbours, parameters.outlier_deviations);
-  timer.done("outlier removal");
-  result.object_C = smooth(kept, parameters.smoothing_radius, parameters.smoothing_voxel, parameters.threads);
-  if (result.object_C.empty())
-    throw NotLocated("cloud: the largest cluster of " + std::to_string(measured.size()) +
-                     " points is too sparse to smooth");
-  timer.done("smoothing");
-  const auto shells = find_shells(result.object_C, parameters);
-  timer.done("handle shells");
-  result.handles = align_handles(shells, measured, parameters);
-  timer.done("handle alignment");
-  result.p_CCm = median_of_voxel_centroids(result.object_C, parameters.centroid_voxel);
-  timer.done("centre of mass");
-  result.grasp = nearest_grasp(result);
-  timer.done("grasp frame");
-  return result;
+                     rounded(1e4 * parameters.cluster_min_area) + " cm² above it");
+  if (best_distance > parameters.asked_distance)
+    throw NotLocated("cloud: no object within " + rounded(parameters.asked_distance) +
+                     " m of the point asked for; the nearest is " + rounded(best_distance) + " m away");
+  best->times = stage.take_times();
+  return std::move(*best);
 }
 
 }  // namespace walkman::perception

@@ -8,6 +8,7 @@
 #include <Eigen/Geometry>
 
 #include "adaptation/parameters.h"
+#include "adaptation/perception/sampling.h"
 #include "drivers/camera/range_camera.h"
 
 namespace walkman::perception {
@@ -24,18 +25,24 @@ struct Plane {
 };
 
 /// A handle: co-linear cylinders refined to one (paper, sec. 2.1). A grasp may sit anywhere in [from, to]
-/// along the axis where a cylindrical shell was found.
+/// along the axis where a hand finds room around it.
 struct Handle {
   Eigen::Vector3d p_CM = Eigen::Vector3d::Zero();     ///< midpoint of the axis between its two ends, m
   Eigen::Vector3d axis_C = Eigen::Vector3d::UnitX();  ///< unit vector, to the right (towards +x of C)
   double radius = 0;                                  ///< m
   double from = 0, to = 0;                            ///< the ends along the axis from M, m
-  double reach = 0;  ///< what a shell stands for to both sides of its place, m
-  /// Axial positions (m from M) of the shells that make the handle, sorted. Stretches that no shell reaches
-  /// have no free gap around them (a weight sits there): no grasp there.
+  double reach = 0;  ///< what a place stands for to both sides along the axis, m
+  /// Axial positions (m from M) with surface and a free gap around it, sorted. Stretches out of reach of all
+  /// of them have none (a weight sits there): no grasp there.
   std::vector<double> places;
 
-  /// The position nearest to `along` (both m from M) that is between the ends and within reach of a shell.
+  double residual = 0;            ///< standard deviation of the points across its surface, m
+  double arc = 0;                 ///< angle about the axis over which it is seen, rad
+  double radius_deviation = 0;    ///< standard deviation, m
+  double position_deviation = 0;  ///< of M across the axis, in its worse direction, m
+  double axis_deviation = 0;      ///< of the axis, in its worse direction, rad
+
+  /// The position nearest to `along` (both m from M) that is between the ends and within reach of a place.
   [[nodiscard]] double nearest_graspable(double along) const;
 };
 
@@ -54,14 +61,27 @@ struct StepTime {
   double seconds = 0;
 };
 
-struct StageOneResult {
-  Plane plane;
-  std::vector<std::size_t> cluster_sizes;           ///< points, largest first
-  std::vector<Eigen::Vector3f> object_C;            ///< points of the largest cluster, smoothed, m
+/// A cluster of points on the plane, judged.
+struct SeenObject {
+  std::size_t points = 0;                           ///< of the cloud
+  std::vector<Eigen::Vector3f> surface_C;           ///< smoothed, m
   Eigen::Vector3d p_CCm = Eigen::Vector3d::Zero();  ///< visual centre of mass, m
-  std::vector<Handle> handles;
-  std::optional<GraspFrame> grasp;  ///< nearest handle place to the CoM; none without handles
+  std::vector<Handle> handles;                      ///< longest first
+  /// Handle-like, but too thin or too thick for the hand, or not certainly of its size.
+  std::vector<Handle> refused;
+  bool cut_by_image = false;  ///< goes on beyond the image's border
+};
+
+struct StageOneResult {
+  Sampling sampling;
+  Plane plane;
+  std::vector<SeenObject> objects;  ///< every cluster, most points first
+  std::size_t chosen = 0;           ///< the one to be grasped
+  double distance_asked = 0;        ///< of its nearest point from the point asked for, m; 0 when none was
+  std::optional<GraspFrame> grasp;  ///< nearest handle place to the chosen one's CoM; none without handles
   std::vector<StepTime> times;      ///< of the host's clock
+
+  [[nodiscard]] const SeenObject& object() const { return objects[chosen]; }
 };
 
 /// Stage I cannot say where to grasp; what() is one sentence for people.
@@ -70,14 +90,21 @@ class NotLocated : public std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
-/// Runs Stage I (paper, sec. 3.1, steps I.1 to I.6). An unorganized cloud (height 1) works too. Throws
-/// NotLocated when the cloud's sizes contradict each other, when there is no finite point in reach, no plane,
-/// or no object on it.
-[[nodiscard]] StageOneResult locate(const camera::OrganizedCloud& cloud,
-                                    const StageOneParameters& parameters);
+/// Runs Stage I (paper, sec. 3.1, steps I.1 to I.6), judging every cluster. An unorganized cloud (height 1)
+/// works too.
+///
+/// Chosen is the cluster with a point next to `near_C`, where that is given. Otherwise it is the largest
+/// cluster (step I.3) that has a handle, and the largest of all when none has: walls, shelves and boxes are
+/// clusters, too. When what stands on the dominant plane has no handle, but holds a plane that would be
+/// dominant itself (a table before a wall, the top of a box), the same is done with that.
+///
+/// Throws NotLocated when there is no finite point in reach, no plane, no object on it, or none within
+/// `asked_distance` of `near_C`; std::invalid_argument when the cloud's sizes contradict each other.
+[[nodiscard]] StageOneResult locate(const camera::OrganizedCloud& cloud, const StageOneParameters& parameters,
+                                    const std::optional<Eigen::Vector3d>& near_C = std::nullopt);
 
-/// The grasp frame on `handle` at the axial position `along` (m from M), clamped to the handle's ends, for
-/// Stage II's regrasp. Throws std::out_of_range for a handle that is not there.
+/// The grasp frame on the chosen object's `handle` at the axial position `along` (m from M), clamped to the
+/// handle's ends, for Stage II's regrasp. Throws std::out_of_range for a handle that is not there.
 [[nodiscard]] GraspFrame grasp_frame_at(const StageOneResult& result, int handle, double along);
 
 }  // namespace walkman::perception

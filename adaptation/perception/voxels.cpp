@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 #include <utility>
 
 namespace walkman::perception {
@@ -73,6 +74,29 @@ void PointGrid::within(const Eigen::Vector3f& query, double radius, std::vector<
         for (const std::uint32_t i : cells_.members(cell))
           if ((points_[i] - query).squaredNorm() <= squared) out.push_back(i);
     }
+}
+
+void PointGrid::nearest(const Eigen::Vector3f& query, std::size_t count, double radius,
+                        std::vector<std::uint32_t>& out) const {
+  count = std::min(count, points_.size());
+  within(query, radius, out);
+  while (out.size() < count) {
+    radius *= 2;
+    const double columns = std::pow(2 * radius / cell_, 2);
+    if (columns > static_cast<double>(points_.size())) {  // then looking at every point is less work
+      out.resize(points_.size());
+      std::iota(out.begin(), out.end(), 0U);
+    } else {
+      within(query, radius, out);
+    }
+  }
+  if (out.size() == count) return;
+  const auto nearer = [&](std::uint32_t a, std::uint32_t b) {
+    const float da = (points_[a] - query).squaredNorm(), db = (points_[b] - query).squaredNorm();
+    return da != db ? da < db : a < b;
+  };
+  std::nth_element(out.begin(), out.begin() + static_cast<std::ptrdiff_t>(count), out.end(), nearer);
+  out.resize(count);
 }
 
 std::vector<Eigen::Vector3f> voxel_centroids(std::span<const Eigen::Vector3f> points, double size) {

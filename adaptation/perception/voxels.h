@@ -38,15 +38,22 @@ class CellIndex {
 class PointGrid {
  public:
   /// `cell`: edge of the cells, m; about half the usual search radius.
-  PointGrid(std::span<const Eigen::Vector3f> points, double cell) : points_(points), cells_(points, cell) {}
+  PointGrid(std::span<const Eigen::Vector3f> points, double cell)
+      : points_(points), cell_(cell), cells_(points, cell) {}
 
   /// Fills `out` with the indices of all points at most `radius` (m) from `query`, in the order of the cells.
   void within(const Eigen::Vector3f& query, double radius, std::vector<std::uint32_t>& out) const;
+
+  /// Fills `out` with the indices of the `count` points nearest to `query`, or of all when there are fewer;
+  /// in no particular order. `radius` (m): where to look first.
+  void nearest(const Eigen::Vector3f& query, std::size_t count, double radius,
+               std::vector<std::uint32_t>& out) const;
 
   [[nodiscard]] std::span<const Eigen::Vector3f> points() const { return points_; }
 
  private:
   std::span<const Eigen::Vector3f> points_;
+  double cell_;
   CellIndex cells_;
 };
 

@@ -149,8 +149,9 @@ Candidate Regrasp::Impl::least_torque(const CarriedLine& carried, const Eigen::I
   const Eigen::Vector3d point = X_TH * carried.line_H.p_PF;
   const Eigen::Vector3d direction = X_TH.linear() * carried.line_H.direction;
   Candidate best;
-  for (std::size_t i = 0; i < seen.handles.size(); ++i) {
-    const perception::Handle& handle = seen.handles[i];
+  const std::vector<perception::Handle>& handles = seen.object().handles;
+  for (std::size_t i = 0; i < handles.size(); ++i) {
+    const perception::Handle& handle = handles[i];
     const Eigen::Vector3d centre = X_TC * handle.p_CM;
     const Eigen::Vector3d axis = X_TC.linear() * handle.axis_C;
     const double along = handle.nearest_graspable(nearest_along(centre, axis, point, direction));

@@ -1,3 +1,6 @@
+#include <cmath>
+#include <optional>
+
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
@@ -16,26 +19,68 @@ using nlohmann::json;
 
 json vector_json(const Eigen::Vector3d& v) { return {v.x(), v.y(), v.z()}; }
 
-json result_json(const perception::StageOneResult& result) {
-  json out;
-  out["plane"] = {{"normal", vector_json(result.plane.n_C)}, {"offset", result.plane.offset}};
-  out["clusters"] = result.cluster_sizes;
-  out["com"] = vector_json(result.p_CCm);
-  out["handles"] = json::array();
-  for (const perception::Handle& handle : result.handles) {
-    out["handles"].push_back({{"centre", vector_json(handle.p_CM)},
-                              {"axis", vector_json(handle.axis_C)},
-                              {"radius", handle.radius},
-                              {"extent", handle.to - handle.from},
-                              {"from", handle.from},
-                              {"to", handle.to},
-                              {"places", handle.places.size()}});
+/// A result in the frame F of the cloud's file: the sensor is at `X_FC` in it.
+struct Located {
+  perception::StageOneResult result;
+  Eigen::Isometry3d X_FC;
+
+  [[nodiscard]] Eigen::Vector3d point(const Eigen::Vector3d& p_C) const { return X_FC * p_C; }
+  [[nodiscard]] Eigen::Vector3d direction(const Eigen::Vector3d& v_C) const { return X_FC.linear() * v_C; }
+  /// n_F · p_F + offset = 0 on the plane.
+  [[nodiscard]] double plane_offset() const {
+    return result.plane.offset - direction(result.plane.n_C).dot(X_FC.translation());
   }
+};
+
+json handle_json(const Located& located, const perception::Handle& handle) {
+  return {{"centre", vector_json(located.point(handle.p_CM))},
+          {"axis", vector_json(located.direction(handle.axis_C))},
+          {"radius", handle.radius},
+          {"extent", handle.to - handle.from},
+          {"from", handle.from},
+          {"to", handle.to},
+          {"places", handle.places.size()},
+          {"residual", handle.residual},
+          {"arc", handle.arc},
+          {"radius_deviation", handle.radius_deviation},
+          {"position_deviation", handle.position_deviation},
+          {"axis_deviation", handle.axis_deviation}};
+}
+
+json handles_json(const Located& located, const std::vector<perception::Handle>& handles) {
+  json out = json::array();
+  for (const perception::Handle& handle : handles) out.push_back(handle_json(located, handle));
+  return out;
+}
+
+json result_json(const Located& located) {
+  const perception::StageOneResult& result = located.result;
+  json out;
+  out["plane"] = {{"normal", vector_json(located.direction(result.plane.n_C))},
+                  {"offset", located.plane_offset()}};
+  out["sampling"] = {{"step", result.sampling.step}, {"noise", result.sampling.noise}};
+  out["objects"] = json::array();
+  out["clusters"] = json::array();
+  for (const perception::SeenObject& object : result.objects) {
+    out["clusters"].push_back(object.points);
+    out["objects"].push_back({{"points", object.points},
+                              {"com", vector_json(located.point(object.p_CCm))},
+                              {"cut_by_image", object.cut_by_image},
+                              {"handles", handles_json(located, object.handles)},
+                              {"refused", handles_json(located, object.refused)}});
+  }
+  out["chosen"] = result.chosen;
+  out["com"] = vector_json(located.point(result.object().p_CCm));
+  out["cut_by_image"] = result.object().cut_by_image;
+  out["handles"] = handles_json(located, result.object().handles);
   if (result.grasp) {
-    const Eigen::Isometry3d& X = result.grasp->X_CG;
-    out["grasp"] = {{"handle", result.grasp->handle},         {"along", result.grasp->along},
-                    {"origin", vector_json(X.translation())}, {"x", vector_json(X.linear().col(0))},
-                    {"y", vector_json(X.linear().col(1))},    {"z", vector_json(X.linear().col(2))}};
+    const Eigen::Isometry3d X_FG = located.X_FC * result.grasp->X_CG;
+    out["grasp"] = {{"handle", result.grasp->handle},
+                    {"along", result.grasp->along},
+                    {"origin", vector_json(X_FG.translation())},
+                    {"x", vector_json(X_FG.linear().col(0))},
+                    {"y", vector_json(X_FG.linear().col(1))},
+                    {"z", vector_json(X_FG.linear().col(2))}};
   } else {
     out["grasp"] = nullptr;
   }
@@ -48,27 +93,56 @@ std::string vector_text(const Eigen::Vector3d& v) {
   return fmt::format("({:.4f}, {:.4f}, {:.4f})", v.x(), v.y(), v.z());
 }
 
-std::string result_text(const perception::StageOneResult& result) {
-  std::string text = fmt::format("plane     normal {}  offset {:.4f} m\n", vector_text(result.plane.n_C),
-                                 result.plane.offset);
-  text += fmt::format("clusters  {}:", result.cluster_sizes.size());
-  for (const std::size_t size : result.cluster_sizes) text += fmt::format(" {}", size);
-  text += fmt::format(" points\nCoM       {} m\nhandles   {}\n", vector_text(result.p_CCm),
-                      result.handles.size());
-  for (std::size_t i = 0; i < result.handles.size(); ++i) {
-    const perception::Handle& h = result.handles[i];
-    text += fmt::format("  {:2}  centre {} m  axis {}  radius {:.1f} mm  extent {:.3f} m  {} places\n", i,
-                        vector_text(h.p_CM), vector_text(h.axis_C), 1e3 * h.radius, h.to - h.from,
-                        h.places.size());
+std::string handle_text(const Located& located, const perception::Handle& h) {
+  return fmt::format(
+      "centre {} m  axis {}  radius {:.1f} mm  extent {:.3f} m  {} places\n"
+      "      residual {:.1f} mm  arc {:.0f}°  deviations: radius {:.2f} mm, position {:.2f} mm, axis "
+      "{:.2f}°\n",
+      vector_text(located.point(h.p_CM)), vector_text(located.direction(h.axis_C)), 1e3 * h.radius,
+      h.to - h.from, h.places.size(), 1e3 * h.residual, h.arc * 180 / M_PI, 1e3 * h.radius_deviation,
+      1e3 * h.position_deviation, h.axis_deviation * 180 / M_PI);
+}
+
+/// Which clusters other than the chosen one have handles, for a result without any.
+std::string others_text(const perception::StageOneResult& result) {
+  std::string others;
+  for (std::size_t i = 0; i < result.objects.size(); ++i)
+    if (i != result.chosen && !result.objects[i].handles.empty())
+      others += fmt::format("{}{} ({})", others.empty() ? "" : ", ", i, result.objects[i].handles.size());
+  return others.empty() ? "no other cluster has any" : "clusters that have some: " + others;
+}
+
+std::string result_text(const Located& located) {
+  const perception::StageOneResult& result = located.result;
+  const perception::SeenObject& chosen = result.object();
+  std::string text = fmt::format(
+      "plane     normal {}  offset {:.4f} m\nsampling  a point every {:.2f} mrad, noise {:.2f} mm at 1 m\n",
+      vector_text(located.direction(result.plane.n_C)), located.plane_offset(), 1e3 * result.sampling.step,
+      1e3 * result.sampling.deviation(1));
+  text += fmt::format("clusters  {}\n", result.objects.size());
+  for (std::size_t i = 0; i < result.objects.size(); ++i) {
+    const perception::SeenObject& object = result.objects[i];
+    text += fmt::format("{} {:2}  {} points  CoM {} m  {} handle{}{}\n", i == result.chosen ? " >" : "  ", i,
+                        object.points, vector_text(located.point(object.p_CCm)), object.handles.size(),
+                        object.handles.size() == 1 ? "" : "s",
+                        object.cut_by_image ? "  cut by the image's border" : "");
   }
+  text += fmt::format("object    {}\nCoM       {} m\nhandles   {}\n", result.chosen,
+                      vector_text(located.point(chosen.p_CCm)), chosen.handles.size());
+  for (std::size_t i = 0; i < chosen.handles.size(); ++i)
+    text += fmt::format("  {:2}  {}", i, handle_text(located, chosen.handles[i]));
+  if (!chosen.refused.empty()) text += "refused   not certainly of the hand's size\n";
+  for (const perception::Handle& handle : chosen.refused)
+    text += fmt::format("      {}", handle_text(located, handle));
   if (result.grasp) {
-    const Eigen::Isometry3d& X = result.grasp->X_CG;
+    const Eigen::Isometry3d X_FG = located.X_FC * result.grasp->X_CG;
     text += fmt::format(
         "grasp     handle {}, {:+.3f} m from its centre\n          origin {} m\n          x {}  y {}  z {}\n",
-        result.grasp->handle, result.grasp->along, vector_text(X.translation()),
-        vector_text(X.linear().col(0)), vector_text(X.linear().col(1)), vector_text(X.linear().col(2)));
+        result.grasp->handle, result.grasp->along, vector_text(X_FG.translation()),
+        vector_text(X_FG.linear().col(0)), vector_text(X_FG.linear().col(1)),
+        vector_text(X_FG.linear().col(2)));
   } else {
-    text += "grasp     none: no handle of the hand's size\n";
+    text += fmt::format("grasp     none: no handle of the hand's size; {}\n", others_text(result));
   }
   double total = 0;
   for (const perception::StepTime& step : result.times) {
@@ -78,40 +152,51 @@ std::string result_text(const perception::StageOneResult& result) {
   return text + fmt::format("  {:<24}{:8.1f} ms\n", "total", 1e3 * total);
 }
 
+struct Options {
+  std::string cloud, parameters;
+  std::vector<double> near;  // empty, or x, y, z in the file's frame
+  bool as_json = false;
+};
+
+int run_locate(const Options& options) {
+  const std::filesystem::path file = options.parameters.empty()
+                                         ? data_directory() / "adaptation" / "parameters.yaml"
+                                         : std::filesystem::path(options.parameters);
+  const StageOneParameters parameters = load_method_parameters(file).stage_one;
+  const perception::RecordedCloud recorded = perception::read_pcd(options.cloud);
+  std::optional<Eigen::Vector3d> near_C;
+  if (!options.near.empty())
+    near_C = recorded.X_FC.inverse() * Eigen::Vector3d(options.near[0], options.near[1], options.near[2]);
+  Located located{{}, recorded.X_FC};
+  try {
+    located.result = perception::locate(recorded.cloud, parameters, near_C);
+  } catch (const perception::NotLocated& e) {
+    say(options.cloud + ": " + e.what());
+    return kTaskFailed;
+  }
+  options.as_json ? print_json(result_json(located).dump(2) + "\n") : print(result_text(located));
+  return located.result.grasp ? kOk : kTaskFailed;
+}
+
 }  // namespace
 
 void add_locate_command(CLI::App& app, std::function<int()>& run) {
-  struct Options {
-    std::string cloud, parameters;
-    bool as_json = false;
-  };
   auto options = std::make_shared<Options>();
   CLI::App* command =
       app.add_subcommand("locate", "Run Stage I on a point cloud: plane, object, handles, grasp frame");
   command
       ->add_option("CLOUD.pcd", options->cloud,
-                   "PCD file, ascii or binary, organized or not, in the optical frame")
+                   "PCD file, ascii or binary, organized or not; VIEWPOINT is the sensor's pose")
       ->required();
   command->add_option("--parameters", options->parameters, "YAML of both stages' parameters");
-  command->add_flag("--json", options->as_json, "Print JSON (SI units, the cloud's frame)");
-  command->callback([&run, options] {
-    run = [options] {
-      const std::filesystem::path file = options->parameters.empty()
-                                             ? data_directory() / "adaptation" / "parameters.yaml"
-                                             : std::filesystem::path(options->parameters);
-      const StageOneParameters parameters = load_method_parameters(file).stage_one;
-      perception::StageOneResult result;
-      try {
-        result = perception::locate(perception::read_pcd(options->cloud), parameters);
-      } catch (const std::runtime_error& e) {
-        const std::string what = e.what();
-        throw std::runtime_error(what.find(options->cloud) == std::string::npos ? options->cloud + ": " + what
-                                                                                : what);
-      }
-      options->as_json ? print_json(result_json(result).dump(2) + "\n") : print(result_text(result));
-      return result.grasp ? kOk : kTaskFailed;
-    };
-  });
+  command
+      ->add_option(
+          "--near", options->near,
+          "The object is the one next to this point (m, the file's frame), not the largest with handles")
+      ->expected(3)
+      ->type_name("FLOAT FLOAT FLOAT");
+  command->add_flag("--json", options->as_json, "Print JSON (SI units, the file's frame)");
+  command->callback([&run, options] { run = [options] { return run_locate(*options); }; });
 }
 
 }  // namespace walkman::apps

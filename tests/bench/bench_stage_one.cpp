@@ -5,6 +5,7 @@
 #include "adaptation/perception/handle_alignment.h"
 #include "adaptation/perception/normals.h"
 #include "adaptation/perception/plane.h"
+#include "adaptation/perception/sampling.h"
 #include "adaptation/perception/smoothing.h"
 #include "adaptation/perception/stage_one.h"
 #include "adaptation/perception/voxels.h"
@@ -20,20 +21,28 @@ namespace {
 struct Inputs {
   StageOneParameters parameters;
   camera::OrganizedCloud cloud;
+  Sampling sampling;
   OrientedPoints oriented;
   Plane plane;
-  std::vector<Eigen::Vector3f> above, measured, thinned, kept, object;
+  std::vector<Eigen::Vector3f> above, measured, sample, beyond, thinned, kept, object;
   std::vector<CylindricalShell> shells;
 
   Inputs() : cloud(test::to_cloud(test::with_noise(test::plain_bar_disparity(), {}, {}), {})) {
-    oriented = estimate_normals(cloud, parameters.reach);
-    plane = fit_dominant_plane(oriented, parameters).value();
-    plane.hull_C = plane_hull(plane, oriented, parameters);
-    above = points_above(plane, cloud.points, parameters.above_plane, parameters.highest_above_plane);
+    sampling = measure_sampling(cloud, parameters.reach);
+    oriented = estimate_normals(cloud, parameters.reach, sampling, parameters.threads);
+    plane = fit_dominant_plane(oriented, oriented.points_C.size(), sampling, parameters).value();
+    plane.hull_C = plane_hull(plane, oriented, sampling, parameters);
+    for (const auto i : points_above(plane, cloud.points, sampling, parameters))
+      above.push_back(cloud.points[i]);
     const auto found = euclidean_clusters(above, parameters.cluster_tolerance, 200);
     for (const auto i : found.front()) measured.push_back(above[i]);
+    for (std::size_t i = 0; i < measured.size(); i += 9) sample.push_back(measured[i]);
+    for (std::size_t i = 0; i < cloud.points.size(); i += 9)
+      if (plane.n_C.dot(cloud.points[i].cast<double>()) + plane.offset < parameters.above_plane)
+        beyond.push_back(cloud.points[i]);
     thinned = voxel_centroids(measured, parameters.outlier_voxel);
-    kept = remove_outliers(thinned, parameters.outlier_neighbours, parameters.outlier_deviations);
+    kept = remove_outliers(thinned, parameters.outlier_neighbours, parameters.outlier_deviations,
+                           parameters.outlier_voxel, parameters.threads);
     object = smooth(kept, parameters.smoothing_radius, parameters.smoothing_voxel, parameters.threads);
     shells = find_shells(object, parameters);
   }
@@ -50,20 +59,25 @@ void run(benchmark::State& state, const Step& step) {
   for (auto _ : state) benchmark::DoNotOptimize(step(in));
 }
 
+void sampling(benchmark::State& state) {
+  run(state, [](const Inputs& in) { return measure_sampling(in.cloud, in.parameters.reach); });
+}
 void normals(benchmark::State& state) {
-  run(state, [](const Inputs& in) { return estimate_normals(in.cloud, in.parameters.reach); });
+  run(state, [](const Inputs& in) {
+    return estimate_normals(in.cloud, in.parameters.reach, in.sampling, in.parameters.threads);
+  });
 }
 void dominant_plane(benchmark::State& state) {
-  run(state, [](const Inputs& in) { return fit_dominant_plane(in.oriented, in.parameters); });
+  run(state, [](const Inputs& in) {
+    return fit_dominant_plane(in.oriented, in.oriented.points_C.size(), in.sampling, in.parameters);
+  });
 }
 void convex_hull(benchmark::State& state) {
-  run(state, [](const Inputs& in) { return plane_hull(in.plane, in.oriented, in.parameters); });
+  run(state, [](const Inputs& in) { return plane_hull(in.plane, in.oriented, in.sampling, in.parameters); });
 }
 void points_above_plane(benchmark::State& state) {
-  run(state, [](const Inputs& in) {
-    return points_above(in.plane, in.cloud.points, in.parameters.above_plane,
-                        in.parameters.highest_above_plane);
-  });
+  run(state,
+      [](const Inputs& in) { return points_above(in.plane, in.cloud.points, in.sampling, in.parameters); });
 }
 void clusters(benchmark::State& state) {
   run(state,
@@ -72,7 +86,8 @@ void clusters(benchmark::State& state) {
 void outlier_removal(benchmark::State& state) {
   run(state, [](const Inputs& in) {
     return remove_outliers(voxel_centroids(in.measured, in.parameters.outlier_voxel),
-                           in.parameters.outlier_neighbours, in.parameters.outlier_deviations);
+                           in.parameters.outlier_neighbours, in.parameters.outlier_deviations,
+                           in.parameters.outlier_voxel, in.parameters.threads);
   });
 }
 void smoothing(benchmark::State& state) {
@@ -85,7 +100,10 @@ void handle_shells(benchmark::State& state) {
   run(state, [](const Inputs& in) { return find_shells(in.object, in.parameters); });
 }
 void handle_alignment(benchmark::State& state) {
-  run(state, [](const Inputs& in) { return align_handles(in.shells, in.measured, in.parameters); });
+  run(state, [](const Inputs& in) {
+    return align_handles(in.shells, {in.object, in.measured, in.sample, in.beyond}, in.sampling,
+                         in.parameters);
+  });
 }
 void centre_of_mass(benchmark::State& state) {
   run(state,
@@ -95,6 +113,7 @@ void whole(benchmark::State& state) {
   run(state, [](const Inputs& in) { return locate(in.cloud, in.parameters); });
 }
 
+BENCHMARK(sampling)->Name("stage_one/sampling")->Unit(benchmark::kMillisecond)->UseRealTime();
 BENCHMARK(normals)->Name("stage_one/normals")->Unit(benchmark::kMillisecond)->UseRealTime();
 BENCHMARK(dominant_plane)->Name("stage_one/plane")->Unit(benchmark::kMillisecond)->UseRealTime();
 BENCHMARK(convex_hull)->Name("stage_one/convex_hull")->Unit(benchmark::kMillisecond)->UseRealTime();

@@ -68,13 +68,16 @@ TEST(ParameterDefaults, ShippedFileHoldsEveryKeyOfStageOneAtItsDefault) {
   const StageOneParameters file = load_method_parameters(shipped).stage_one, code;
   EXPECT_EQ(file.reach, code.reach);
   EXPECT_EQ(file.plane_distance, code.plane_distance);
+  EXPECT_EQ(file.plane_deviations, code.plane_deviations);
   EXPECT_EQ(file.plane_normal_angle, code.plane_normal_angle);
   EXPECT_EQ(file.plane_iterations, code.plane_iterations);
   EXPECT_EQ(file.plane_min_share, code.plane_min_share);
   EXPECT_EQ(file.above_plane, code.above_plane);
+  EXPECT_EQ(file.above_plane_deviations, code.above_plane_deviations);
   EXPECT_EQ(file.highest_above_plane, code.highest_above_plane);
   EXPECT_EQ(file.cluster_tolerance, code.cluster_tolerance);
-  EXPECT_EQ(file.cluster_min_points, code.cluster_min_points);
+  EXPECT_EQ(file.cluster_min_area, code.cluster_min_area);
+  EXPECT_EQ(file.asked_distance, code.asked_distance);
   EXPECT_EQ(file.outlier_voxel, code.outlier_voxel);
   EXPECT_EQ(file.outlier_neighbours, code.outlier_neighbours);
   EXPECT_EQ(file.outlier_deviations, code.outlier_deviations);
@@ -92,7 +95,7 @@ TEST(ParameterDefaults, ShippedFileHoldsEveryKeyOfStageOneAtItsDefault) {
   EXPECT_EQ(file.handle_align_radius, code.handle_align_radius);
   EXPECT_EQ(file.seed, code.seed);
   EXPECT_EQ(file.threads, code.threads);
-  EXPECT_EQ(YAML::LoadFile(shipped.string())["stage_one"].size(), 26U);
+  EXPECT_EQ(YAML::LoadFile(shipped.string())["stage_one"].size(), 29U);
 }
 
 TEST(ParameterDefaults, ShippedFileHoldsEveryKeyOfStageTwoAtItsDefault) {

@@ -85,7 +85,7 @@ Cylinder off_by_some(const test::Bar& bar) {
 
 TEST(RefineCylinder, ExactOnExactData) {
   const test::Bar bar{{-0.3, 0.02, 0.85}, {0.3, 0.05, 0.8}, 0.03};
-  const auto fitted = refine_cylinder(seen(bar, 0, 1), off_by_some(bar));
+  const auto fitted = refine_cylinder(seen(bar, 0, 1), off_by_some(bar), {}, 2);
   ASSERT_TRUE(fitted.has_value());
   EXPECT_LT(fitted->axis_C.cross(bar.axis()).norm(), 1e-5);
   EXPECT_LT((fitted->p_CA - bar.start).cross(bar.axis()).norm(), 1e-5);
@@ -102,7 +102,7 @@ TEST(RefineCylinder, NoiseAlongTheRaysLeavesNoRadiusBias) {
   for (std::uint64_t seed = 1; seed <= kRuns; ++seed) {
     // 0.2 px of disparity at f b = 41.2 px m, where a fit square to the surface reads about half a millimetre
     // more.
-    const auto fitted = refine_cylinder(seen(bar, 0.2 / 41.2, seed), off_by_some(bar));
+    const auto fitted = refine_cylinder(seen(bar, 0.2 / 41.2, seed), off_by_some(bar), {}, 2);
     ASSERT_TRUE(fitted.has_value());
     EXPECT_LT(fitted->axis_C.cross(bar.axis()).norm(), 2e-3);
     EXPECT_NEAR(fitted->radius, bar.radius, 1e-3);
@@ -115,7 +115,7 @@ TEST(RefineCylinder, IgnoresAFifthOfOutliers) {
   const test::Bar bar{{-0.3, 0.02, 0.85}, {0.3, 0.05, 0.8}, 0.03};
   auto points = seen(bar, 0.05 / 41.2, 3);
   for (std::size_t i = 0; i < points.size(); i += 5) points[i] *= 1.01F;
-  const auto fitted = refine_cylinder(points, off_by_some(bar));
+  const auto fitted = refine_cylinder(points, off_by_some(bar), {}, 2);
   ASSERT_TRUE(fitted.has_value());
   EXPECT_NEAR(fitted->radius, bar.radius, 1e-3);
   EXPECT_LT((fitted->p_CA - bar.start).cross(bar.axis()).norm(), 1e-3);
@@ -123,9 +123,9 @@ TEST(RefineCylinder, IgnoresAFifthOfOutliers) {
 
 TEST(RefineCylinder, NoneWithoutPoints) {
   const test::Bar bar{{-0.3, 0.02, 0.85}, {0.3, 0.05, 0.8}, 0.03};
-  EXPECT_FALSE(refine_cylinder({}, off_by_some(bar)).has_value());
+  EXPECT_FALSE(refine_cylinder({}, off_by_some(bar), {}, 2).has_value());
   const std::vector<Eigen::Vector3f> elsewhere(100, Eigen::Vector3f(0, 0, 2));
-  EXPECT_FALSE(refine_cylinder(elsewhere, off_by_some(bar)).has_value());
+  EXPECT_FALSE(refine_cylinder(elsewhere, off_by_some(bar), {}, 2).has_value());
 }
 
 }  // namespace

@@ -20,14 +20,14 @@ StageOneResult one_handle(const Eigen::Vector3d& axis) {
   handle.to = 0.3;
   handle.reach = 0.025;
   handle.places = {-0.28, -0.2, -0.19, 0.1, 0.29};
-  result.handles.push_back(handle);
+  result.objects.emplace_back().handles.push_back(handle);
   return result;
 }
 
 TEST(GraspFrame, AxesFollowThePaper) {
   const auto result = one_handle({1, 0.05, -0.2});
   const auto frame = grasp_frame_at(result, 0, 0.12);
-  const Handle& handle = result.handles.front();
+  const Handle& handle = result.objects.front().handles.front();
   const Eigen::Matrix3d R = frame.X_CG.linear();
   EXPECT_TRUE(R.isUnitary(1e-12));
   EXPECT_TRUE(R.col(0).isApprox(handle.axis_C, 1e-12));
@@ -51,15 +51,15 @@ TEST(GraspFrame, PositionIsClampedToTheHandle) {
 
 TEST(GraspFrame, UprightHandleHasAFrameTowardsTheSensor) {
   auto result = one_handle({1, 0, 0});
-  result.handles.front().axis_C = result.plane.n_C;
+  result.objects.front().handles.front().axis_C = result.plane.n_C;
   const auto frame = grasp_frame_at(result, 0, 0);
   EXPECT_TRUE(frame.X_CG.linear().isUnitary(1e-12));
   EXPECT_NEAR(frame.X_CG.linear().determinant(), 1, 1e-12);
-  EXPECT_LT(frame.X_CG.linear().col(2).dot(result.handles.front().p_CM), 0);
+  EXPECT_LT(frame.X_CG.linear().col(2).dot(result.objects.front().handles.front().p_CM), 0);
 }
 
 TEST(NearestGraspable, StaysWithinReachOfAShell) {
-  const Handle handle = one_handle({1, 0, 0}).handles.front();
+  const Handle handle = one_handle({1, 0, 0}).object().handles.front();
   EXPECT_DOUBLE_EQ(handle.nearest_graspable(0.11), 0.11);
   EXPECT_DOUBLE_EQ(handle.nearest_graspable(-0.1), -0.165);
   EXPECT_DOUBLE_EQ(handle.nearest_graspable(0), 0.075);

@@ -81,7 +81,7 @@ void expect_same(const camera::OrganizedCloud& a, const camera::OrganizedCloud& 
 TEST_F(PcdFile, WrittenCloudComesBack) {
   const auto cloud = small_cloud();
   write_pcd(file_, cloud);
-  const auto back = read_pcd(file_);
+  const auto back = read_pcd(file_).cloud;
   EXPECT_EQ(back.width, 5);
   EXPECT_EQ(back.height, 4);
   expect_same(cloud, back);
@@ -100,7 +100,7 @@ TEST_F(PcdFile, ReadsEveryEncodingOfPcl) {
     if (encoding == 0) pcl::io::savePCDFileASCII(file_.string(), points);
     if (encoding == 1) pcl::io::savePCDFileBinary(file_.string(), points);
     if (encoding == 2) pcl::io::savePCDFileBinaryCompressed(file_.string(), points);
-    const auto cloud = read_pcd(file_);
+    const auto cloud = read_pcd(file_).cloud;
     ASSERT_EQ(cloud.width, 60);
     EXPECT_EQ(cloud.height, 1);
     for (std::size_t i = 0; i < 60; ++i)
@@ -119,7 +119,7 @@ TEST_F(PcdFile, WritesWhatPclReads) {
 }
 
 TEST(PcdData, ReadsAHandWrittenFile) {
-  const auto cloud = read_pcd(kData / "three_points.pcd");
+  const auto cloud = read_pcd(kData / "three_points.pcd").cloud;
   ASSERT_EQ(cloud.points.size(), 3U);
   EXPECT_EQ(cloud.points[1], Eigen::Vector3f(0.25F, -0.5F, 1.5F));
   EXPECT_TRUE(cloud.points[2].hasNaN());
@@ -199,11 +199,11 @@ TEST_F(PcdFile, LinesThatLookLikeAHeaderBehindDataAreNoHeader) {
   write(header("2", "ascii") + foreign + "0 0 1\n0 1 1\n");
   EXPECT_THAT(error(), AllOf(HasSubstr(".pcd:12"), HasSubstr("2 values in a point, expected 3")));
   write(header("2", "ascii") + "0 0 1\n0 1 1\n" + foreign);
-  EXPECT_EQ(read_pcd(file_).points.size(), 2U);
+  EXPECT_EQ(read_pcd(file_).cloud.points.size(), 2U);
   for (const char* data : {"binary", "binary_compressed"}) {
     write(header("1500", data) + foreign + std::string(18000 - foreign.size(), '\x2a'));
     try {
-      EXPECT_EQ(read_pcd(file_).points.size(), 1500U) << data;
+      EXPECT_EQ(read_pcd(file_).cloud.points.size(), 1500U) << data;
     } catch (const std::runtime_error& e) {
       EXPECT_STREQ(data, "binary_compressed") << e.what();
     }
@@ -221,7 +221,7 @@ TEST_F(PcdFile, ValuesThatAreNoNumbersAndFilesThatAreNone) {
   write(header("2", "ascii") + "0 0 1\n0 one 1\n");
   EXPECT_THAT(error(), AllOf(HasSubstr(".pcd:13"), HasSubstr("'one', expected a number")));
   write(header("3", "ascii") + "+1.5 -2e-1 1\nnan 0 1\ninf 1e99 1\n");
-  const auto cloud = read_pcd(file_);
+  const auto cloud = read_pcd(file_).cloud;
   EXPECT_EQ(cloud.points[0], Eigen::Vector3f(1.5F, -0.2F, 1.0F));
   EXPECT_TRUE(cloud.points[1].array().isNaN().all());
   EXPECT_TRUE(cloud.points[2].array().isNaN().all());
@@ -273,7 +273,7 @@ TEST_F(PcdFile, ChangedFilesAreReadOrRefused) {
       }
       write(bytes);
       try {
-        const auto cloud = read_pcd(file_);
+        const auto cloud = read_pcd(file_).cloud;
         ASSERT_EQ(cloud.points.size(),
                   static_cast<std::size_t>(cloud.width) * static_cast<std::size_t>(cloud.height));
         ++read;
@@ -285,6 +285,73 @@ TEST_F(PcdFile, ChangedFilesAreReadOrRefused) {
   }
   EXPECT_GT(read, 100);
   EXPECT_GT(refused, 100);
+}
+
+// A tilted plane as a pinhole camera's image, in the camera's frame.
+std::vector<Eigen::Vector3d> pinhole_image(int width, int height) {
+  std::vector<Eigen::Vector3d> points;
+  for (int row = 0; row < height; ++row)
+    for (int column = 0; column < width; ++column) {
+      const Eigen::Vector3d ray((column - width / 2.0) / width, (row - height / 2.0) / width, 1);
+      points.push_back(ray / (ray.dot(Eigen::Vector3d(0.2, 0.7, 0.8))));
+    }
+  return points;
+}
+
+std::string viewpoint_of(const Eigen::Isometry3d& X) {
+  const Eigen::Quaterniond q(X.linear());
+  std::ostringstream text;
+  text.precision(12);
+  text << X.translation().x() << ' ' << X.translation().y() << ' ' << X.translation().z() << ' ' << q.w()
+       << ' ' << q.x() << ' ' << q.y() << ' ' << q.z();
+  return text.str();
+}
+
+std::string ascii_pcd(const std::vector<Eigen::Vector3d>& points, int width, const std::string& viewpoint) {
+  std::ostringstream text;
+  text.precision(9);
+  text << "VERSION 0.7\nFIELDS x y z\nSIZE 4 4 4\nTYPE F F F\nCOUNT 1 1 1\nWIDTH " << width << "\nHEIGHT "
+       << points.size() / static_cast<std::size_t>(width) << "\nVIEWPOINT " << viewpoint << "\nDATA ascii\n";
+  for (const auto& p : points) text << p.x() << ' ' << p.y() << ' ' << p.z() << '\n';
+  return text.str();
+}
+
+TEST_F(PcdFile, ViewpointIsTheSensorsPoseInTheFilesFrame) {
+  std::mt19937_64 random(5);
+  std::normal_distribution<double> normal;
+  const auto image = pinhole_image(48, 32);
+  for (int i = 0; i < 20; ++i) {
+    Eigen::Isometry3d X_FC = Eigen::Isometry3d::Identity();
+    X_FC.linear() = Eigen::Quaterniond(normal(random), normal(random), normal(random), normal(random))
+                        .normalized()
+                        .toRotationMatrix();
+    X_FC.translation() = Eigen::Vector3d(normal(random), normal(random), normal(random));
+    std::vector<Eigen::Vector3d> in_file;
+    for (const auto& p : image) in_file.push_back(X_FC * p);
+    for (const int width : {48, 48 * 32}) {
+      write(ascii_pcd(in_file, width, viewpoint_of(X_FC)));
+      const RecordedCloud recorded = read_pcd(file_);
+      EXPECT_TRUE(recorded.X_FC.isApprox(X_FC, 1e-9));
+      for (std::size_t k = 0; k < image.size(); ++k)
+        EXPECT_LT((recorded.cloud.points[k].cast<double>() - image[k]).norm(), 1e-5);
+    }
+    // A grabber's file: the sensor's own coordinates, wherever it was. Its pixels' rays are straight.
+    write(ascii_pcd(image, 48, viewpoint_of(X_FC)));
+    const RecordedCloud grabbed = read_pcd(file_);
+    EXPECT_TRUE(grabbed.X_FC.isApprox(Eigen::Isometry3d::Identity()));
+    EXPECT_LT((grabbed.cloud.points[100].cast<double>() - image[100]).norm(), 1e-6);
+  }
+}
+
+TEST_F(PcdFile, ViewpointsThatAreNoPoses) {
+  const auto image = pinhole_image(4, 2);
+  for (const char* viewpoint : {"0 0 0 1 0 0", "0 0 0 1 0 0 0 0", "0 0 nan 1 0 0 0", "0 0 here 1 0 0 0",
+                                "0 0 1e9 1 0 0 0", "0 0 0 0 0 0 0", "0 0 0 inf 0 0 0"}) {
+    write(ascii_pcd(image, 4, viewpoint));
+    EXPECT_THAT(error(), AllOf(HasSubstr(".pcd:8"), HasSubstr("VIEWPOINT"))) << viewpoint;
+  }
+  write(ascii_pcd(image, 4, "0 0 0 2 0 0 0"));
+  EXPECT_TRUE(read_pcd(file_).X_FC.isApprox(Eigen::Isometry3d::Identity()));
 }
 
 TEST_F(PcdFile, UnwritablePlaceIsAnError) {
