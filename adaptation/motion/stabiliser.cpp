@@ -1,6 +1,8 @@
 #include "adaptation/motion/stabiliser.h"
 
 #include <algorithm>
+#include <cmath>
+#include <numbers>
 
 namespace walkman::motion {
 namespace {
@@ -23,6 +25,8 @@ void Stabiliser::start(const BalanceReading& reading, double mass,
   com_reference_ = com_reference;
   cop_mean_ = reading.p_Tcp - com_reference;
   cop_shift_.setZero();
+  first_stage_.setZero();
+  filtered_velocity_.setZero();
 }
 
 void Stabiliser::observe(const BalanceReading& reading, double mass, double dt) noexcept {
@@ -60,9 +64,11 @@ const Eigen::Vector2d& Stabiliser::step(const BalanceReading& reading, double ma
   com_reference_ = com_reference;
   running_for_ += dt;
   const double faded = std::min(1.0, running_for_ / options_.fade_in);
-  const Eigen::Vector2d ahead = velocity_ + options_.delay * (acceleration_ + residual_);
+  const double weight = 1 - std::exp(-2 * std::numbers::pi * options_.low_pass_hz * dt);
+  first_stage_ += weight * (velocity_ - reference_velocity - first_stage_);
+  filtered_velocity_ += weight * (first_stage_ - filtered_velocity_);
   const Eigen::Vector2d wanted =
-      faded * (cop_shift_ - options_.velocity_time.cwiseProduct(ahead - reference_velocity));
+      faded * (cop_shift_ - options_.velocity_time.cwiseProduct(filtered_velocity_));
   shift_ += shortened(shortened(wanted, options_.max_shift) - shift_, options_.max_rate * dt);
   return shift_;
 }
