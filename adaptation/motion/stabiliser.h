@@ -23,8 +23,8 @@ struct StabiliserOptions {
   double observer_bandwidth = 25;
   double force_washout = 0.5;  ///< how fast the force's residual is learnt, 1/s
   /// Corner of the velocity's two first-order low-passes. From a sample to what comes of it in the joints
-  /// pass three cycles; at the legs' own mode of 30 Hz, in which the shins swing under the base, that is more
-  /// than a third of a turn, and the law would feed it. At the sways the filter costs 24 and 43 degrees.
+  /// pass three cycles; at 30 Hz, where a standing WALK-MAN's legs resonate, that is more than a third of a
+  /// turn, and the law would feed it. At the sways the filter costs 24 and 43 degrees.
   double low_pass_hz = 6;
   double max_shift = 0.04;  ///< m
   double max_rate = 0.3;    ///< m/s
