@@ -48,7 +48,9 @@ struct StageTwoParameters {
   int max_regrasps = 3;
 
   double tare_time = 1.0;            ///< average before the first grasp that removes the sensor's residuals
-  double settle_time = 1.5;          ///< after a motion, before a measurement
+  double rest_speed = 0.006;         ///< m/s: a hand no faster is at rest
+  double rest_time = 0.41;           ///< for so long, before a measurement
+  double rest_timeout = 15;          ///< a hand that has not come to rest by then does not
   double sensor_cross_talk = 0.01;   ///< of the wrist's sensor, of full scale (its data sheet)
   double sensor_force_range = 1500;  ///< N, its full scale
   double sensor_torque_range = 35;   ///< N·m, likewise

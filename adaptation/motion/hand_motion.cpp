@@ -56,9 +56,11 @@ HandMotion::HandMotion(const RobotModel& model, const std::vector<std::string>& 
       trunk_(trunk_guards(model)),
       ik_(kinematics_, stance ? BaseMotion::kFloating : BaseMotion::kFixed, active_, options_.rates),
       static_torques_(Eigen::VectorXd::Zero(kinematics_.dof())),
+      offsets_(Eigen::VectorXd::Zero(kinematics_.dof())),
       foot_jacobian_(6, kinematics_.dof()),
       commands_(joint_names.size()) {
   state_.X_WB = X_WB;
+  if (stance_) legs_under_com_.emplace(kinematics_, *stance_);
   for (const auto& [joint_name, range] : options_.ranges)
     ik_.limit_joint(active_dofs(kinematics_, {joint_name}).front(), range.lower, range.upper);
   reset(Eigen::VectorXd::Zero(kinematics_.dof()));
@@ -228,12 +230,15 @@ void HandMotion::judge(double dt, double progress) noexcept {
 
 const std::vector<robot::JointCommand>& HandMotion::step(double dt) noexcept {
   advance(dt);
-  if (stance_)
+  if (stance_) {
     standing_torques(kinematics_, *stance_, foot_jacobian_, static_torques_);
-  else
+    legs_under_com_->offsets(com_shift_, offsets_);
+  } else {
     kinematics_.gravity_torques(static_torques_);
+  }
   for (std::size_t i = 0; i < commands_.size(); ++i) {
-    commands_[i].link_position = state_.q[static_cast<Eigen::Index>(i)];
+    commands_[i].link_position =
+        state_.q[static_cast<Eigen::Index>(i)] + offsets_[static_cast<Eigen::Index>(i)];
     commands_[i].feedforward_torque = static_torques_[static_cast<Eigen::Index>(i)];
   }
   return commands_;

@@ -7,6 +7,7 @@
 
 #include <Eigen/Geometry>
 
+#include "adaptation/motion/com_shift.h"
 #include "adaptation/motion/kinematic_tree.h"
 #include "adaptation/motion/obstacle.h"
 #include "adaptation/motion/stance.h"
@@ -75,7 +76,8 @@ struct PoseError {
 /// upright waist, posture.
 ///
 /// The reference is the model's own state, never the measured one: what the robot does with the set-points
-/// does not feed back into the motion. Only `step` is cyclic: it neither allocates nor throws.
+/// does not feed back into the motion. What a stabiliser asks for is added to the set-points alone. Only
+/// `step` is cyclic: it neither allocates nor throws.
 class HandMotion {
  public:
   enum class Status {
@@ -107,6 +109,10 @@ class HandMotion {
 
   /// Starts towards a pose of the hand frame in W, along a straight line from where the reference is now.
   void go_to(const Eigen::Isometry3d& X_WH, const MotionLimits& limits) noexcept;
+
+  /// The set-points of a robot that stands from now on have its centre of mass this far (m, horizontal, in W)
+  /// from where the reference has it, by its legs; the reference itself stays. For a stabiliser.
+  void shift_com(const Eigen::Vector2d& shift) noexcept { com_shift_ = shift; }
 
   /// Advances the reference by dt (s) and returns the set-points, joint_names order: reference positions, and
   /// the torques that carry the reference model with its payload.
@@ -182,6 +188,7 @@ class HandMotion {
   HandMotionOptions options_;
   std::optional<Stance> stance_;
   KinematicTree kinematics_;
+  std::optional<ComShift> legs_under_com_;  // of a robot that stands
   int hand_;
   std::vector<int> active_;
   std::vector<Target> upright_, posture_, legs_;
@@ -190,7 +197,8 @@ class HandMotion {
   WholeBodyIk ik_;
   std::optional<ConvexPrism> table_;
   State state_;
-  Eigen::VectorXd static_torques_;
+  Eigen::Vector2d com_shift_ = Eigen::Vector2d::Zero();
+  Eigen::VectorXd static_torques_, offsets_;
   Eigen::MatrixXd foot_jacobian_;
   std::vector<robot::JointCommand> commands_;
 };

@@ -26,18 +26,44 @@ PriorityLevel* PriorityCascade::add_level(double damping) noexcept {
   return &level;
 }
 
+/// C Z. Bounds of single variables, most of the rows, only pick rows of Z.
+void PriorityCascade::project(const InequalityMatrix& C) {
+  CZ_.resize(C.rows(), Z_.cols());
+  Eigen::Index dense = C.rows();  // rows from here on are not bounds
+  while (dense > 0 && only_entry_[static_cast<std::size_t>(dense - 1)] < 0) --dense;
+  for (Eigen::Index row = 0; row < dense; ++row) {
+    const int entry = only_entry_[static_cast<std::size_t>(row)];
+    if (entry >= 0)
+      CZ_.row(row) = C(row, entry) * Z_.row(entry);
+    else
+      CZ_.row(row).noalias() = C.row(row) * Z_;
+  }
+  CZ_.bottomRows(C.rows() - dense).noalias() = C.bottomRows(C.rows() - dense) * Z_;
+}
+
 QpStatus PriorityCascade::solve(const InequalityMatrix& C, const InequalityVector& d) noexcept {
   x_.setZero(variables_);
   Z_.setIdentity(variables_, variables_);
+  for (Eigen::Index row = 0; row < C.rows(); ++row) {
+    int entry = -1;
+    int entries = 0;
+    for (int i = 0; i < variables_ && entries < 2; ++i) {
+      if (C(row, i) == 0) continue;
+      entry = i;
+      ++entries;
+    }
+    only_entry_[static_cast<std::size_t>(row)] = entries == 1 ? entry : -1;
+  }
   for (int i = 0; i < level_count_ && Z_.cols() > 0; ++i) {
     const PriorityLevel& level = levels_[static_cast<std::size_t>(i)];
     AZ_.noalias() = level.A * Z_;
-    G_.noalias() = AZ_.transpose() * AZ_;
+    G_.setZero(Z_.cols(), Z_.cols());
+    G_.selfadjointView<Eigen::Lower>().rankUpdate(AZ_.transpose());
     G_.diagonal().array() += level.damping;
     residual_.noalias() = level.A * x_;
     residual_ -= level.b;
     g_.noalias() = AZ_.transpose() * residual_;
-    CZ_.noalias() = C * Z_;
+    project(C);
     slack_ = d;
     slack_.noalias() -= C * x_;
     // The levels before hold every row up to rounding. Without this, rounding could make a row look violated
@@ -61,8 +87,8 @@ void PriorityCascade::shrink_null_space() {
   qr.setThreshold(kRankThreshold);
   qr.compute(AZ_transposed_);
   if (qr.maxPivot() < kSmallestPivot) return;
-  Q_ = qr.householderQ();
-  next_Z_.noalias() = Z_ * Q_.rightCols(Z_.cols() - qr.rank());
+  qr.householderQ().applyThisOnTheRight(Z_);
+  next_Z_ = Z_.rightCols(Z_.cols() - qr.rank());
   Z_ = next_Z_;
 }
 

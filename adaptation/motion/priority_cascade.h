@@ -8,10 +8,14 @@ namespace walkman::motion {
 
 inline constexpr int kMaxLevels = 6;  ///< feet, hand, centre of mass, upright, posture, and one to spare
 
+/// Rows of tasks, each contiguous, so that appending one moves none.
+using TaskMatrix =
+    Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor, kMaxVariables, kMaxVariables>;
+
 /// One priority of a cascade: minimise |A x − b|² + damping |step|², the step being what it adds to the
 /// levels before. A is rows × variables, b has as many rows, at most kMaxVariables.
 struct PriorityLevel {
-  VariableMatrix A;
+  TaskMatrix A;
   VariableVector b;
   double damping = 1e-6;
 };
@@ -35,6 +39,7 @@ class PriorityCascade {
   [[nodiscard]] const VariableVector& x() const { return x_; }
 
  private:
+  void project(const InequalityMatrix& C);
   void shrink_null_space();
 
   int variables_ = 0;
@@ -44,9 +49,10 @@ class PriorityCascade {
   QuadraticProgram program_;
   VariableVector x_;
   VariableMatrix Z_;  ///< orthonormal basis of what is still free
-  VariableMatrix AZ_, AZ_transposed_, G_, Q_, next_Z_;
+  VariableMatrix AZ_, AZ_transposed_, G_, next_Z_;
   VariableVector g_, residual_;
   InequalityMatrix CZ_;
+  std::array<int, kMaxInequalities> only_entry_{};  ///< of a row of C; -1 when it has more
   InequalityVector slack_;
 };
 

@@ -15,7 +15,6 @@ std::size_t at(int i) { return static_cast<std::size_t>(i); }
 
 QpStatus QuadraticProgram::solve(const VariableMatrix& G, const VariableVector& g, const InequalityMatrix& C,
                                  const InequalityVector& d) noexcept {
-  const auto variables = static_cast<int>(g.size());
   const auto rows = static_cast<int>(d.size());
   iterations_ = 0;
   active_count_ = 0;
@@ -27,14 +26,9 @@ QpStatus QuadraticProgram::solve(const VariableMatrix& G, const VariableVector& 
   if (cholesky_.info() != Eigen::Success) return QpStatus::kNotConvex;
   x_ = -g;
   cholesky_.solveInPlace(x_);
-  J_.setIdentity(variables, variables);
-  cholesky_.matrixU().solveInPlace(J_);
-  R_.setZero(variables, variables);
-  projected_normal_.setZero(variables);
-  primal_step_.setZero(variables);
-  dual_step_.setZero(variables);
 
   for (int row = most_violated_row(C, d); row >= 0; row = most_violated_row(C, d)) {
+    if (iterations_ == 0) prepare_factors();
     const QpStatus status = enforce(row, C, d);
     if (status != QpStatus::kSolved) return status;
   }
@@ -42,14 +36,25 @@ QpStatus QuadraticProgram::solve(const VariableMatrix& G, const VariableVector& 
   return QpStatus::kSolved;
 }
 
-int QuadraticProgram::most_violated_row(const InequalityMatrix& C, const InequalityVector& d) const {
+void QuadraticProgram::prepare_factors() {
+  const auto variables = static_cast<int>(x_.size());
+  J_.setIdentity(variables, variables);
+  cholesky_.matrixU().solveInPlace(J_);
+  R_.setZero(variables, variables);
+  projected_normal_.setZero(variables);
+  primal_step_.setZero(variables);
+  dual_step_.setZero(variables);
+}
+
+int QuadraticProgram::most_violated_row(const InequalityMatrix& C, const InequalityVector& d) {
+  slack_ = -d;
+  slack_.noalias() += C * x_;
   int worst_row = -1;
   double worst = -tolerance;
   for (int i = 0; i < d.size(); ++i) {
     if (is_active_[at(i)]) continue;
-    const double slack = C.row(i).dot(x_) - d[i];
-    if (slack < worst) {
-      worst = slack;
+    if (slack_[i] < worst) {
+      worst = slack_[i];
       worst_row = i;
     }
   }

@@ -36,7 +36,8 @@ class QuadraticProgram {
   /// A row counts as satisfied when C x − d ≥ −tolerance (row norms are about one).
   double tolerance = 1e-10;
 
-  /// G n×n symmetric positive definite, g n, C m×n, d m. On kSolved `x()` is the minimum.
+  /// G n×n symmetric positive definite, of which the lower triangle is read, g n, C m×n, d m. On kSolved
+  /// `x()` is the minimum.
   [[nodiscard]] QpStatus solve(const VariableMatrix& G, const VariableVector& g, const InequalityMatrix& C,
                                const InequalityVector& d) noexcept;
 
@@ -47,14 +48,15 @@ class QuadraticProgram {
   [[nodiscard]] int iterations() const { return iterations_; }
 
  private:
-  [[nodiscard]] int most_violated_row(const InequalityMatrix& C, const InequalityVector& d) const;
+  [[nodiscard]] int most_violated_row(const InequalityMatrix& C, const InequalityVector& d);
+  void prepare_factors();
   [[nodiscard]] QpStatus enforce(int row, const InequalityMatrix& C, const InequalityVector& d);
   void add_to_active_set(int row, double multiplier);
   void drop_from_active_set(int position);
   void rotate_factors(int column, double cosine, double sine);
 
   VariableVector x_;
-  InequalityVector multipliers_;
+  InequalityVector multipliers_, slack_;
   int iterations_ = 0;
 
   Eigen::LLT<VariableMatrix> cholesky_;

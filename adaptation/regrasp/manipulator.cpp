@@ -4,6 +4,7 @@
 
 #include <fmt/format.h>
 
+#include "adaptation/motion/rest_watch.h"
 #include "adaptation/wrench/carried_load.h"
 
 namespace walkman::regrasp {
@@ -44,9 +45,20 @@ void Manipulator::start() {
     motion_.emplace(model_, joints, Eigen::Isometry3d::Identity(), options);
   }
   motion_->reset(session_.link_positions());
-  while (!motion_->balanced()) session_.tick(motion_->step(session_.period()));
-  hold(parameters_.settle_time);
+  while (!motion_->balanced()) cycle();
+  settle();
   X_TH_start_ = motion_->X_WH();
+}
+
+void Manipulator::cycle() {
+  if (session_.stance()) {
+    if (stabilised_recoveries_ != session_.recoveries()) stabiliser_.restart();
+    stabilised_recoveries_ = session_.recoveries();
+    const motion::KinematicTree& reference = motion_->kinematics();
+    motion_->shift_com(stabiliser_.step(session_.balance(), reference.total_mass(), reference.com().head<2>(),
+                                        session_.period()));
+  }
+  session_.tick(motion_->step(session_.period()));
 }
 
 void Manipulator::calibrate() {
@@ -85,11 +97,25 @@ void Manipulator::for_seconds(double seconds, const std::function<void(double)>&
   const int cycles = static_cast<int>(std::lround(seconds / session_.period()));
   for (int i = 1; i <= cycles; ++i) {
     if (each_cycle) each_cycle(static_cast<double>(i) / cycles);
-    session_.tick(motion_->step(session_.period()));
+    cycle();
   }
 }
 
 void Manipulator::hold(double seconds) { for_seconds(seconds, nullptr); }
+
+void Manipulator::settle() {
+  motion::RestWatch watch(parameters_.rest_speed, parameters_.rest_time);
+  double waited = 0;
+  while (!watch.at_rest(session_.X_TH().translation(), session_.period())) {
+    if (waited > parameters_.rest_timeout) {
+      throw RunStopped(
+          fmt::format("the hand does not come to rest: {:.0f} s after a motion it still moves at {:.1f} mm/s",
+                      waited, 1e3 * watch.speed()));
+    }
+    cycle();
+    waited += session_.period();
+  }
+}
 
 void Manipulator::move_to(const Eigen::Isometry3d& X_TH, double speed) {
   motion::MotionLimits limits;
@@ -106,7 +132,7 @@ void Manipulator::move_to(const Eigen::Isometry3d& X_TH, double speed) {
     refuse(fmt::format("the motion would end {:.0f} mm short", 1e3 * ahead.error.position));
   }
   motion_->go_to(X_TH, limits);
-  while (!motion_->done()) session_.tick(motion_->step(session_.period()));
+  while (!motion_->done()) cycle();
   if (motion_->status() != motion::HandMotion::Status::kReached) refuse(motion_->describe());
 }
 
@@ -151,7 +177,7 @@ void Manipulator::lift() {
   const auto rise_to = [&](double height) {
     lifted_ = height;
     move_to(raised(X_TH_grasp_, height), parameters_.lift_speed);
-    hold(parameters_.settle_time);
+    settle();
     return mean_object_load(parameters_.lift_window);
   };
   const Wrench first = rise_to(parameters_.lift_height);
@@ -205,15 +231,15 @@ void Manipulator::turn() {
     Eigen::Isometry3d turned = X_TH;
     turned.rotate(Eigen::AngleAxisd(turn, Eigen::Vector3d::UnitX()));
     move_to(turned, parameters_.lift_speed);
-    hold(parameters_.settle_time);
+    settle();
     add_loaded(parameters_.tare_time);
   }
   move_to(X_TH, parameters_.lift_speed);
-  hold(parameters_.settle_time);
+  settle();
 }
 
 Manipulator::MeanReading Manipulator::add_empty() {
-  hold(parameters_.settle_time);
+  settle();
   MeanReading empty = mean_reading(parameters_.tare_time);
   estimator_.add_empty(empty.reading, empty.count, empty.hand, empty.down_S);
   return empty;

@@ -6,6 +6,7 @@
 #include <Eigen/Geometry>
 
 #include "adaptation/motion/hand_motion.h"
+#include "adaptation/motion/stabiliser.h"
 #include "adaptation/parameters.h"
 #include "adaptation/regrasp/session.h"
 #include "adaptation/wrench/hand_weight.h"
@@ -55,13 +56,14 @@ class Manipulator {
 
   /// Keeps the reference where it is.
   void hold(double seconds);
-  /// Holds until what a motion has set swinging has come to rest.
-  void settle() { hold(parameters_.settle_time); }
+  /// Holds until what a motion has set swinging has come to rest. Throws RunStopped when it does not.
+  void settle();
 
   /// The reference the set-points come from; to be asked after `start` only.
   [[nodiscard]] const motion::HandMotion& motion() const { return *motion_; }
 
  private:
+  void cycle();
   void carry(const Wrench& F_Ho_T);
   void move_to(const Eigen::Isometry3d& X_TH, double speed);
   void for_seconds(double seconds, const std::function<void(double share)>& each_cycle);
@@ -81,6 +83,8 @@ class Manipulator {
   StageTwoParameters parameters_;
   const RobotModel& model_;
   std::optional<motion::HandMotion> motion_;  // since `start`
+  motion::Stabiliser stabiliser_;
+  int stabilised_recoveries_ = 0;
   wrench::HandWeight hand_weight_;
   wrench::LoadEstimator estimator_;
   Wrench residual_So_S_;

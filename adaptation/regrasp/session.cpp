@@ -118,11 +118,21 @@ void Session::find_stance() {
   observer_.on_stance(stance_.has_value(), measured_.X_WB());
 }
 
+Eigen::Vector3d Session::up_by_unit_T() const {
+  return measured_.X_WL(inertial_link_).linear() *
+         inertial_unit_->sample().R_WS.toRotationMatrix().row(2).transpose();
+}
+
+motion::BalanceReading Session::balance() const {
+  std::array<motion::FootLoad, motion::Stance::kFeet> feet;
+  for (std::size_t i = 0; i < feet.size(); ++i)
+    feet[i] = {foot_sensor_links_[i], robot_.sensors()[foot_sensors_[i]].F_So_S};
+  return motion::read_balance(measured_, *stance_, feet, up_by_unit_T());
+}
+
 void Session::watch_tilt() const {
-  if (!stance_ || inertial_unit_ == nullptr) return;
-  const Eigen::Vector3d up_by_unit = inertial_unit_->sample().R_WS.toRotationMatrix().row(2);
-  const Eigen::Vector3d up_by_feet = measured_.X_WL(inertial_link_).linear().row(2);
-  const double tilt = std::acos(std::clamp(up_by_unit.dot(up_by_feet), -1.0, 1.0));
+  if (!stance_) return;
+  const double tilt = std::acos(std::clamp(up_by_unit_T().z(), -1.0, 1.0));
   if (tilt > kFallen) {
     throw RunStopped(
         fmt::format("the robot is falling: its base leans {:.0f} degrees away from what its legs say",

@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "adaptation/motion/balance.h"
 #include "adaptation/motion/kinematic_tree.h"
 #include "adaptation/motion/stance.h"
 #include "adaptation/regrasp/observer.h"
@@ -50,6 +51,8 @@ class Session {
   [[nodiscard]] const std::optional<motion::Stance>& stance() const { return stance_; }
   /// Posed in the stance T, or in the base where that is held.
   [[nodiscard]] const motion::KinematicTree& measured() const { return measured_; }
+  /// Of a robot that stands, of the last cycle.
+  [[nodiscard]] motion::BalanceReading balance() const;
   [[nodiscard]] const std::vector<std::string>& joint_names() const { return robot_.joint_names(); }
   /// Measured, rad, joint_names order.
   [[nodiscard]] const Eigen::VectorXd& link_positions() const { return q_; }
@@ -72,6 +75,7 @@ class Session {
   void pose_kinematics();
   void find_stance();
   [[nodiscard]] double weight_on_feet() const;
+  [[nodiscard]] Eigen::Vector3d up_by_unit_T() const;
   void watch_tilt() const;
 
   robot::Robot& robot_;

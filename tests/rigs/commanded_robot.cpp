@@ -17,10 +17,21 @@ Time SteppedCycle::next() {
   return emulator_.now();
 }
 
-CommandedRobot::CommandedRobot(Scene scene, const EmulatorOptions& emulator)
+namespace {
+
+RobotModel changed(RobotModel model, const std::function<void(RobotModel&)>& change) {
+  if (change) change(model);
+  return model;
+}
+
+}  // namespace
+
+CommandedRobot::CommandedRobot(Scene scene, const EmulatorOptions& emulator,
+                               const std::function<void(RobotModel&)>& truth)
     : scene_(std::move(scene)),
       known_(scene_.robot),
-      emulator_(known_.model, known_.devices, scene_, emulator),
+      true_model_(changed(known_.model, truth)),
+      emulator_(true_model_, known_.devices, scene_, emulator),
       robot_(known_.model, known_.devices, emulator_.interfaces()),
       cycle_(emulator_, robot::RobotOptions{}.cycle),
       session_(known_, robot_, cycle_, *this),
@@ -58,8 +69,8 @@ Eigen::Isometry3d CommandedRobot::X_TG_on_top(int object, double height) const {
 Eigen::Vector3d CommandedRobot::p_Wcm() const {
   Eigen::Vector3d moment = Eigen::Vector3d::Zero();
   double mass = 0;
-  for (std::size_t i = 0; i < known_.model.links.size(); ++i) {
-    const Link& link = known_.model.links[i];
+  for (std::size_t i = 0; i < true_model_.links.size(); ++i) {
+    const Link& link = true_model_.links[i];
     moment += link.mass * (plant().X_WL(static_cast<int>(i)) * link.p_LLcm);
     mass += link.mass;
   }

@@ -29,8 +29,10 @@ class SteppedCycle : public robot::Cycle {
 /// the camera's part of it. Ground truth is in reach, for judging.
 class CommandedRobot : private regrasp::Observer {
  public:
-  /// `scene` as loaded or changed; `emulator` as in Emulator.
-  CommandedRobot(Scene scene, const EmulatorOptions& emulator);
+  /// `scene` as loaded or changed; `emulator` as in Emulator; `truth` makes of the model, which the drivers
+  /// know, the robot that is there: masses and inertias, not names.
+  CommandedRobot(Scene scene, const EmulatorOptions& emulator,
+                 const std::function<void(RobotModel&)>& truth = {});
 
   /// Boots and takes the stance. Throws regrasp::RunStopped.
   void start();
@@ -54,7 +56,7 @@ class CommandedRobot : private regrasp::Observer {
   /// Grasp frame on top of the middle of a level object, `height` (m) above its axis, the hand square to it.
   [[nodiscard]] Eigen::Isometry3d X_TG_on_top(int object, double height) const;
 
-  /// Centre of mass of the robot in W, by the plant's link poses and the model's masses, m.
+  /// Centre of mass of the robot in W, by the plant's link poses and true masses, m.
   [[nodiscard]] Eigen::Vector3d p_Wcm() const;
 
  private:
@@ -63,6 +65,7 @@ class CommandedRobot : private regrasp::Observer {
 
   Scene scene_;
   KnownRobot known_;
+  RobotModel true_model_;
   Emulator emulator_;
   robot::Robot robot_;
   SteppedCycle cycle_;

@@ -106,7 +106,9 @@ TEST(ParameterDefaults, ShippedFileHoldsEveryKeyOfStageTwoAtItsDefault) {
   EXPECT_EQ(file.average_time, code.average_time);
   EXPECT_EQ(file.max_regrasps, code.max_regrasps);
   EXPECT_EQ(file.tare_time, code.tare_time);
-  EXPECT_EQ(file.settle_time, code.settle_time);
+  EXPECT_EQ(file.rest_speed, code.rest_speed);
+  EXPECT_EQ(file.rest_time, code.rest_time);
+  EXPECT_EQ(file.rest_timeout, code.rest_timeout);
   EXPECT_EQ(file.sensor_cross_talk, code.sensor_cross_talk);
   EXPECT_EQ(file.sensor_force_range, code.sensor_force_range);
   EXPECT_EQ(file.sensor_torque_range, code.sensor_torque_range);
@@ -130,7 +132,7 @@ TEST(ParameterDefaults, ShippedFileHoldsEveryKeyOfStageTwoAtItsDefault) {
   EXPECT_EQ(file.approach_speed, code.approach_speed);
   EXPECT_EQ(file.lift_speed, code.lift_speed);
   EXPECT_EQ(file.angular_speed, code.angular_speed);
-  EXPECT_EQ(YAML::LoadFile(shipped.string())["stage_two"].size(), 29U);
+  EXPECT_EQ(YAML::LoadFile(shipped.string())["stage_two"].size(), 31U);
 }
 
 TEST(ParameterDefaults, AreThePapersWhereItGivesThem) {
@@ -171,7 +173,7 @@ TEST_F(ParameterFile, BadValuesAreNamedWithWhatWasExpected) {
               HasSubstr(":2: stage_one.handle_min_radius: found 0.06, expected less than handle_max_radius"));
   EXPECT_THAT(stage_two_error("lift_height: -1"),
               HasSubstr(":2: stage_two.lift_height: found -1, expected 0 to 1"));
-  EXPECT_THAT(stage_two_error("settle_time: 1e9"), HasSubstr("expected 0 to 60"));
+  EXPECT_THAT(stage_two_error("rest_time: 1e9"), HasSubstr("expected 0.02 to 60"));
   EXPECT_THAT(stage_two_error("average_time: 0"), HasSubstr("found 0, expected 0.02 to 60"));
   EXPECT_THAT(stage_two_error("lift_speed: .nan"),
               HasSubstr("stage_two.lift_speed: \".nan\" is not a number"));

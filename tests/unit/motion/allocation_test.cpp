@@ -8,6 +8,8 @@
 #include <gtest/gtest.h>
 
 #include "adaptation/motion/hand_motion.h"
+#include "adaptation/motion/rest_watch.h"
+#include "adaptation/motion/stabiliser.h"
 #include "tests/unit/motion/reference_robot.h"
 
 namespace {
@@ -68,6 +70,7 @@ void expect_no_allocation(HandMotion& hand) {
   hand.go_to(X_WH, {});
   for (int i = 0; i < 1000; ++i) {
     hand.set_payload(0.001 * i, Eigen::Vector3d(0.1, 0, 0));
+    hand.shift_com(Eigen::Vector2d(1e-5 * i, 0));
     hand.step(0.005);
   }
   const bool reached = hand.status() == HandMotion::Status::kReached;
@@ -98,6 +101,30 @@ TEST(Allocation, AStepOfARobotThatStandsMakesNone) {
   HandMotion hand(robot.model, robot.joint_names, stance);
   hand.reset(robot.q_home);
   expect_no_allocation(hand);
+}
+
+TEST(Allocation, StabilisingMakesNone) {
+  const ReferenceRobot& robot = reference_robot();
+  KinematicTree posed(robot.model, robot.joint_names);
+  posed.update(robot.q_home);
+  Stance stance(robot.model);
+  stance.take(posed);
+  std::array<FootLoad, Stance::kFeet> feet;
+  feet[0].sensor_link = robot.model.link_index("l_leg_ft");
+  feet[1].sensor_link = robot.model.link_index("r_leg_ft");
+  for (FootLoad& foot : feet) foot.F_So_S.force.z() = 580;
+  Stabiliser stabiliser;
+  RestWatch watch(0.006, 0.4);
+  int at_rest = 0;
+  const int before = allocations;
+  for (int i = 0; i < 100; ++i) {
+    const BalanceReading reading = read_balance(posed, stance, feet, Eigen::Vector3d::UnitZ());
+    stabiliser.step(reading, 118, posed.com().head<2>(), 0.005);
+    at_rest += watch.at_rest(posed.com(), 0.005) ? 1 : 0;
+  }
+  const int after = allocations;
+  EXPECT_EQ(after, before);
+  EXPECT_GT(at_rest, 0);
 }
 
 }  // namespace
