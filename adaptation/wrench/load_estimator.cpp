@@ -96,6 +96,18 @@ void LoadEstimator::add_loaded(const Wrench& reading_So_S, int count, const Wren
   series_.push_back({reading_So_S, hand_So_S, down_S, count, true});
 }
 
+/// Over the readings with the object.
+Vector3d LoadEstimator::mean_down() const {
+  Vector3d sum = Vector3d::Zero();
+  int count = 0;
+  for (const Reading& r : series_) {
+    if (!r.loaded) continue;
+    sum += r.down_S;
+    ++count;
+  }
+  return count > 0 ? Vector3d(sum / count) : sum;
+}
+
 LoadEstimator::Fit LoadEstimator::fit() const {
   Fit out;
   out.unknowns = VectorXd::Zero(kUnknowns);
@@ -110,6 +122,8 @@ LoadEstimator::Fit LoadEstimator::fit() const {
     out.weighted = VectorXd::Zero(kUnknowns);
     out.weighted.head(kStaying) = weighted_;
     const Matrix6 E = cross_talk(out.unknowns);
+    const double weight = out.unknowns[kWeight];
+    const Vector3d level = mean_down();
     double squares = 0;
     for (const Reading& r : series_) {
       const Vector6 hand = stacked(r.hand);
@@ -129,7 +143,8 @@ LoadEstimator::Fit LoadEstimator::fit() const {
       const Vector6 model = load + E * load + out.unknowns.segment<6>(kResidual);
       const Vector6 ahead = stacked(r.reading) - model + slope * out.unknowns;
       const double force = load.head<3>().norm() * kDownError;
-      const double torque = load.tail<3>().norm() * kDownError;
+      const double give = r.loaded ? weight * (r.down_S - level).norm() / sheet_.grasp_stiffness : 0;  // m
+      const double torque = std::hypot(load.tail<3>().norm() * kDownError, weight * give);
       for (int i = 0; i < 6; ++i) {
         const double noise = i < 3 ? sheet_.force_noise : sheet_.torque_noise;
         const double posture = i < 3 ? force : torque;

@@ -27,6 +27,8 @@ class LoadEstimator {
     double torque_range = 35;     ///< N·m
     double force_noise = 0.25;    ///< N, standard deviation of a reading
     double torque_noise = 0.005;  ///< N·m
+    /// With which the hand holds an object, N/m: its own weight moves it in the hand when the hand is turned.
+    double grasp_stiffness = 5000;
   };
 
   explicit LoadEstimator(const DataSheet& sheet);
@@ -38,7 +40,7 @@ class LoadEstimator {
   /// S. `down_S`: unit vector of gravity.
   void add_empty(const Wrench& reading_So_S, int count, const Wrench& hand_So_S,
                  const Eigen::Vector3d& down_S);
-  /// The same with the object in the hand; it must not move in it during a series.
+  /// The same with the object in the hand, in which it must not slip during a series.
   void add_loaded(const Wrench& reading_So_S, int count, const Wrench& hand_So_S,
                   const Eigen::Vector3d& down_S);
 
@@ -67,6 +69,7 @@ class LoadEstimator {
     double misfit = 0;
   };
   [[nodiscard]] Fit fit() const;
+  [[nodiscard]] Eigen::Vector3d mean_down() const;
 
   DataSheet sheet_;
   // Of what stays from series to series: E by rows, the hand's relative error of mass, that of its centre of
