@@ -4,6 +4,11 @@
 #include <stdexcept>
 
 namespace walkman::plant {
+namespace {
+
+constexpr double kOffTheStop = 0.05;  // rad, over which a soft stop lets go
+
+}  // namespace
 
 SoftHand::SoftHand(const RobotModel& model, Multibody& body, const std::string& synergy_joint,
                    const ActuatorParameters& actuator, const SoftHandParameters& parameters)
@@ -54,7 +59,10 @@ void SoftHand::apply() {
     const double rate = body_.bullet().getJointVel(joint.bullet_link);
     const double beyond = q - std::clamp(q, joint.lower, joint.upper);
     const double pull = joint.radius * parameters_.efficiency * tension_;
-    const double ligament = parameters_.return_stiffness * (q - joint.open) + parameters_.return_pretension;
+    // In the open posture the joint's own stop takes the pretension.
+    const double off_stop = std::clamp((q - joint.open) / kOffTheStop, 0.0, 1.0);
+    const double ligament =
+        parameters_.return_stiffness * (q - joint.open) + parameters_.return_pretension * off_stop;
     body_.bullet().addJointTorque(joint.bullet_link, pull - ligament - parameters_.stop_stiffness * beyond -
                                                          parameters_.joint_damping * rate);
   }

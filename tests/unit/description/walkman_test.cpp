@@ -120,7 +120,10 @@ TEST(Walkman, ParentsComeBeforeChildren) {
 }
 
 TEST(Walkman, VisualsDefaultToCollisions) {
-  for (const Link& link : walkman_model().links) EXPECT_EQ(link.visuals.size(), link.collisions.size());
+  for (const Link& link : walkman_model().links) {
+    if (link.collisions.empty()) continue;
+    EXPECT_EQ(link.visuals.size(), link.collisions.size()) << link.name;
+  }
 }
 
 TEST(Walkman, UnknownNamesAreAnswered) {

@@ -101,8 +101,8 @@ TEST_F(WholePlant, ABarOnTheTableIsHeldByNoHand) {
 TEST_F(WholePlant, TendonPullsWithTheMotorsTorqueOverThePulleysRadius) {
   const auto plant = build();
   run(*plant, 8000, drive("r_handj_synergy"), 1.0);        // closes on itself and stalls
-  EXPECT_NEAR(plant->tendon_tension(0), 1.0 / 0.04, 0.6);  // within the motor's Coulomb friction, 0.02 N·m
-  EXPECT_NEAR(plant->tendon_tension(1), 0, 1e-9);
+  EXPECT_NEAR(plant->tendon_tension(0), 1.0 / 0.04, 0.7);  // within the motor's static friction, 0.026 N·m
+  EXPECT_NEAR(plant->tendon_tension(1), 0, 0.5);           // no more than the weight of its fingers
 }
 
 }  // namespace
