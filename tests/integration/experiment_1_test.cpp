@@ -174,7 +174,7 @@ std::filesystem::path scene_with(const std::string& events) {
       text.insert(path, folder + "scenes/");
     }
   }
-  const std::filesystem::path file = ::testing::TempDir() + "walkman_experiment_1_events.yaml";
+  std::filesystem::path file = ::testing::TempDir() + "walkman_experiment_1_events.yaml";
   std::ofstream(file) << text << events;
   return file;
 }

@@ -20,13 +20,21 @@ PERIOD_MS = 5
 MEGABYTE = 1 << 20
 
 
-def with_robot(function):
+def running(robot):
+    robot.running(1500)  # frames of the arm's bus: the other limbs' drives are up by then, too
+
+
+def booting(robot):
+    robot.watch(lambda: robot.syncs_since_beat > 3, 60, "the first SYNCs")
+
+
+def with_robot(function, reached=running):
     @functools.wraps(function)
     def run(under_test):
         robot = Robot(under_test)
         try:
             robot.start_master()
-            robot.running(1500)  # frames of the arm's bus: the other limbs' drives are up by then, too
+            reached(robot)
             note = function(robot)
             robot.emulator.alive()
         finally:
@@ -34,6 +42,9 @@ def with_robot(function):
         equal(status, 0, "exit status of the emulator")
         return note
     return run
+
+
+with_booting_robot = functools.partial(with_robot, reached=booting)
 
 
 def other_buses_go_on(robot, cycles=3):
@@ -142,43 +153,33 @@ def ctrl_c_stops_drives_and_nodes(robot):
             equal(drive.state(Sdo(bus, node).u16(0x6041)), "switch on disabled", f"state of drive {node}")
 
 
-@test(seconds=240)
-def ctrl_c_while_the_robot_boots(under_test):
-    robot = Robot(under_test)
-    try:
-        robot.start_master()
-        robot.watch(lambda: robot.syncs_since_beat > 3, 60, "the first SYNCs")
-        robot.master.process.send_signal(signal.SIGINT)
-        result, status = robot.result(30)
-        equal((status, result["reason"]), (1, "interrupted"), "how the master ended")
-        states = states_after(robot)
-        that(all(state == 0x04 for state in states.values()), f"NMT states told by heartbeats: {states}")
-        robot.emulator.alive()
-    finally:
-        status = robot.stop()
-    equal(status, 0, "exit status of the emulator")
+def nodes_are_stopped(robot):
+    states = states_after(robot)
+    that(all(state == 0x04 for state in states.values()), f"NMT states told by heartbeats: {states}")
 
 
 @test(seconds=240)
-def what_nobody_stops_for_a_reason_is_a_defect(under_test):
+@with_booting_robot
+def ctrl_c_while_the_robot_boots(robot):
+    robot.master.process.send_signal(signal.SIGINT)
+    result, status = robot.result(30)
+    equal((status, result["reason"]), (1, "interrupted"), "how the master ended")
+    nodes_are_stopped(robot)
+
+
+@test(seconds=240)
+@with_booting_robot
+def what_nobody_stops_for_a_reason_is_a_defect(robot):
     """The master's memory is taken away before the first cloud comes: not an outcome, but an internal error; and its
     drives are stopped all the same."""
-    robot = Robot(under_test)
-    try:
-        robot.start_master()
-        robot.watch(lambda: robot.syncs_since_beat > 3, 60, "the first SYNCs")
-        with open(f"/proc/{robot.master.process.pid}/statm", encoding="ascii") as file:
-            in_use = int(file.read().split()[0]) * resource.getpagesize()
-        resource.prlimit(robot.master.process.pid, resource.RLIMIT_AS, (in_use + MEGABYTE, in_use + MEGABYTE))
-        equal(robot.master.process.wait(120), 5, f"exit status of the master: {robot.master.output()[-300:]!r}")
-        said = robot.master.output()
-        that("internal error" in said and "bad_alloc" in said, f"what it said: {said[-300:]!r}")
-        states = states_after(robot)
-        that(all(state == 0x04 for state in states.values()), f"NMT states told by heartbeats: {states}")
-        robot.emulator.alive()
-    finally:
-        status = robot.stop()
-    equal(status, 0, "exit status of the emulator")
+    master = robot.master.process
+    with open(f"/proc/{master.pid}/statm", encoding="ascii") as file:
+        in_use = int(file.read().split()[0]) * resource.getpagesize()
+    resource.prlimit(master.pid, resource.RLIMIT_AS, (in_use + MEGABYTE, in_use + MEGABYTE))
+    equal(master.wait(120), 5, f"exit status of the master: {robot.master.output()[-300:]!r}")
+    said = robot.master.output()
+    that("internal error" in said and "bad_alloc" in said, f"what it said: {said[-300:]!r}")
+    nodes_are_stopped(robot)
 
 
 GOES_ON = 4000  # frames of the arm's bus in a row with every drive in operation enabled: some seconds of emulated time

@@ -32,7 +32,13 @@ def replay(under_test, *options, log=LINES):
 
 def ended(process, status=0):
     equal(process.process.wait(30), status, f"exit status, with {process.output()!r}")
-    return json.loads(process.output())
+    return printed(process)
+
+
+def printed(process):
+    """The JSON, behind what it may have said on stderr."""
+    text = process.output()
+    return json.loads(text[text.index("{"):])
 
 
 def heard(bus):
@@ -102,7 +108,7 @@ def ctrl_c_ends_it(under_test):
         equal(process.stop(signal.SIGINT), 1, "exit status")
         within(time.monotonic() - began, 0, 1.5, "s to the end")
         equal(len(heard(bus)), 0, "frames after the interruption")
-    result = json.loads(process.output())
+    result = printed(process)
     equal((result["sent"], result["interrupted"]), (1, True), "what it printed")
 
 
