@@ -24,8 +24,9 @@ PoseTrajectory::PoseTrajectory(const Eigen::Isometry3d& X_WA, const Eigen::Isome
   axis_W_ = turn.axis();
   angle_ = turn.angle();
   const double way = (X_WB.translation() - X_WA.translation()).norm();
-  duration_ = std::max(least_duration(way, limits.linear_velocity, limits.linear_acceleration),
-                       least_duration(angle_, limits.angular_velocity, limits.angular_acceleration));
+  duration_ =
+      std::max({limits.duration, least_duration(way, limits.linear_velocity, limits.linear_acceleration),
+                least_duration(angle_, limits.angular_velocity, limits.angular_acceleration)});
 }
 
 PoseTrajectory::Sample PoseTrajectory::at(double time) const noexcept {

@@ -10,11 +10,12 @@ struct MotionLimits {
   double angular_velocity = 1.0;      ///< rad/s
   double linear_acceleration = 0.5;   ///< m/s²
   double angular_acceleration = 2.0;  ///< rad/s²
+  double duration = 0;                ///< s, at least
 };
 
 /// Straight line and shortest turn from one pose to another, at rest at both ends with zero acceleration.
 ///
-/// Both follow s(τ) = 10τ³ − 15τ⁴ + 6τ⁵ over one duration, the least that keeps all four limits.
+/// Both follow s(τ) = 10τ³ − 15τ⁴ + 6τ⁵ over one duration, the least that keeps all limits.
 class PoseTrajectory {
  public:
   /// At rest at W's origin.

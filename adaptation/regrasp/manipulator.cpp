@@ -1,6 +1,8 @@
 #include "adaptation/regrasp/manipulator.h"
 
+#include <algorithm>
 #include <cmath>
+#include <numbers>
 
 #include <fmt/format.h>
 
@@ -117,10 +119,15 @@ void Manipulator::settle() {
   }
 }
 
-void Manipulator::move_to(const Eigen::Isometry3d& X_TH, double speed) {
+void Manipulator::carry_to(const Eigen::Isometry3d& X_TH) {
+  move_to(X_TH, parameters_.lift_speed, parameters_.carry_time);
+}
+
+void Manipulator::move_to(const Eigen::Isometry3d& X_TH, double speed, double least_duration) {
   motion::MotionLimits limits;
   limits.linear_velocity = speed;
   limits.angular_velocity = parameters_.angular_speed;
+  limits.duration = least_duration;
   const auto refuse = [&](const std::string& reason) {
     const Eigen::Vector3d p = X_TH.translation();
     throw RunStopped(
@@ -176,7 +183,7 @@ void Manipulator::grasp() {
 void Manipulator::lift() {
   const auto rise_to = [&](double height) {
     lifted_ = height;
-    move_to(raised(X_TH_grasp_, height), parameters_.lift_speed);
+    carry_to(raised(X_TH_grasp_, height));
     settle();
     return mean_object_load(parameters_.lift_window);
   };
@@ -230,11 +237,11 @@ void Manipulator::turn() {
   for (const double turn : {-parameters_.weighing_turn, parameters_.weighing_turn}) {
     Eigen::Isometry3d turned = X_TH;
     turned.rotate(Eigen::AngleAxisd(turn, Eigen::Vector3d::UnitX()));
-    move_to(turned, parameters_.lift_speed);
+    carry_to(turned);
     settle();
     add_loaded(parameters_.tare_time);
   }
-  move_to(X_TH, parameters_.lift_speed);
+  carry_to(X_TH);
   settle();
 }
 
@@ -265,8 +272,22 @@ Wrench Manipulator::weigh() {
                        session_.X_TH().translation() - X_TS.translation());
 }
 
+void Manipulator::hang() {
+  const wrench::LoadEstimator::Object object = estimator_.object();
+  const Eigen::Isometry3d X_HT = session_.X_TH().inverse();
+  const Eigen::Vector3d p_HCm = X_HT * (session_.X_TS() * Eigen::Vector3d(object.moment_S / object.weight));
+  const Eigen::Vector3d down_H = -X_HT.linear().col(2);
+  const double turn = std::remainder(std::atan2(down_H.z(), down_H.y()) - std::atan2(p_HCm.z(), p_HCm.y()),
+                                     2 * std::numbers::pi);
+  Eigen::Isometry3d X_TH = raised(X_TH_grasp_, lifted_);
+  X_TH.rotate(Eigen::AngleAxisd(std::clamp(turn, -parameters_.weighing_turn, parameters_.weighing_turn),
+                                Eigen::Vector3d::UnitX()));
+  carry_to(X_TH);
+  settle();
+}
+
 Eigen::Isometry3d Manipulator::lower_and_release() {
-  move_to(X_TH_grasp_, parameters_.lift_speed);
+  carry_to(X_TH_grasp_);
   hold(parameters_.hold_time);
   Eigen::Isometry3d X_TH = session_.X_TH();
   for_seconds(parameters_.close_time, [&](double share) {

@@ -50,6 +50,9 @@ class Manipulator {
   /// weight, that fits these readings and those before. Throws RunStopped when they are none of a sensor as
   /// its data sheet has it.
   [[nodiscard]] Wrench weigh();
+  /// After `weigh`: turns the hand about the handle so that the object's centre of mass hangs straight below
+  /// it, which takes away the torque across the handle; as far as `weighing_turn`. `weigh` again afterwards.
+  void hang();
   /// Back down to where it was grasped, and opens the hand. Returns the hand's measured pose just before it
   /// opened.
   [[nodiscard]] Eigen::Isometry3d lower_and_release();
@@ -65,7 +68,9 @@ class Manipulator {
  private:
   void cycle();
   void carry(const Wrench& F_Ho_T);
-  void move_to(const Eigen::Isometry3d& X_TH, double speed);
+  void move_to(const Eigen::Isometry3d& X_TH, double speed, double least_duration = 0);
+  /// With the object in the hand: slowly enough not to set it swinging.
+  void carry_to(const Eigen::Isometry3d& X_TH);
   void for_seconds(double seconds, const std::function<void(double share)>& each_cycle);
   [[nodiscard]] Wrench mean_object_load(double seconds);
   struct MeanReading {

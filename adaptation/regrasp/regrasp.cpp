@@ -54,6 +54,7 @@ struct Regrasp::Impl {
   [[nodiscard]] Eigen::Isometry3d frame_on(const perception::GraspFrame& grasp) const;
   void reach_and_grasp(const Eigen::Isometry3d& X_TG);
   [[nodiscard]] Weighing lift_and_weigh();
+  [[nodiscard]] Weighing weigh();
   [[nodiscard]] Candidate least_torque(const CarriedLine& carried, const Eigen::Isometry3d& X_TH) const;
 
   const MethodParameters& parameters;
@@ -131,6 +132,19 @@ Weighing Regrasp::Impl::lift_and_weigh() {
   manipulator.lift();
   session.enter(Phase::kTurn);
   manipulator.turn();
+  Weighing weighing = weigh();
+  // No place along the handle is better by much; what is left across it goes when the object hangs straight.
+  if (std::abs(weighing.displacement) <= parameters.stage_two.displacement_threshold &&
+      std::abs(weighing.torque) > parameters.stage_two.torque_threshold) {
+    session.enter(Phase::kTurn);
+    manipulator.hang();
+    weighing = weigh();
+  }
+  observer.on_weighed(weighing);
+  return weighing;
+}
+
+Weighing Regrasp::Impl::weigh() {
   session.enter(Phase::kWeigh);
   Weighing weighing;
   weighing.F_Ho_T = manipulator.weigh();
@@ -141,7 +155,6 @@ Weighing Regrasp::Impl::lift_and_weigh() {
   const Eigen::Vector3d right_T = weighing.X_TH.linear().col(0);
   weighing.displacement = nearest_along(Eigen::Vector3d::Zero(), right_T, line->p_PF, line->direction);
   weighing.torque = std::copysign(weighing.F_Ho_T.torque.norm(), weighing.displacement);
-  observer.on_weighed(weighing);
   return weighing;
 }
 

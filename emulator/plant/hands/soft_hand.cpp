@@ -31,9 +31,13 @@ SoftHand::SoftHand(const RobotModel& model, Multibody& body, const std::string& 
 }
 
 void SoftHand::reset() {
-  for (const FingerJoint& joint : joints_) body_.bullet().setJointPos(joint.bullet_link, joint.open);
+  for (FingerJoint& joint : joints_) {
+    body_.bullet().setJointPos(joint.bullet_link, joint.open);
+    joint.q = joint.open;
+    joint.friction = 0;
+  }
   actuator_.reset(0, 0);
-  tension_sum_ = tension_ = 0;
+  tension_sum_ = tension_ = tension_before_ = 0;
   sub_steps_ = 0;
 }
 
@@ -54,11 +58,22 @@ void SoftHand::apply() {
   if (sub_steps_ > 0) tension_ = tension_sum_ / sub_steps_;
   tension_sum_ = 0;
   sub_steps_ = 0;
-  for (const FingerJoint& joint : joints_) {
+  // A finger that closes is left with the efficiency's share of the tension, one that is forced open has to
+  // overcome as much more.
+  const double mean = (1 / parameters_.efficiency + parameters_.efficiency) / 2;
+  const double most = (1 / parameters_.efficiency - parameters_.efficiency) / 2;
+  for (FingerJoint& joint : joints_) {
     const double q = body_.bullet().getJointPos(joint.bullet_link);
     const double rate = body_.bullet().getJointVel(joint.bullet_link);
     const double beyond = q - std::clamp(q, joint.lower, joint.upper);
-    const double pull = joint.radius * parameters_.efficiency * tension_;
+    // The tendon slides over the pulley when the joint turns and when the tension stretches it.
+    const double slid =
+        joint.radius * (q - joint.q) + (tension_ - tension_before_) / parameters_.tendon_stiffness;
+    const double limit = joint.radius * most * tension_;
+    joint.friction =
+        std::clamp(joint.friction + joint.radius * parameters_.tendon_stiffness * slid, -limit, limit);
+    joint.q = q;
+    const double pull = joint.radius * mean * tension_ - joint.friction;
     // In the open posture the joint's own stop takes the pretension.
     const double off_stop = std::clamp((q - joint.open) / kOffTheStop, 0.0, 1.0);
     const double ligament =
@@ -66,6 +81,7 @@ void SoftHand::apply() {
     body_.bullet().addJointTorque(joint.bullet_link, pull - ligament - parameters_.stop_stiffness * beyond -
                                                          parameters_.joint_damping * rate);
   }
+  tension_before_ = tension_;
 }
 
 }  // namespace walkman::plant

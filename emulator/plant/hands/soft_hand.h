@@ -18,6 +18,7 @@ struct SoftHandParameters {
   double distal_radius = 0.008;     ///< m, at its second joint
   double thumb_factor = 2.5;        ///< the thumb's lever arms over a finger's: it opposes four of them
   double efficiency = 0.7;          ///< of the tendon over its pulleys, estimated at 0.5 to 0.7
+  double tendon_stiffness = 5e4;    ///< N/m, of the tendon between two joints: Dyneema, estimated
   double return_stiffness = 0.1;    ///< N·m/rad, elastic ligament towards the open posture; 0.1 to 0.5
   double return_pretension = 0.1;   ///< N·m, of the ligament in the open posture; 0.1 to 0.2
   double joint_damping = 0.01;      ///< N·m·s/rad
@@ -25,7 +26,9 @@ struct SoftHandParameters {
 };
 
 /// One motor pulling one tendon that runs over every finger joint (adaptive synergy): the tendon's tension is
-/// shared by all joints, so each finger closes until it meets something.
+/// shared by all joints, so each finger closes until it meets something. Friction on the pulleys keeps part
+/// of the tension from a finger that closes and adds to it in one that is forced open; between the two,
+/// within which the tendon sticks, a finger is as stiff as the tendon.
 class SoftHand {
  public:
   /// `joints`: URDF joints that mimic `synergy_joint`. Their mimic offsets are the open posture.
@@ -49,12 +52,15 @@ class SoftHand {
     double radius;        ///< m
     double open;          ///< rad
     double lower, upper;  ///< stops, rad
+    double q = 0;         ///< rad, of the last step
+    double friction = 0;  ///< N·m, of the tendon against closing
   };
   Multibody& body_;
   SoftHandParameters parameters_;
   SeriesElasticActuator actuator_;
   std::vector<FingerJoint> joints_;
   double tension_sum_ = 0, tension_ = 0;
+  double tension_before_ = 0;  // N, of the step before
   int sub_steps_ = 0;
 };
 
