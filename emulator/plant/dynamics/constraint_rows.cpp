@@ -12,6 +12,12 @@
 namespace walkman::plant {
 namespace {
 
+/// Force and reaction act at one point, halfway between the two surfaces: soft ones overlap by millimetres,
+/// and friction at either surface's own point would be a torque out of nothing.
+btVector3 acts_at(const btManifoldPoint& point) {
+  return (point.getPositionWorldOnA() + point.getPositionWorldOnB()) / 2;
+}
+
 using Rows = Eigen::Map<const Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>, 0,
                         Eigen::OuterStride<>>;
 
@@ -172,8 +178,8 @@ void ConstraintRows::add_turns(btPersistentManifold& manifold, int first_contact
 double ConstraintRows::add_direction(const RowBlock& block, const btManifoldPoint& point,
                                      const btVector3& direction) {
   const int row = static_cast<int>(rows_.size()) - block.first_row;
-  return whiten(block.a, row, point.getPositionWorldOnA(), direction) +
-         whiten(block.b, row, point.getPositionWorldOnB(), -direction);
+  const btVector3 p_W = acts_at(point);
+  return whiten(block.a, row, p_W, direction) + whiten(block.b, row, p_W, -direction);
 }
 
 double ConstraintRows::whiten(const RowBlock::Side& side, int row, const btVector3& p_W,
@@ -252,8 +258,9 @@ void ConstraintRows::push_links(const RowBlock& block, const btManifoldPoint& po
       body.addLinkConstraintTorque(side.link, torque);
     }
   };
-  push(block.a, point.getPositionWorldOnA(), force);
-  push(block.b, point.getPositionWorldOnB(), -force);
+  const btVector3 p_W = acts_at(point);
+  push(block.a, p_W, force);
+  push(block.b, p_W, -force);
 }
 
 void ConstraintRows::shift(const ContactRow& contact, int row, const Eigen::VectorXd& impulses,
