@@ -143,6 +143,7 @@ Section<StageTwoParameters> stage_two_section() {
            {"travel_speed", &P::travel_speed, kSlow, 1},
            {"approach_speed", &P::approach_speed, kSlow, 1},
            {"lift_speed", &P::lift_speed, kSlow, 1},
+           {"hanging_turn", &P::hanging_turn, 0, 1},
            {"carry_time", &P::carry_time, 0, 60},
            {"angular_speed", &P::angular_speed, kSlow, 5}},
           {{"max_regrasps", &P::max_regrasps, 0, std::numeric_limits<int>::max()}}};

@@ -75,6 +75,7 @@ struct StageTwoParameters {
   double travel_speed = 0.30;    ///< m/s, free motion
   double approach_speed = 0.08;  ///< m/s, near the object
   double lift_speed = 0.06;      ///< m/s
+  double hanging_turn = 0.5;     ///< rad, the farthest for the centre of mass to hang below the hand
   double carry_time = 3.0;       ///< s that a motion with the object in the hand takes at least
   double angular_speed = 0.8;    ///< rad/s
 };

@@ -119,15 +119,24 @@ void Manipulator::settle() {
   }
 }
 
-void Manipulator::carry_to(const Eigen::Isometry3d& X_TH) {
-  move_to(X_TH, parameters_.lift_speed, parameters_.carry_time);
+motion::MotionLimits Manipulator::carrying_limits() const {
+  motion::MotionLimits limits;
+  limits.linear_velocity = parameters_.lift_speed;
+  limits.angular_velocity = parameters_.angular_speed;
+  limits.duration = parameters_.carry_time;
+  return limits;
 }
 
-void Manipulator::move_to(const Eigen::Isometry3d& X_TH, double speed, double least_duration) {
+void Manipulator::carry_to(const Eigen::Isometry3d& X_TH) { move_to(X_TH, carrying_limits()); }
+
+void Manipulator::move_to(const Eigen::Isometry3d& X_TH, double speed) {
   motion::MotionLimits limits;
   limits.linear_velocity = speed;
   limits.angular_velocity = parameters_.angular_speed;
-  limits.duration = least_duration;
+  move_to(X_TH, limits);
+}
+
+void Manipulator::move_to(const Eigen::Isometry3d& X_TH, const motion::MotionLimits& limits) {
   const auto refuse = [&](const std::string& reason) {
     const Eigen::Vector3d p = X_TH.translation();
     throw RunStopped(
@@ -279,11 +288,15 @@ void Manipulator::hang() {
   const Eigen::Vector3d down_H = -X_HT.linear().col(2);
   const double turn = std::remainder(std::atan2(down_H.z(), down_H.y()) - std::atan2(p_HCm.z(), p_HCm.y()),
                                      2 * std::numbers::pi);
-  Eigen::Isometry3d X_TH = raised(X_TH_grasp_, lifted_);
-  X_TH.rotate(Eigen::AngleAxisd(std::clamp(turn, -parameters_.weighing_turn, parameters_.weighing_turn),
-                                Eigen::Vector3d::UnitX()));
-  carry_to(X_TH);
-  settle();
+  const double most = parameters_.hanging_turn;
+  for (const double share : {1.0, 0.75, 0.5, 0.25}) {
+    Eigen::Isometry3d X_TH = raised(X_TH_grasp_, lifted_);
+    X_TH.rotate(Eigen::AngleAxisd(share * std::clamp(turn, -most, most), Eigen::Vector3d::UnitX()));
+    if (motion_->reachable(X_TH, carrying_limits()).status != motion::HandMotion::Status::kReached) continue;
+    carry_to(X_TH);
+    settle();
+    return;
+  }
 }
 
 Eigen::Isometry3d Manipulator::lower_and_release() {

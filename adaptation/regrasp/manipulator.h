@@ -51,7 +51,8 @@ class Manipulator {
   /// its data sheet has it.
   [[nodiscard]] Wrench weigh();
   /// After `weigh`: turns the hand about the handle so that the object's centre of mass hangs straight below
-  /// it, which takes away the torque across the handle; as far as `weighing_turn`. `weigh` again afterwards.
+  /// it, which takes away the torque across the handle; as far as `hanging_turn` and the arm allow. `weigh`
+  /// again afterwards.
   void hang();
   /// Back down to where it was grasped, and opens the hand. Returns the hand's measured pose just before it
   /// opened.
@@ -68,7 +69,9 @@ class Manipulator {
  private:
   void cycle();
   void carry(const Wrench& F_Ho_T);
-  void move_to(const Eigen::Isometry3d& X_TH, double speed, double least_duration = 0);
+  void move_to(const Eigen::Isometry3d& X_TH, double speed);
+  void move_to(const Eigen::Isometry3d& X_TH, const motion::MotionLimits& limits);
+  [[nodiscard]] motion::MotionLimits carrying_limits() const;
   /// With the object in the hand: slowly enough not to set it swinging.
   void carry_to(const Eigen::Isometry3d& X_TH);
   void for_seconds(double seconds, const std::function<void(double share)>& each_cycle);

@@ -7,7 +7,7 @@
 #include <btBulletDynamicsCommon.h>
 
 #include "emulator/plant/contact/contact_dispatcher.h"
-#include "emulator/plant/contact/self_collision.h"
+#include "emulator/plant/dynamics/self_collision.h"
 #include "emulator/plant/dynamics/bullet_types.h"
 #include "emulator/plant/dynamics/event_player.h"
 #include "emulator/plant/dynamics/hoist.h"

@@ -12,7 +12,7 @@ import tempfile
 from pathlib import Path
 
 PROGRAM = sys.argv[1]
-SIZE, FOCAL = 320, 184.0
+SIZE, FOCAL = 400, 368.0
 HEIGHT = 0.7  # of the camera above the table, m
 PITCH = math.atan2(HEIGHT, 0.5)
 failures = 0

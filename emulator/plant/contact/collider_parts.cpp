@@ -24,6 +24,16 @@ int sphere_at(const std::vector<Solid>& solids, const Eigen::Vector3d& p_L, doub
 
 }  // namespace
 
+Surface pair_of(const Surface& a, const Surface& b) {
+  const bool both = a.stiffness > 0 && b.stiffness > 0;
+  return {a.friction * b.friction,
+          a.rolling_friction * b.friction + b.rolling_friction * a.friction,
+          a.spinning_friction * b.friction + b.spinning_friction * a.friction,
+          a.restitution * b.restitution,
+          both ? 1 / (1 / a.stiffness + 1 / b.stiffness) : a.stiffness + b.stiffness,
+          a.damping + b.damping};
+}
+
 void ColliderParts::add(const ColliderPart& part) {
   btVector3 low, high;
   part.shape->getAabb(btTransform::getIdentity(), low, high);

@@ -5,14 +5,20 @@
 #include <vector>
 
 #include <BulletCollision/CollisionShapes/btCollisionShape.h>
+#include <LinearMath/btVector3.h>
 
 #include "emulator/plant/contact/primitive.h"
-#include "emulator/plant/contact/surface.h"
 #include "urdf/reader/robot_model.h"
 
 class btCollisionObject;
 
 namespace walkman::plant {
+
+/// What a contact point carries from step to step: how far its surfaces have been shifted against each other
+/// while they stick. Static friction holds them there, so a steady load makes nothing creep.
+struct Stick {
+  btVector3 shift_A{0, 0, 0};  ///< of A against B, in A's frame, m
+};
 
 /// One solid of a body that collides.
 struct ColliderPart {
@@ -21,6 +27,10 @@ struct ColliderPart {
   btTransform X_MC;                         ///< of the solid in the body
   Surface surface;
 };
+
+/// What two surfaces are together, by Bullet's conventions: friction and restitution are products, rolling
+/// and spinning friction each side's with the other's friction, springs in series, dampers added.
+[[nodiscard]] Surface pair_of(const Surface& a, const Surface& b);
 
 /// The solids of a body, for ContactDispatcher: hung on Bullet's collision object as its user pointer.
 class ColliderParts {

@@ -7,7 +7,7 @@
 
 #include <BulletDynamics/Featherstone/btMultiBodyLinkCollider.h>
 
-#include "emulator/plant/contact/surface.h"
+#include "emulator/plant/contact/collider_parts.h"
 
 namespace walkman::plant {
 namespace {

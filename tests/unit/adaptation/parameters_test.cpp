@@ -132,7 +132,9 @@ TEST(ParameterDefaults, ShippedFileHoldsEveryKeyOfStageTwoAtItsDefault) {
   EXPECT_EQ(file.approach_speed, code.approach_speed);
   EXPECT_EQ(file.lift_speed, code.lift_speed);
   EXPECT_EQ(file.angular_speed, code.angular_speed);
-  EXPECT_EQ(YAML::LoadFile(shipped.string())["stage_two"].size(), 31U);
+  EXPECT_EQ(file.carry_time, code.carry_time);
+  EXPECT_EQ(file.hanging_turn, code.hanging_turn);
+  EXPECT_EQ(YAML::LoadFile(shipped.string())["stage_two"].size(), 33U);
 }
 
 TEST(ParameterDefaults, AreThePapersWhereItGivesThem) {

@@ -1,4 +1,4 @@
-#include "emulator/plant/contact/self_collision.h"
+#include "emulator/plant/dynamics/self_collision.h"
 
 #include <memory>
 
