@@ -36,6 +36,28 @@ constexpr std::array<TrueColumn, 5> kTrueColumns = {{{"tau_true", &TrueRow::tau}
                                                      {"d_after_true", &TrueRow::d_after},
                                                      {"com_error", &TrueRow::com_error}}};
 
+nlohmann::json robot_json(const DrawnRobot& robot) {
+  nlohmann::json json;
+  json["asked"] = robot.model_error;
+  json["mass"] = robot.mass;
+  json["drawn"] = nlohmann::json::object();
+  for (const DrawnRobot::Kind& kind : robot.kinds) {
+    json["drawn"][kind.key] = {
+        {"count", kind.count}, {"rms", kind.rms}, {"largest", kind.largest}, {"of", kind.of}};
+  }
+  return json;
+}
+
+DrawnRobot robot_from_json(const nlohmann::json& json) {
+  DrawnRobot robot;
+  robot.model_error = json.at("asked").get<std::string>();
+  robot.mass = json.at("mass").get<double>();
+  for (const auto& [key, kind] : json.at("drawn").items())
+    robot.kinds.push_back({key, kind.at("count").get<int>(), kind.at("rms").get<double>(),
+                           kind.at("largest").get<double>(), kind.at("of").get<std::string>()});
+  return robot;
+}
+
 /// Six decimals: a micrometre, a micronewton-metre; finer is noise to a reader.
 double rounded(double value) { return std::round(value * 1e6) / 1e6; }
 
@@ -102,6 +124,7 @@ nlohmann::json to_json(const RepetitionResult& result) {
     for (const TrueColumn& column : kTrueColumns) json[column.key] = nullptr;
   }
   json["seed"] = result.seed;
+  json["model_error"] = robot_json(result.robot);
   json["regrasps"] = result.regrasps;
   json["recoveries"] = result.recoveries;
   json["outcome"] = to_string(result.outcome);
@@ -124,6 +147,7 @@ RepetitionResult repetition_from_json(const nlohmann::json& json) {
   }
   result.weighed = !json.at("tau").is_null();
   result.seed = json.at("seed").get<std::uint64_t>();
+  result.robot = robot_from_json(json.at("model_error"));
   result.regrasps = json.at("regrasps").get<int>();
   result.recoveries = json.at("recoveries").get<int>();
   const auto outcome = json.at("outcome").get<std::string>();
