@@ -36,14 +36,63 @@ constexpr std::array<TrueColumn, 5> kTrueColumns = {{{"tau_true", &TrueRow::tau}
                                                      {"d_after_true", &TrueRow::d_after},
                                                      {"com_error", &TrueRow::com_error}}};
 
+/// The kinds of all repetitions' robots, each as one: `of` names the part and the seed of the largest.
+std::vector<DrawnRobot::Kind> all_kinds(const std::vector<RepetitionResult>& repetitions) {
+  std::vector<DrawnRobot::Kind> all;
+  for (const RepetitionResult& repetition : repetitions) {
+    for (const DrawnRobot::Kind& kind : repetition.robot.kinds) {
+      auto found =
+          std::find_if(all.begin(), all.end(), [&](const auto& other) { return other.key == kind.key; });
+      if (found == all.end()) found = all.insert(all.end(), {kind.key, 0, 0, 0, ""});
+      const int count = found->count + kind.count;
+      found->rms =
+          std::sqrt((found->count * found->rms * found->rms + kind.count * kind.rms * kind.rms) / count);
+      found->count = count;
+      if (std::abs(kind.largest) <= std::abs(found->largest)) continue;
+      found->largest = kind.largest;
+      found->of = fmt::format("{}{}seed {}", kind.of, kind.of.empty() ? "" : ", ", repetition.seed);
+    }
+  }
+  return all;
+}
+
+/// What was drawn in all repetitions; nothing where nothing was.
+std::string robots_text(const std::vector<RepetitionResult>& repetitions) {
+  const std::vector<DrawnRobot::Kind> kinds = all_kinds(repetitions);
+  if (kinds.empty()) return "";
+  const auto [lightest, heaviest] =
+      std::minmax_element(repetitions.begin(), repetitions.end(),
+                          [](const auto& a, const auto& b) { return a.robot.mass < b.robot.mass; });
+  std::string text =
+      fmt::format("robot       model error: {}; {:.2f} to {:.2f} kg\n", repetitions.front().robot.model_error,
+                  lightest->robot.mass, heaviest->robot.mass);
+  text += fmt::format("            {:<26} {:>6} {:>10} {:>10}\n", "drawn", "parts", "rms", "largest");
+  for (const DrawnRobot::Kind& kind : kinds)
+    text += fmt::format("            {:<26} {:>6} {:>10.3g} {:>10.3g}  {}\n", kind.key, kind.count, kind.rms,
+                        kind.largest, kind.of);
+  return text;
+}
+
+/// Six decimals: a micrometre, a micronewton-metre; finer is noise to a reader.
+double rounded(double value) { return std::round(value * 1e6) / 1e6; }
+
+/// Four digits: enough of a draw to see which it was.
+double four_digits(double value) {
+  if (value == 0 || !std::isfinite(value)) return value;
+  const double unit = std::pow(10.0, 3 - std::floor(std::log10(std::abs(value))));
+  return std::round(value * unit) / unit;
+}
+
 nlohmann::json robot_json(const DrawnRobot& robot) {
   nlohmann::json json;
   json["asked"] = robot.model_error;
-  json["mass"] = robot.mass;
+  json["mass"] = rounded(robot.mass);
   json["drawn"] = nlohmann::json::object();
   for (const DrawnRobot::Kind& kind : robot.kinds) {
-    json["drawn"][kind.key] = {
-        {"count", kind.count}, {"rms", kind.rms}, {"largest", kind.largest}, {"of", kind.of}};
+    json["drawn"][kind.key] = {{"count", kind.count},
+                               {"rms", four_digits(kind.rms)},
+                               {"largest", four_digits(kind.largest)},
+                               {"of", kind.of}};
   }
   return json;
 }
@@ -57,9 +106,6 @@ DrawnRobot robot_from_json(const nlohmann::json& json) {
                            kind.at("largest").get<double>(), kind.at("of").get<std::string>()});
   return robot;
 }
-
-/// Six decimals: a micrometre, a micronewton-metre; finer is noise to a reader.
-double rounded(double value) { return std::round(value * 1e6) / 1e6; }
 
 nlohmann::json row_json(const TableRow& row) {
   nlohmann::json json;
@@ -202,7 +248,7 @@ std::string to_text(const ExperimentResult& result) {
                         stopped == 0 ? "" : fmt::format(", {} stopped", stopped));
   }
   text += fmt::format("paper       {}\n", row_text(result.paper));
-  return text;
+  return text + robots_text(result.repetitions);
 }
 
 }  // namespace walkman::apps

@@ -15,7 +15,7 @@ namespace walkman {
 /// What of a robot differs from its model; `kErrorKinds` has name and unit of each.
 enum class ErrorKind {
   kLinkMass,
-  kLimbMass,
+  kChainMass,
   kHandMass,
   kLinkCom,
   kInertia,
@@ -51,7 +51,7 @@ struct ErrorKindName {
 /// By `ErrorKind`. What each means stands in `model_error.yaml`.
 inline constexpr std::array kErrorKinds = {
     ErrorKindName{"link_mass", "", 0.5},
-    ErrorKindName{"limb_mass", "", 0.5},
+    ErrorKindName{"chain_mass", "", 0.5},
     ErrorKindName{"hand_mass_kg", "kg", 5},
     ErrorKindName{"link_com_m", "m", 0.1},
     ErrorKindName{"inertia", "", 2},

@@ -37,11 +37,11 @@ RobotParts::RobotParts(const RobotModel& robot, const DeviceTable& devices) {
     body[i] = joint == nullptr || moves ? i : body[parents_[i]];
     if (moves && !in_hand[i]) ++branches[body[parents_[i]]];
   }
-  limb_.resize(count);
+  chain_.resize(count);
   for (std::size_t i = 0; i < count; ++i) {
     const bool begins = parents_[i] == i || (body[i] == i && branches[body[parents_[i]]] > 1);
-    limb_[i] = begins ? i : limb_[parents_[i]];
-    if (!in_hand[i]) limb_links_.push_back(i);
+    chain_[i] = begins ? i : chain_[parents_[i]];
+    if (!in_hand[i]) chain_links_.push_back(i);
   }
 }
 

@@ -130,7 +130,7 @@ double read_spread(const YamlMap& map, const std::string& key) {
 
 Scene load_scene(const std::filesystem::path& yaml_file, const PackagePath& packages) {
   const YamlMap top(yaml_file.string(), parse_yaml_file(yaml_file), "",
-                    {"robot", "model_error", "fixed_bodies", "objects", "jitter", "seed", "events"});
+                    {"robot", "fixed_bodies", "objects", "jitter", "model_error", "seed", "events"});
   Scene scene;
   scene.file = yaml_file;
   Names names;

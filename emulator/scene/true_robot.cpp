@@ -132,20 +132,20 @@ void Drawing::weigh(const WeighedPart& part) {
 }
 
 void Drawing::masses() {
-  // The limbs' totals as they would be without errors of single links.
+  // The chains' totals as they would be without errors of single links.
   std::map<std::size_t, double> nominal, drawn;
-  for (const std::size_t i : parts_.limb_links()) nominal[parts_.limb(i)] += link(i).mass;
+  for (const std::size_t i : parts_.chain_links()) nominal[parts_.chain(i)] += link(i).mass;
   if (any(ErrorKind::kLinkMass)) {
-    for (const std::size_t i : parts_.limb_links())
+    for (const std::size_t i : parts_.chain_links())
       if (link(i).mass > 0) scale_mass(i, factor(scalar(ErrorKind::kLinkMass, link(i).name)));
   }
-  if (any(ErrorKind::kLinkMass) || any(ErrorKind::kLimbMass)) {
-    for (const std::size_t i : parts_.limb_links()) drawn[parts_.limb(i)] += link(i).mass;
+  if (any(ErrorKind::kLinkMass) || any(ErrorKind::kChainMass)) {
+    for (const std::size_t i : parts_.chain_links()) drawn[parts_.chain(i)] += link(i).mass;
     for (auto& [first, mass] : nominal) {
-      if (mass > 0) mass *= factor(scalar(ErrorKind::kLimbMass, link(first).name)) / drawn[first];
+      if (mass > 0) mass *= factor(scalar(ErrorKind::kChainMass, link(first).name)) / drawn[first];
     }
-    for (const std::size_t i : parts_.limb_links()) {
-      if (link(i).mass > 0) scale_mass(i, nominal[parts_.limb(i)]);
+    for (const std::size_t i : parts_.chain_links()) {
+      if (link(i).mass > 0) scale_mass(i, nominal[parts_.chain(i)]);
     }
   }
   if (!any(ErrorKind::kHandMass)) return;
@@ -171,7 +171,7 @@ void Drawing::shapes_of_mass() {
     if (any(ErrorKind::kInertia))
       body.I_LLcm_L = spread_inertia(body.I_LLcm_L, vector(ErrorKind::kInertia, body.name));
   };
-  for (const std::size_t i : parts_.limb_links()) draw(i, link(i).mass);
+  for (const std::size_t i : parts_.chain_links()) draw(i, link(i).mass);
   for (const RobotParts::Hand& hand : parts_.hands()) {
     const double mass = std::accumulate(hand.links.begin(), hand.links.end(), 0.0,
                                         [&](double sum, std::size_t i) { return sum + link(i).mass; });

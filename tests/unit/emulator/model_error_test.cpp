@@ -158,13 +158,13 @@ TEST(ModelError, EveryQuantityHasItsOwnSequence) {
   }
 }
 
-/// Whole arms and legs of WALK-MAN on the scale: a limb's error is small, a link's is not.
-TEST(ModelError, LimbsKeepTheirTotals) {
+/// Whole arms and legs of WALK-MAN on the scale: a chain's error is small, a link's is not.
+TEST(ModelError, ChainsKeepTheirTotals) {
   const RobotParts parts(nominal().robot.model, nominal().robot.devices);
-  std::map<std::size_t, std::vector<std::size_t>> limbs;
-  for (const std::size_t link : parts.limb_links()) limbs[parts.limb(link)].push_back(link);
+  std::map<std::size_t, std::vector<std::size_t>> chains;
+  for (const std::size_t link : parts.chain_links()) chains[parts.chain(link)].push_back(link);
   std::vector<std::string> names;
-  for (const auto& [first, links] : limbs) names.push_back(nominal().robot.model.links[first].name);
+  for (const auto& [first, links] : chains) names.push_back(nominal().robot.model.links[first].name);
   EXPECT_THAT(names, ::testing::UnorderedElementsAre("base_link", "DWL", "NeckYaw", "RShp", "LShp", "RHipMot",
                                                      "LHipMot"));
 
@@ -174,8 +174,8 @@ TEST(ModelError, LimbsKeepTheirTotals) {
   for (std::uint64_t seed = 0; seed < kSeeds; ++seed) {
     const TrueRobot truth = draw(error, seed);
     for (const ErrorDraw& drawn : truth.draws) {
-      if (drawn.kind != ErrorKind::kLimbMass) continue;
-      const auto& links = limbs.at(static_cast<std::size_t>(truth.model.link_index(drawn.of)));
+      if (drawn.kind != ErrorKind::kChainMass) continue;
+      const auto& links = chains.at(static_cast<std::size_t>(truth.model.link_index(drawn.of)));
       const double before = mass_of(nominal().robot.model, links);
       EXPECT_NEAR(mass_of(truth.model, links) / before, 1 + drawn.values[0], 1e-12) << drawn.of;
     }
@@ -301,7 +301,7 @@ TEST(ModelError, BadLevelsAreOneSentenceWithFileLineAndKey) {
   EXPECT_THAT(message_of("outliers: [0.075, 0.125]", "outliers: [0.2, 0.1]"),
               ::testing::AllOf(HasSubstr("link_mass.calibrated.outliers"), HasSubstr("rising")));
   EXPECT_THAT(message_of("outliers: [0.075, 0.125]", "outliers: [0.1]"), HasSubstr("a list of 1"));
-  EXPECT_THAT(message_of("  limb_mass:", "  limb_mas:"), HasSubstr("limb_mas"));
+  EXPECT_THAT(message_of("  chain_mass:", "  chain_mas:"), HasSubstr("chain_mas"));
   EXPECT_THAT(message_of("outlier_share: 0.15", "outlier_share: 1.5"), HasSubstr("expected 0 to 0.5"));
   EXPECT_THAT(message_of("mass_kg: 2.35", "mass_kg: 0"), HasSubstr("weighed_parts[0].mass_kg"));
   EXPECT_THAT(message_of("_parts: [uncalibrated]", "_parts: [wild]"), HasSubstr("\"wild\""));
