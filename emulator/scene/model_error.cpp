@@ -16,7 +16,7 @@ std::vector<std::string> keys_and(std::vector<std::string> others) {
 }
 
 std::string level_of(const YamlMap& map, const std::string& key) {
-  const std::string level = map.text(key);
+  std::string level = map.text(key);
   const std::vector<std::string>& known = model_error_levels();
   if (std::find(known.begin(), known.end(), level) == known.end())
     map.fail(key, fmt::format("found \"{}\", expected {}", level, fmt::join(known, ", ")));
