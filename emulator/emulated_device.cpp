@@ -69,6 +69,9 @@ nodes::ForceTorqueParameters force_torque_parameters(const Device& device, const
       draw_sensor(kind, options.sensor_errors, options.seed, device.node_id);
   parameters.name = device.name;
   parameters.serial = device.node_id;
+  const auto gains = options.robot_errors.force_torque_gains.find(device.name);
+  if (options.sensor_errors == SensorErrors::kAll && gains != options.robot_errors.force_torque_gains.end())
+    parameters.transducer.cross_talk = gains->second;
   return parameters;
 }
 

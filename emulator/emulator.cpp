@@ -29,6 +29,7 @@ struct Emulator::Impl {
        const std::map<std::string, plant::ActuatorParameters>& actuators);
 
   void step();
+  const RobotModel& model;
   plant::Plant plant;
   MultiSense multisense;
   std::vector<std::unique_ptr<bus::CanBus>> buses;
@@ -39,7 +40,8 @@ struct Emulator::Impl {
 Emulator::Impl::Impl(const RobotModel& robot, const DeviceTable& table, const Scene& scene,
                      const EmulatorOptions& options,
                      const std::map<std::string, plant::ActuatorParameters>& actuators)
-    : plant(robot, scene, table, actuators),
+    : model(robot),
+      plant(robot, scene, table, actuators, options.robot_errors),
       multisense(robot, scene, robot.link_index(scene.robot.optical_frame), options.camera,
                  options.camera_rate_hz, options.seed) {
   const DeviceSurroundings surroundings{table, robot, options, actuators, hash_of(scene.robot.urdf), plant};
@@ -106,5 +108,7 @@ std::vector<bus::CanBus*> Emulator::buses() {
 }
 
 const plant::Plant& Emulator::plant() const { return impl_->plant; }
+
+const RobotModel& Emulator::robot() const { return impl_->model; }
 
 }  // namespace walkman

@@ -13,6 +13,7 @@
 #include "emulator/nodes/measuring/force_torque_kind.h"
 #include "emulator/plant/plant.h"
 #include "emulator/scene/scene.h"
+#include "emulator/scene/true_robot.h"
 #include "sensors/stereo_camera.h"
 #include "urdf/reader/device_table.h"
 
@@ -22,6 +23,7 @@ struct EmulatorOptions {
   std::filesystem::path actuators;  ///< folder of actuator classes, a YAML file each
   std::filesystem::path sensors;    ///< folder of force/torque sensor kinds; empty: beside `actuators`
   SensorErrors sensor_errors = SensorErrors::kAll;  ///< of the force/torque sensors
+  RobotErrors robot_errors;  ///< how drives, sensors and gravity differ from what the files say
   sensors::StereoOptions camera;
   double camera_rate_hz = 15;
   std::uint64_t seed = 1;  ///< of the sensors' noise
@@ -36,8 +38,8 @@ class Emulator {
  public:
   static constexpr Time kPhysicsStep = std::chrono::milliseconds(1);
 
-  /// `robot` must outlive the emulator. Throws std::runtime_error when scene, table and model do not fit
-  /// together.
+  /// `robot`, as it truly is, must outlive the emulator. Throws std::runtime_error when scene, table and
+  /// model do not fit together.
   Emulator(const RobotModel& robot, const DeviceTable& devices, const Scene& scene,
            const EmulatorOptions& options);
   ~Emulator();
@@ -63,6 +65,7 @@ class Emulator {
 
   /// Ground truth: for judging, never for the pipeline.
   [[nodiscard]] const plant::Plant& plant() const;
+  [[nodiscard]] const RobotModel& robot() const;
 
  private:
   struct Impl;

@@ -241,6 +241,7 @@ EmulationSummary Emulation::summary() const {
   EmulationSummary out;
   const Time wall = self.ended == Time{} ? pacing::host_now() : self.ended;
   out.pacing = self.options.pacing;
+  out.model_error = self.world.scene.model_error.text();
   out.emulated_seconds = seconds(self.world.emulator.buses_now());
   out.wall_seconds = seconds(wall - self.began);
   if (self.lockstep) {

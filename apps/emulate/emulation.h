@@ -48,6 +48,7 @@ struct EmulationSummary {
   double behind_seconds = 0;  ///< real time: of the emulated clock at the end
   std::uint64_t clouds = 0;
   std::vector<BusSummary> buses;
+  std::string model_error;  ///< of the emulated robot, as asked for
 };
 
 /// The emulated robot as one process on the kernel's CAN bus: all buses, bridges for those that are mapped,

@@ -51,12 +51,14 @@ std::string to_text(const EmulationSummary& s) {
                         bus.bus.sync_overruns, bus.bridge.entered, bus.bridge.handed, bus.bridge.refused,
                         bus.bridge.undelivered, bus.receive_overflows);
   }
+  text += fmt::format("model error of the robot: {}\n", s.model_error);
   if (s.clouds > 0) text += fmt::format("clouds sent: {}\n", s.clouds);
   return text;
 }
 
 std::string to_json_text(const EmulationSummary& s) {
   nlohmann::json json;
+  json["model_error"] = s.model_error;
   json["pacing"] = is_lockstep(s) ? "lockstep" : "realtime";
   json["emulated_seconds"] = rounded(s.emulated_seconds);
   json["wall_seconds"] = rounded(s.wall_seconds);

@@ -66,6 +66,7 @@ int run_experiment(const Options& options) {
   RepetitionOptions repetition;
   repetition.scene = scene_path;
   repetition.robot_choice = robot_choice;
+  if (!options.scene.model_error.empty()) repetition.model_error = options.scene.model_error;
   repetition.parameters = options.parameters.empty() ? data / "adaptation" / "parameters.yaml"
                                                      : std::filesystem::path(options.parameters);
   repetition.actuators = data / "emulator" / "plant" / "actuators";
@@ -112,7 +113,7 @@ int run_experiment(const Options& options) {
     print_json(json);
   } else {
     print(to_text(result));
-    print(fmt::format("written to {}: result.json, can.log, dbc, cloud.pcd, wrench.csv{}\n",
+    print(fmt::format("written to {}: result.json, can.log, dbc, cloud.pcd, wrench.csv, model_error.yaml{}\n",
                       one_line(out.string()), options.state_log ? ", state.csv" : ""));
   }
   if (result.interrupted) {
@@ -135,8 +136,9 @@ void add_experiment_command(CLI::App& app, std::function<int()>& run) {
   command->add_option("--repeat", options->repeat, "Repetitions, with the seeds SEED, SEED+1, ...")
       ->check(CLI::Range(1, 10000));
   command
-      ->add_option("--seed", options->seed,
-                   "Seed of the object's pose and of the sensors' noise (default: the scene's)")
+      ->add_option(
+          "--seed", options->seed,
+          "Seed of the true robot, of the object's pose and of the sensors' noise (default: the scene's)")
       ->check(CLI::Range(std::int64_t{0}, std::int64_t{1} << 53));
   command->add_option("--jobs", options->jobs, "Repetitions at a time (default: one per core)")
       ->check(CLI::Range(1, 256));

@@ -74,7 +74,7 @@ Judge::Judge(const Emulator& emulator, const Scene& scene, const KnownRobot& rob
              std::function<void(std::string_view)> warned)
     : emulator_(emulator),
       scene_(scene),
-      robot_(robot.model),
+      robot_(emulator.robot()),
       phase_changed_(std::move(phase_changed)),
       each_cycle_(std::move(each_cycle)),
       warned_(std::move(warned)) {
@@ -167,7 +167,7 @@ Wrench Judge::object_load() const {
   Wrench F_So_W{X_WS.linear() * F_So_S.torque, X_WS.linear() * F_So_S.force};
   for (const std::size_t i : hand_links_) {
     const Link& link = robot_.links[i];
-    const Eigen::Vector3d weight(0, 0, -link.mass * plant::Plant::kGravity);
+    const Eigen::Vector3d weight(0, 0, -link.mass * plant.gravity());
     const Eigen::Vector3d p_WLcm = plant.X_WL(static_cast<int>(i)) * link.p_LLcm;
     F_So_W.force -= weight;
     F_So_W.torque -= (p_WLcm - X_WS.translation()).cross(weight);

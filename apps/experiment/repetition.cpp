@@ -19,6 +19,7 @@
 #include "emulator/logs/candump_log.h"
 #include "emulator/logs/state_log.h"
 #include "emulator/pacing/host.h"
+#include "emulator/scene/error_report.h"
 
 namespace walkman::apps {
 namespace {
@@ -30,8 +31,18 @@ WorldOptions world_options(const RepetitionOptions& options) {
   out.scene = options.scene;
   out.robot = options.robot_choice;
   out.actuators = options.actuators;
+  out.model_error = options.model_error;
   out.seed = options.seed;
   out.within_reach = true;
+  return out;
+}
+
+DrawnRobot drawn_robot(const EmulatedWorld& world) {
+  DrawnRobot out;
+  out.model_error = world.scene.model_error.text();
+  out.mass = world.truth.model.total_mass();
+  for (const ErrorSummary& kind : summaries(world.truth.draws))
+    out.kinds.push_back({name_of(kind.kind).key, kind.count, kind.rms, kind.largest, kind.of});
   return out;
 }
 
@@ -211,10 +222,13 @@ RepetitionResult run_repetition(const RepetitionOptions& options) {
   if (!options.out.empty()) {
     judge.trace_to(options.out / "wrench.csv");
     judge.keep_cloud(options.out / "cloud.pcd");
+    write_whole(options.out / "model_error.yaml",
+                to_yaml(world.truth, world.scene.model_error, world.scene.seed));
   }
 
   RepetitionResult result;
   result.seed = options.seed;
+  result.robot = drawn_robot(world);
   try {
     regrasp::Regrasp method(world.robot, robot, cycle, world.emulator.camera(), parameters, judge);
     result.outcome = outcome_of(method.run().ending);

@@ -50,8 +50,23 @@ struct TrueRow {
 
 [[nodiscard]] std::string to_string(Outcome outcome);
 
+/// How the true robot came out, as result files hold it.
+struct DrawnRobot {
+  /// All draws of one kind of error, by its key in a scene.
+  struct Kind {
+    std::string key;
+    int count = 0;
+    double rms = 0, largest = 0;  ///< in the kind's unit
+    std::string of;               ///< which part has the largest
+  };
+  std::string model_error;  ///< what was asked for
+  double mass = 0;          ///< of the whole robot, kg
+  std::vector<Kind> kinds;
+};
+
 struct RepetitionResult {
   std::uint64_t seed = 0;
+  DrawnRobot robot;
   TableRow row;
   TrueRow truth;         ///< means something when `weighed`
   bool weighed = false;  ///< at least one lift was; else only d_r and d_v of the row mean anything
@@ -76,8 +91,9 @@ struct RepetitionOptions {
   std::filesystem::path parameters;  ///< both stages' YAML
   std::filesystem::path actuators;
   RobotChoice robot_choice;
+  std::optional<std::string> model_error;  ///< a level in place of the scene's
   robot::RobotOptions robot;
-  std::uint64_t seed = 1;  ///< object pose and sensor noise
+  std::uint64_t seed = 1;  ///< true robot, object pose and sensor noise
   std::filesystem::path
       out;  ///< folder for the CAN log and its DBC files, the cloud, the wrench trace; none when empty
   bool state_log = false;                         ///< and for what the devices' objects were at every PDO

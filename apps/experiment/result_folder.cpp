@@ -23,7 +23,8 @@ namespace fs = std::filesystem;
 constexpr const char* kLockName = ".lock";
 constexpr const char* kResultName = "result.json";
 constexpr const char* kRepetitionPrefix = "repetition-";
-constexpr std::array kFiles = {kResultName, "can.log", "cloud.pcd", "wrench.csv", "state.csv"};
+constexpr std::array kFiles = {kResultName,  "can.log",   "cloud.pcd",
+                               "wrench.csv", "state.csv", "model_error.yaml"};
 
 void remove_files(const fs::path& folder) {
   for (const char* name : kFiles) {

@@ -36,8 +36,76 @@ constexpr std::array<TrueColumn, 5> kTrueColumns = {{{"tau_true", &TrueRow::tau}
                                                      {"d_after_true", &TrueRow::d_after},
                                                      {"com_error", &TrueRow::com_error}}};
 
+/// The kinds of all repetitions' robots, each as one: `of` names the part and the seed of the largest.
+std::vector<DrawnRobot::Kind> all_kinds(const std::vector<RepetitionResult>& repetitions) {
+  std::vector<DrawnRobot::Kind> all;
+  for (const RepetitionResult& repetition : repetitions) {
+    for (const DrawnRobot::Kind& kind : repetition.robot.kinds) {
+      auto found =
+          std::find_if(all.begin(), all.end(), [&](const auto& other) { return other.key == kind.key; });
+      if (found == all.end()) found = all.insert(all.end(), {kind.key, 0, 0, 0, ""});
+      const int count = found->count + kind.count;
+      found->rms =
+          std::sqrt((found->count * found->rms * found->rms + kind.count * kind.rms * kind.rms) / count);
+      found->count = count;
+      if (std::abs(kind.largest) <= std::abs(found->largest)) continue;
+      found->largest = kind.largest;
+      found->of = fmt::format("{}{}seed {}", kind.of, kind.of.empty() ? "" : ", ", repetition.seed);
+    }
+  }
+  return all;
+}
+
+/// What was drawn in all repetitions; nothing where nothing was.
+std::string robots_text(const std::vector<RepetitionResult>& repetitions) {
+  const std::vector<DrawnRobot::Kind> kinds = all_kinds(repetitions);
+  if (kinds.empty()) return "";
+  const auto [lightest, heaviest] =
+      std::minmax_element(repetitions.begin(), repetitions.end(),
+                          [](const auto& a, const auto& b) { return a.robot.mass < b.robot.mass; });
+  std::string text =
+      fmt::format("robot       model error: {}; {:.2f} to {:.2f} kg\n", repetitions.front().robot.model_error,
+                  lightest->robot.mass, heaviest->robot.mass);
+  text += fmt::format("            {:<26} {:>6} {:>10} {:>10}\n", "drawn", "parts", "rms", "largest");
+  for (const DrawnRobot::Kind& kind : kinds)
+    text += fmt::format("            {:<26} {:>6} {:>10.3g} {:>10.3g}  {}\n", kind.key, kind.count, kind.rms,
+                        kind.largest, kind.of);
+  return text;
+}
+
 /// Six decimals: a micrometre, a micronewton-metre; finer is noise to a reader.
 double rounded(double value) { return std::round(value * 1e6) / 1e6; }
+
+/// Four digits: enough of a draw to see which it was.
+double four_digits(double value) {
+  if (value == 0 || !std::isfinite(value)) return value;
+  const double unit = std::pow(10.0, 3 - std::floor(std::log10(std::abs(value))));
+  return std::round(value * unit) / unit;
+}
+
+nlohmann::json robot_json(const DrawnRobot& robot) {
+  nlohmann::json json;
+  json["asked"] = robot.model_error;
+  json["mass"] = rounded(robot.mass);
+  json["drawn"] = nlohmann::json::object();
+  for (const DrawnRobot::Kind& kind : robot.kinds) {
+    json["drawn"][kind.key] = {{"count", kind.count},
+                               {"rms", four_digits(kind.rms)},
+                               {"largest", four_digits(kind.largest)},
+                               {"of", kind.of}};
+  }
+  return json;
+}
+
+DrawnRobot robot_from_json(const nlohmann::json& json) {
+  DrawnRobot robot;
+  robot.model_error = json.at("asked").get<std::string>();
+  robot.mass = json.at("mass").get<double>();
+  for (const auto& [key, kind] : json.at("drawn").items())
+    robot.kinds.push_back({key, kind.at("count").get<int>(), kind.at("rms").get<double>(),
+                           kind.at("largest").get<double>(), kind.at("of").get<std::string>()});
+  return robot;
+}
 
 nlohmann::json row_json(const TableRow& row) {
   nlohmann::json json;
@@ -102,6 +170,7 @@ nlohmann::json to_json(const RepetitionResult& result) {
     for (const TrueColumn& column : kTrueColumns) json[column.key] = nullptr;
   }
   json["seed"] = result.seed;
+  json["model_error"] = robot_json(result.robot);
   json["regrasps"] = result.regrasps;
   json["recoveries"] = result.recoveries;
   json["outcome"] = to_string(result.outcome);
@@ -124,6 +193,7 @@ RepetitionResult repetition_from_json(const nlohmann::json& json) {
   }
   result.weighed = !json.at("tau").is_null();
   result.seed = json.at("seed").get<std::uint64_t>();
+  result.robot = robot_from_json(json.at("model_error"));
   result.regrasps = json.at("regrasps").get<int>();
   result.recoveries = json.at("recoveries").get<int>();
   const auto outcome = json.at("outcome").get<std::string>();
@@ -178,7 +248,7 @@ std::string to_text(const ExperimentResult& result) {
                         stopped == 0 ? "" : fmt::format(", {} stopped", stopped));
   }
   text += fmt::format("paper       {}\n", row_text(result.paper));
-  return text;
+  return text + robots_text(result.repetitions);
 }
 
 }  // namespace walkman::apps

@@ -48,9 +48,9 @@ void show(const LinkGeometry& geometry, const Eigen::Isometry3d& X_WL, ScenePain
 }
 
 void paint_robot(const EmulatedWorld& world, const Snapshot& snapshot, ScenePainting& painting) {
-  const std::vector<std::size_t> depth = depths(world.robot.model);
-  for (std::size_t i = 0; i < world.robot.model.links.size(); ++i) {
-    const std::vector<LinkGeometry>& visuals = world.robot.model.links[i].visuals;
+  const std::vector<std::size_t> depth = depths(world.truth.model);
+  for (std::size_t i = 0; i < world.truth.model.links.size(); ++i) {
+    const std::vector<LinkGeometry>& visuals = world.truth.model.links[i].visuals;
     painting.bodies.add(visuals, snapshot.X_WL[i], kRobotPaints[depth[i] % kRobotPaints.size()]);
     for (const LinkGeometry& geometry : visuals) show(geometry, snapshot.X_WL[i], painting);
   }

@@ -6,6 +6,7 @@
 #include "drivers/robot/cycle.h"
 #include "emulator/emulator.h"
 #include "emulator/scene/scene.h"
+#include "emulator/scene/true_robot.h"
 #include "urdf/reader/robot_description.h"
 
 namespace walkman::apps {
@@ -14,15 +15,19 @@ struct WorldOptions {
   std::filesystem::path scene;
   RobotChoice robot;
   std::filesystem::path actuators;
-  std::optional<std::uint64_t> seed;  ///< object pose and sensor noise; the scene's own if not given
+  std::optional<std::string> model_error;  ///< a level in place of the scene's
+  std::optional<std::uint64_t>
+      seed;  ///< true robot, object pose and sensor noise; the scene's own if not given
   bool bus_timing = true;
   bool within_reach = false;  ///< refuse a scene that the right arm cannot work on
 };
 
-/// A scene's robot and surroundings under emulation, built in order of dependence.
+/// A scene's robot and surroundings under emulation, built in order of dependence. `robot` is all that the
+/// robot's side may know; `truth` was drawn around it.
 struct EmulatedWorld {
   Scene scene;
   KnownRobot robot;
+  TrueRobot truth;
   Emulator emulator;
 
   /// Throws std::runtime_error for files that do not fit, one sentence.

@@ -42,6 +42,10 @@ CLI::Option* add_scene_options(CLI::App& command, SceneCommandLine& options,
     for (const std::string& name : shipped_scenes(data_directory())) print(name + "\n");
     throw CLI::Success();
   });
+  command
+      .add_option("--model-error", options.model_error,
+                  "How far the emulated robot is from its model, in place of what the scene says")
+      ->check(CLI::IsMember(model_error_levels()));
   add_robot_options(command, options.robot);
   return scene;
 }
@@ -62,6 +66,7 @@ std::filesystem::path scene_file(const std::string& scene, const std::filesystem
 WorldOptions world_of(const SceneCommandLine& options, const std::filesystem::path& data) {
   WorldOptions world;
   world.scene = scene_file(options.scene, data);
+  if (!options.model_error.empty()) world.model_error = options.model_error;
   world.robot = options.robot.choice();
   world.actuators = data / "emulator" / "plant" / "actuators";
   return world;

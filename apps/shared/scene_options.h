@@ -10,9 +10,10 @@
 
 namespace walkman::apps {
 
-/// What the command line says about the world: `--scene` and the robot's options.
+/// What the command line says about the world: `--scene`, `--model-error` and the robot's options.
 struct SceneCommandLine {
   std::string scene;
+  std::string model_error;  ///< a level; empty: as the scene has it
   RobotCommandLine robot;
 };
 

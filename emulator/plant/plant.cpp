@@ -19,6 +19,7 @@
 #include "emulator/plant/dynamics/world_objects.h"
 #include "emulator/plant/hands/soft_hand.h"
 #include "emulator/plant/probes/wrench_probe.h"
+#include "emulator/scene/standing_base.h"
 
 namespace walkman::plant {
 namespace {
@@ -36,6 +37,21 @@ struct HandDrive {
   int palm_link;
   std::vector<SlipMeter> slips;  // of each object
 };
+
+/// A joint's actuator as it is, and what its drive takes its sensors for. The link encoder is absolute, with
+/// the zero it was mounted or homed with; the motor's is set by it when the robot boots with its springs
+/// unloaded and so inherits that zero, but for what the torque's zero is off.
+SeriesElasticActuator actuator_of(const ActuatorParameters& of_class, const DriveErrors& errors) {
+  ActuatorParameters own = of_class;
+  own.spring_constant *= errors.spring;
+  own.viscous_friction *= errors.friction;
+  own.coulomb_friction *= errors.friction;
+  own.static_friction *= errors.friction;
+  const double torque_zero = errors.torque_zero * of_class.peak_torque;
+  return {own, SensorCalibration{of_class.spring_constant,
+                                 errors.encoder_zero + torque_zero / of_class.spring_constant,
+                                 errors.encoder_zero}};
+}
 
 /// Which of the two kinds a drive of the device table is, and its place among them.
 struct DriveSlot {
@@ -83,10 +99,12 @@ struct Plant::Impl {
   std::vector<int> feet;       // Bullet's links a floating robot starts out standing on
   std::vector<int> sub_steps;  // taken since the last step, per drive
   double time = 0;
+  double gravity = kGravity;
 
   void add_robot(const Scene& scene, const DeviceTable& devices,
                  const std::map<std::string, double>& posture);
-  void add_drives(const DeviceTable& devices, const std::map<std::string, ActuatorParameters>& actuators);
+  void add_drives(const DeviceTable& devices, const std::map<std::string, ActuatorParameters>& actuators,
+                  const RobotErrors& errors);
   void add_probes(const DeviceTable& devices);
   void set_posture(const std::map<std::string, double>& posture);
   [[nodiscard]] std::string name_of(const btCollisionObject* object) const;
@@ -131,7 +149,8 @@ void Plant::Impl::add_robot(const Scene& scene, const DeviceTable& devices,
 }
 
 void Plant::Impl::add_drives(const DeviceTable& devices,
-                             const std::map<std::string, ActuatorParameters>& actuators) {
+                             const std::map<std::string, ActuatorParameters>& actuators,
+                             const RobotErrors& errors) {
   for (const Bus& bus : devices.buses) {
     for (const Device& device : bus.devices) {
       if (device.kind == DeviceKind::kForceTorque || device.kind == DeviceKind::kInertialUnit) continue;
@@ -152,7 +171,8 @@ void Plant::Impl::add_drives(const DeviceTable& devices,
       const int index = robot->joint_index(device.name);
       const Joint& joint = robot->joints[static_cast<std::size_t>(index)];
       drives.push_back({false, static_cast<int>(joints.size())});
-      joints.push_back({body->bullet_link(index), joint.damping, SeriesElasticActuator(found->second)});
+      joints.push_back({body->bullet_link(index), joint.damping,
+                        actuator_of(found->second, errors.of_drive(device.name))});
       if (joint.type == JointType::kContinuous) continue;
       solver.add_stop(
           JointStop(body->bullet(), joints.back().bullet_link, joint.limits.lower, joint.limits.upper));
@@ -180,7 +200,7 @@ void Plant::Impl::set_posture(const std::map<std::string, double>& posture) {
     if (link >= 0) body->bullet().setJointPos(link, value);
   }
   body->update_poses();
-  const std::vector<double> torques = holding_torques(*body, feet, kGravity);
+  const std::vector<double> torques = holding_torques(*body, feet, gravity);
   for (JointDrive& drive : joints) {
     drive.actuator.reset(body->bullet().getJointPos(drive.bullet_link),
                          torques[static_cast<std::size_t>(drive.bullet_link)]);
@@ -204,11 +224,12 @@ std::string Plant::Impl::name_of(const btCollisionObject* object) const {
 }
 
 Plant::Plant(const RobotModel& robot, const Scene& scene, const DeviceTable& devices,
-             const std::map<std::string, ActuatorParameters>& actuators)
+             const std::map<std::string, ActuatorParameters>& actuators, const RobotErrors& errors)
     : impl_(std::make_unique<Impl>()) {
   Impl& p = *impl_;
   p.robot = &robot;
-  p.world.setGravity(btVector3(0, 0, -kGravity));
+  p.gravity += errors.gravity;
+  p.world.setGravity(btVector3(0, 0, -p.gravity));
   p.world.use_mid_step_velocities();
   btContactSolverInfo& info = p.world.getSolverInfo();
   info.m_numIterations = 50;
@@ -218,9 +239,10 @@ Plant::Plant(const RobotModel& robot, const Scene& scene, const DeviceTable& dev
   for (const FixedBody& fixed : scene.fixed) {
     p.fixed.push_back(std::make_unique<StaticBody>(p.world, fixed));
   }
-  const std::map<std::string, double> posture = load_posture(scene.robot.srdf, scene.posture, robot);
+  const std::map<std::string, double> posture =
+      true_posture(load_posture(scene.robot.srdf, scene.posture, robot), errors);
   p.add_robot(scene, devices, posture);
-  p.add_drives(devices, actuators);
+  p.add_drives(devices, actuators, errors);
   p.add_probes(devices);
   for (const SceneObject& object : scene.objects) {
     p.objects.push_back(make_object(p.world, object));
@@ -290,6 +312,8 @@ const InertialMotion& Plant::inertial_motion(int unit) const {
 }
 
 double Plant::time() const { return impl_->time; }
+
+double Plant::gravity() const { return impl_->gravity; }
 
 Eigen::Isometry3d Plant::X_WL(int robot_link) const { return impl_->body->X_WL(robot_link); }
 

@@ -12,6 +12,7 @@
 #include "emulator/plant/hands/slip_meter.h"
 #include "emulator/plant/probes/inertial_probe.h"
 #include "emulator/scene/scene.h"
+#include "emulator/scene/true_robot.h"
 #include "urdf/reader/device_table.h"
 #include "urdf/reader/wrench.h"
 
@@ -39,13 +40,14 @@ class Plant {
  public:
   static constexpr double kStep = 1e-3;  ///< s
   static constexpr int kSubSteps = 4;
-  static constexpr double kGravity = 9.81;  ///< m/s²
+  static constexpr double kGravity = kNominalGravity;  ///< m/s², without model error
 
   /// Builds the world of `scene` around `robot`; `devices` tells which joints have which actuator class and
-  /// where force/torque sensors and inertial units sit. Throws std::runtime_error when a class or frame is
-  /// missing, or a link of the rope or of a push.
+  /// where force/torque sensors and inertial units sit. `errors` is how the robot's drives differ from their
+  /// classes; it starts with the scene's posture on its encoders. Throws std::runtime_error when a class or
+  /// frame is missing, or a link of the rope or of a push.
   Plant(const RobotModel& robot, const Scene& scene, const DeviceTable& devices,
-        const std::map<std::string, ActuatorParameters>& actuators);
+        const std::map<std::string, ActuatorParameters>& actuators, const RobotErrors& errors = {});
   ~Plant();
   Plant(const Plant&) = delete;
   Plant& operator=(const Plant&) = delete;
@@ -65,7 +67,8 @@ class Plant {
   [[nodiscard]] const InertialMotion& inertial_motion(int unit) const;
 
   // Ground truth.
-  [[nodiscard]] double time() const;  ///< s
+  [[nodiscard]] double time() const;     ///< s
+  [[nodiscard]] double gravity() const;  ///< m/s²
   [[nodiscard]] Eigen::Isometry3d X_WL(int robot_link) const;
   [[nodiscard]] Eigen::Isometry3d X_WO(int object) const;
   /// An object with the weights it carries now.

@@ -130,11 +130,12 @@ double read_spread(const YamlMap& map, const std::string& key) {
 
 Scene load_scene(const std::filesystem::path& yaml_file, const PackagePath& packages) {
   const YamlMap top(yaml_file.string(), parse_yaml_file(yaml_file), "",
-                    {"robot", "fixed_bodies", "objects", "jitter", "seed", "events"});
+                    {"robot", "fixed_bodies", "objects", "jitter", "model_error", "seed", "events"});
   Scene scene;
   scene.file = yaml_file;
   Names names;
   read_robot(top.map("robot", {"file", "posture", "base"}), scene);
+  if (top.has("model_error")) scene.model_error = read_model_error(top);
   for (const YamlMap& map : top.list("fixed_bodies", {"name", "urdf", "xyz_m", "rpy_rad", "contact"})) {
     scene.fixed.push_back(
         {names.take(map), map.line(), load_robot_model(map.existing_file("urdf"), packages), map.pose()});

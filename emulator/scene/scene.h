@@ -9,6 +9,7 @@
 
 #include <Eigen/Geometry>
 
+#include "emulator/scene/model_error.h"
 #include "emulator/scene/scene_event.h"
 #include "urdf/reader/robot_description.h"
 #include "urdf/reader/robot_model.h"
@@ -74,7 +75,8 @@ struct FixedBody {
 struct Scene {
   std::filesystem::path file;
   RobotDescription robot;
-  std::string posture;  ///< SRDF state the robot starts in
+  ModelErrorChoice model_error;  ///< how the true robot is spread around it
+  std::string posture;           ///< SRDF state the robot starts in
   BaseKind base = BaseKind::kFixed;
   HoistRope rope;                                          ///< of a hoisted base
   Eigen::Isometry3d X_WB = Eigen::Isometry3d::Identity();  ///< pose of the robot's root link

@@ -1,33 +1,10 @@
 #include <cstddef>
 
+#include "emulator/scene/draws.h"
 #include "emulator/scene/scene.h"
 #include "urdf/reader/kinematics.h"
 
 namespace walkman {
-namespace {
-
-// SplitMix64 (Steele, Lea, Flood 2014): a fixed generator, since the standard library's distributions differ
-// between implementations.
-class Draws {
- public:
-  explicit Draws(std::uint64_t seed) : state_(seed) {}
-
-  /// Uniform in [-1, 1).
-  double symmetric() {
-    state_ += 0x9E3779B97F4A7C15U;
-    std::uint64_t z = state_;
-    z = (z ^ (z >> 30U)) * 0xBF58476D1CE4E5B9U;
-    z = (z ^ (z >> 27U)) * 0x94D049BB133111EBU;
-    z ^= z >> 31U;
-    return static_cast<double>(z >> 11U) * 0x1p-52 - 1.0;
-  }
-
- private:
-  std::uint64_t state_;
-};
-
-}  // namespace
-
 Eigen::Isometry3d SceneObject::X_OA(const AttachedWeight& weight) const {
   Eigen::Isometry3d X = Eigen::Isometry3d::Identity();
   X.translation().x() = weight.position - length / 2;

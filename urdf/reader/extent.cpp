@@ -33,6 +33,10 @@ Extent extent(const MeshShape& mesh, const Eigen::Vector3d& x) {
 
 }  // namespace
 
+Extent extent_along(const LinkGeometry& geometry, const Eigen::Vector3d& x_G) {
+  return std::visit([&x_G](const auto& shape) { return extent(shape, x_G); }, geometry.shape);
+}
+
 Extent extent_along_x(const RobotModel& model) {
   const std::vector<Eigen::Isometry3d> X_RL = link_poses(model, {});
   Extent whole{std::numeric_limits<double>::infinity(), -std::numeric_limits<double>::infinity()};
@@ -40,7 +44,7 @@ Extent extent_along_x(const RobotModel& model) {
     for (const LinkGeometry& geometry : model.links[i].collisions) {
       const Eigen::Isometry3d X_RG = X_RL[i] * geometry.X_LG;
       const Eigen::Vector3d x_G = X_RG.linear().row(0);
-      const Extent own = std::visit([&x_G](const auto& shape) { return extent(shape, x_G); }, geometry.shape);
+      const Extent own = extent_along(geometry, x_G);
       whole.min = std::min(whole.min, X_RG.translation().x() + own.min);
       whole.max = std::max(whole.max, X_RG.translation().x() + own.max);
     }

@@ -10,6 +10,9 @@ struct Extent {
   double max = 0;
 };
 
+/// Extent of a shape along the direction `x_G` (unit vector in the geometry's frame G), about G's origin.
+[[nodiscard]] Extent extent_along(const LinkGeometry& geometry, const Eigen::Vector3d& x_G);
+
 /// Extent of all collision geometry of `model` along the root link's x axis, joints at zero. Empty (min >
 /// max) without any.
 [[nodiscard]] Extent extent_along_x(const RobotModel& model);

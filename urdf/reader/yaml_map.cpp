@@ -81,6 +81,8 @@ void YamlMap::fail(const std::string& key, const std::string& reason) const {
   fail_at(!key.empty() && has(key) ? node_[key] : node_, place_of(key), reason);
 }
 
+bool YamlMap::is_mapping(const std::string& key) const { return node_[key].IsMap(); }
+
 YAML::Node YamlMap::at(const std::string& key) const {
   if (!has(key)) fail_at(node_, place_, fmt::format("the key \"{}\" is missing", key));
   return node_[key];
@@ -153,18 +155,28 @@ std::uint32_t YamlMap::hexadecimal(const std::string& key, std::uint32_t min, st
   return value;
 }
 
-Eigen::Vector3d YamlMap::vector3(const std::string& key) const {
+void YamlMap::read_numbers(const std::string& key, double* out, std::size_t count) const {
   const YAML::Node node = at(key);
-  if (!node.IsSequence() || node.size() != 3)
-    fail(key, fmt::format("found {}, expected a list of 3 numbers", kind_of(node)));
-  Eigen::Vector3d result;
-  for (std::size_t i = 0; i < 3; ++i) {
+  if (!node.IsSequence() || node.size() != count)
+    fail(key, fmt::format("found {}, expected a list of {} numbers", kind_of(node), count));
+  for (std::size_t i = 0; i < count; ++i) {
     if (!node[i].IsScalar()) fail(key, fmt::format("found {} in it, expected a number", kind_of(node[i])));
     std::array<double, 1> value{};
     if (const auto wrong = parse_numbers(node[i].Scalar().c_str(), value))
       fail(key, *wrong + ", expected a number");
-    result[static_cast<Eigen::Index>(i)] = value[0];
+    out[i] = value[0];
   }
+}
+
+std::array<double, 2> YamlMap::number_pair(const std::string& key) const {
+  std::array<double, 2> pair{};
+  read_numbers(key, pair.data(), pair.size());
+  return pair;
+}
+
+Eigen::Vector3d YamlMap::vector3(const std::string& key) const {
+  Eigen::Vector3d result;
+  read_numbers(key, result.data(), 3);
   return result;
 }
 

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <array>
+#include <cstddef>
 #include <cstdint>
 #include <filesystem>
 #include <string>
@@ -22,6 +24,8 @@ class YamlMap {
   YamlMap(std::string file, const YAML::Node& node, std::string place, std::vector<std::string> keys);
 
   [[nodiscard]] bool has(const std::string& key) const { return static_cast<bool>(node_[key]); }
+  /// The key is there and holds a mapping.
+  [[nodiscard]] bool is_mapping(const std::string& key) const;
   [[nodiscard]] std::string text(const std::string& key) const;
   /// One text or a list of them.
   [[nodiscard]] std::vector<std::string> texts(const std::string& key) const;
@@ -32,7 +36,8 @@ class YamlMap {
   [[nodiscard]] long long integer(const std::string& key, long long min, long long max) const;
   /// Written in hexadecimal as the field does: 0x6041.
   [[nodiscard]] std::uint32_t hexadecimal(const std::string& key, std::uint32_t min, std::uint32_t max) const;
-  [[nodiscard]] Eigen::Vector3d vector3(const std::string& key) const;  ///< finite
+  [[nodiscard]] std::array<double, 2> number_pair(const std::string& key) const;  ///< finite
+  [[nodiscard]] Eigen::Vector3d vector3(const std::string& key) const;            ///< finite
   /// Pose from `xyz_m` and `rpy_rad` (roll, pitch, yaw about fixed axes, in this order).
   [[nodiscard]] Eigen::Isometry3d pose() const;
   /// `key` as a path relative to the YAML file. The file must be there.
@@ -48,6 +53,7 @@ class YamlMap {
   [[noreturn]] void fail(const std::string& key, const std::string& reason) const;
 
  private:
+  void read_numbers(const std::string& key, double* out, std::size_t count) const;
   [[nodiscard]] YAML::Node at(const std::string& key) const;
   [[nodiscard]] std::string place_of(const std::string& key) const;
   [[noreturn]] void fail_at(const YAML::Node& node, const std::string& place,

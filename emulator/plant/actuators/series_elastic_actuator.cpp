@@ -19,7 +19,17 @@ double filtered_rate(double previous_rate, double previous, double now, double d
 }  // namespace
 
 SeriesElasticActuator::SeriesElasticActuator(const ActuatorParameters& parameters, Transmission transmission)
-    : parameters_(parameters), transmission_(transmission), motor_(parameters) {}
+    : parameters_(parameters),
+      transmission_(transmission),
+      calibration_{parameters.spring_constant, 0, 0},
+      motor_(parameters) {}
+
+SeriesElasticActuator::SeriesElasticActuator(const ActuatorParameters& parameters,
+                                             const SensorCalibration& calibration)
+    : parameters_(parameters),
+      transmission_(Transmission::kSpring),
+      calibration_(calibration),
+      motor_(parameters) {}
 
 double SeriesElasticActuator::transmitted(double link_position, double link_velocity) const {
   const double difference = motor_.position() - link_position;
@@ -35,10 +45,11 @@ void SeriesElasticActuator::reset(double link_position, double torque) {
   const double play = std::copysign(torque == 0 ? 0 : parameters_.backlash / 2, torque);
   motor_.reset(link_position + torque / parameters_.spring_constant + play);
   readings_ = {};
-  readings_.motor_position = on_lattice(motor_.position(), parameters_.motor_encoder_step);
-  readings_.link_position = on_lattice(link_position, parameters_.link_encoder_step);
+  readings_.motor_position =
+      on_lattice(motor_.position() + calibration_.motor_zero, parameters_.motor_encoder_step);
+  readings_.link_position = on_lattice(link_position + calibration_.link_zero, parameters_.link_encoder_step);
   readings_.spring_torque =
-      parameters_.spring_constant * (readings_.motor_position - readings_.link_position);
+      calibration_.spring_constant * (readings_.motor_position - readings_.link_position);
   readings_.supply_voltage = motor_.supply_voltage();
 }
 
@@ -50,13 +61,14 @@ double SeriesElasticActuator::advance(double link_position, double link_velocity
 }
 
 void SeriesElasticActuator::read_sensors(double link_position, double dt) {
-  const double motor = on_lattice(motor_.position(), parameters_.motor_encoder_step);
-  const double link = on_lattice(link_position, parameters_.link_encoder_step);
+  const double motor =
+      on_lattice(motor_.position() + calibration_.motor_zero, parameters_.motor_encoder_step);
+  const double link = on_lattice(link_position + calibration_.link_zero, parameters_.link_encoder_step);
   readings_.motor_velocity = filtered_rate(readings_.motor_velocity, readings_.motor_position, motor, dt);
   readings_.link_velocity = filtered_rate(readings_.link_velocity, readings_.link_position, link, dt);
   readings_.motor_position = motor;
   readings_.link_position = link;
-  readings_.spring_torque = parameters_.spring_constant * (motor - link);
+  readings_.spring_torque = calibration_.spring_constant * (motor - link);
   if (transmission_ == Transmission::kTendon)
     readings_.spring_torque = std::max(0.0, readings_.spring_torque);
   readings_.current = motor_.current();

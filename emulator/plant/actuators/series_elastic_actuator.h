@@ -21,12 +21,20 @@ struct ActuatorReadings {
 /// Whether the transmission can push as well as pull.
 enum class Transmission { kSpring, kTendon };
 
+/// What a drive's electronics take for granted about their sensors, which need not be so.
+struct SensorCalibration {
+  double spring_constant = 0;  ///< N·m/rad, makes the spring's torque out of both encoders
+  double motor_zero = 0;       ///< reading less true angle, rad
+  double link_zero = 0;        ///< the same of the link encoder
+};
+
 /// A geared motor, free play, a series spring and an encoder on either side of both. The link itself belongs
 /// to the multibody; its motion comes in, the spring's torque goes out.
 class SeriesElasticActuator {
  public:
   explicit SeriesElasticActuator(const ActuatorParameters& parameters,
                                  Transmission transmission = Transmission::kSpring);
+  SeriesElasticActuator(const ActuatorParameters& parameters, const SensorCalibration& calibration);
 
   /// At rest at `link_position` with the spring loaded by `torque` (N·m on the link).
   void reset(double link_position, double torque);
@@ -47,6 +55,7 @@ class SeriesElasticActuator {
 
   ActuatorParameters parameters_;
   Transmission transmission_;
+  SensorCalibration calibration_;
   Motor motor_;
   ActuatorReadings readings_;
 };

@@ -25,6 +25,12 @@ TEST(Experiment1, ObjectIsThePapers) {
   EXPECT_NEAR(com.tail<2>().norm(), 0, 1e-12);
 }
 
+TEST(Experiment1, ItsRobotIsACalibratedOne) {
+  EXPECT_EQ(experiment_1().model_error.level, "calibrated");
+  EXPECT_TRUE(experiment_1().model_error.changed.empty());
+  EXPECT_FALSE(experiment_1().model_error.weighed_parts);
+}
+
 TEST(Experiment1, MovingTheLeftWeightGivesThePapersOtherCentresOfMass) {
   // d_r of experiments 1 to 4 in the paper's table.
   const double paper[] = {0.520, 0.565, 0.600, 0.645};

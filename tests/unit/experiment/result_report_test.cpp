@@ -96,6 +96,7 @@ TEST(ResultReport, SurvivesTheWayThroughJson) {
   before.unwritten = "can.log: full";
   before.recoveries = 2;
   before.warnings = {"can_rarm: one", "can_larm: two"};
+  before.robot = {"calibrated, but spring 0", 117.9, {{"joint_zero_rad", 29, 0.0024, -0.0071, "RElbj"}}};
   const RepetitionResult after = repetition_from_json(to_json(before));
   EXPECT_EQ(after.seed, 7U);
   EXPECT_DOUBLE_EQ(after.row.tau, 0.886);
@@ -104,6 +105,14 @@ TEST(ResultReport, SurvivesTheWayThroughJson) {
   EXPECT_EQ(after.unwritten, "can.log: full");
   EXPECT_EQ(after.recoveries, 2);
   EXPECT_EQ(after.warnings, before.warnings);
+  EXPECT_EQ(after.robot.model_error, "calibrated, but spring 0");
+  EXPECT_EQ(after.robot.mass, 117.9);
+  ASSERT_EQ(after.robot.kinds.size(), 1U);
+  EXPECT_EQ(after.robot.kinds[0].key, "joint_zero_rad");
+  EXPECT_EQ(after.robot.kinds[0].count, 29);
+  EXPECT_EQ(after.robot.kinds[0].rms, 0.0024);
+  EXPECT_EQ(after.robot.kinds[0].largest, -0.0071);
+  EXPECT_EQ(after.robot.kinds[0].of, "RElbj");
   EXPECT_DOUBLE_EQ(after.truth.tau, 0.896);
   EXPECT_DOUBLE_EQ(after.truth.com_error, 0.0005);
 }
@@ -116,6 +125,18 @@ TEST(ResultReport, TextPutsThePaperBelowTheMean) {
   EXPECT_THAT(text, HasSubstr("seed 4"));
   EXPECT_LT(text.find("mean"), text.find("paper"));
   EXPECT_THAT(text, HasSubstr("0.0736"));
+}
+
+TEST(ResultReport, TextSaysWhichErrorsTheRobotsHadAndWhereTheLargestWas) {
+  ExperimentResult result;
+  result.repetitions = {repetition(4, 0.9, Outcome::kMinimumTorque),
+                        repetition(5, 0.9, Outcome::kMinimumTorque)};
+  EXPECT_EQ(to_text(result).find("model error"), std::string::npos);
+  result.repetitions[0].robot = {"calibrated", 117.9, {{"joint_zero_rad", 1, 0.003, 0.003, "RElbj"}}};
+  result.repetitions[1].robot = {"calibrated", 118.1, {{"joint_zero_rad", 1, 0.004, -0.004, "RWrj2"}}};
+  const std::string text = to_text(result);
+  EXPECT_THAT(text, HasSubstr("model error: calibrated; 117.90 to 118.10 kg"));
+  EXPECT_THAT(text, HasSubstr("0.00354     -0.004  RWrj2, seed 5"));  // rms of 3 and 4
 }
 
 TEST(PaperTable, HasNoRowForAnExperimentThatIsNotThere) { EXPECT_FALSE(paper_row(99)); }
