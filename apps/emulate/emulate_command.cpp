@@ -1,3 +1,5 @@
+#include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdlib>
 #include <stdexcept>
@@ -8,10 +10,13 @@
 
 #include "apps/emulate/emulation.h"
 #include "apps/emulate/emulation_report.h"
+#include "apps/emulate/free_run.h"
+#include "apps/emulate/free_run_report.h"
 #include "apps/emulate/gateway_set.h"
 #include "apps/shared/commands.h"
 #include "apps/shared/data_directory.h"
 #include "apps/shared/exit_code.h"
+#include "apps/shared/master_options.h"
 #include "apps/shared/progress_line.h"
 #include "apps/shared/scene_options.h"
 #include "apps/shared/standard_streams.h"
@@ -32,6 +37,9 @@ struct Options {
   std::vector<std::string> slcan;
   std::string stalls = "drop";
   std::optional<int> ready_descriptor;
+  bool free_run = false;
+  MasterOptions master;            ///< of a free run
+  std::vector<std::string> given;  ///< of the options, those that are not for every pacing
 };
 
 constexpr double kLongestDuration = 1e9;  // s, in nanoseconds a Time
@@ -40,14 +48,50 @@ constexpr const char* kFooter =
     "Ends at SIGINT or SIGTERM and prints what each bus carried. A master, another program or candump then\n"
     "finds CANopen nodes on the interfaces; 'walkman-hil grasp' is one such master.\n"
     "Example, one arm in real time:  walkman-hil emulate --can rarm=vcan0 --log arm.log\n"
+    "One hour of standing, as fast as the machine goes:  walkman-hil emulate --free-run --duration 3600\n"
     "Bus names are those of the scene's device table: torso, rarm, larm, rleg, lleg.";
 
+/// What is not for every pacing, and why a free run has no use for it; none: a free run alone has.
+struct Contradiction {
+  const char* option;
+  const char* reason;
+};
+constexpr const char* kAlone = "its buses stay in this process, with a master of its own";
+constexpr const char* kOwnClock = "its clock is neither the host's nor SYNC";
+constexpr std::array kNotForAll = {Contradiction{"--can", kAlone},
+                                   Contradiction{"--socketcand", kAlone},
+                                   Contradiction{"--socketcand-beacon", kAlone},
+                                   Contradiction{"--slcan", kAlone},
+                                   Contradiction{"--camera-socket", kAlone},
+                                   Contradiction{"--ready-fd", kAlone},
+                                   Contradiction{"--lockstep", kOwnClock},
+                                   Contradiction{"--realtime", kOwnClock},
+                                   Contradiction{"--stalls", kOwnClock},
+                                   Contradiction{"--period", "the period of its SYNC is that of --rate"},
+                                   Contradiction{"--layout", nullptr},
+                                   Contradiction{"--rate", nullptr}};
+
+void require_free_of_contradictions(const Options& options) {
+  for (const Contradiction& found : kNotForAll) {
+    if (std::find(options.given.begin(), options.given.end(), found.option) == options.given.end()) continue;
+    if (options.free_run && found.reason != nullptr)
+      throw std::runtime_error(fmt::format("--free-run: {}, expected no {}", found.reason, found.option));
+    if (!options.free_run && found.reason == nullptr)
+      throw std::runtime_error(
+          fmt::format("{}: of the master that only a free run has, expected --free-run", found.option));
+  }
+}
+
+WorldOptions world_options(const Options& options) {
+  WorldOptions out = world_of(options.scene, data_directory());
+  if (options.seed) out.seed = static_cast<std::uint64_t>(*options.seed);
+  out.bus_timing = options.timing == "bus";
+  return out;
+}
+
 EmulationOptions emulation_options(const Options& options) {
-  const std::filesystem::path data = data_directory();
   EmulationOptions out;
-  out.world = world_of(options.scene, data);
-  if (options.seed) out.world.seed = static_cast<std::uint64_t>(*options.seed);
-  out.world.bus_timing = options.timing == "bus";
+  out.world = world_options(options);
   out.can = options.can;
   out.pacing = options.pacing;
   out.stalls = options.stalls == "drop" ? pacing::Stalls::kDrop : pacing::Stalls::kReplay;
@@ -78,8 +122,35 @@ void require_open(std::optional<int> descriptor) {
       "--ready-fd {}: expected the number of a descriptor above 2 that is open for writing", *descriptor));
 }
 
+int run_free(const Options& options, StopSignals& signals) {
+  FreeRunOptions free_options;
+  free_options.world = world_options(options);
+  free_options.master = options.master;
+  free_options.log = options.log;
+  if (options.duration > 0) free_options.duration = Time(std::llround(options.duration * 1e9));
+  FreeRun run(free_options);
+  {
+    ProgressLine line;
+    run.progress = [&](double emulated_seconds, double factor) {
+      line.show(fmt::format("emulated {:.2f} s, {:.1f} times real time", emulated_seconds, factor));
+    };
+    run.warned = [&](const std::string& warning) {
+      line.clear();
+      say(warning);
+    };
+    run.run(signals);
+  }
+  const FreeRunSummary& summary = run.summary();
+  say(to_text(run.costs(), summary));
+  options.as_json ? print_json(to_json_text(summary)) : print(to_text(summary));
+  run.finish_log();
+  return summary.ending == FreeRunEnding::kStopped ? kTaskFailed : kOk;
+}
+
 int run_emulate(const Options& options) {
   StopSignals signals;  // before any thread
+  require_free_of_contradictions(options);
+  if (options.free_run) return run_free(options, signals);
   require_open(options.ready_descriptor);
   if (options.pacing == Pacing::kLockstep && options.can.empty()) {
     throw std::runtime_error(
@@ -109,7 +180,8 @@ int run_emulate(const Options& options) {
 void add_emulate_command(CLI::App& app, std::function<int()>& run) {
   auto options = std::make_shared<Options>();
   CLI::App* command = app.add_subcommand(
-      "emulate", "Emulate the robot on CAN interfaces of the kernel, for masters in other programs");
+      "emulate",
+      "Emulate the robot on CAN interfaces of the kernel, for masters in other programs, or on its own");
   add_scene_options(*command, options->scene);
   command->add_option(
       "--can", options->can,
@@ -120,6 +192,12 @@ void add_emulate_command(CLI::App& app, std::function<int()>& run) {
       "SYNC is the clock: a cycle runs when SYNC has arrived on every interface, and time stands "
       "still between",
       "The host's clock is the clock (default)");
+  command->add_flag(
+      "--free-run", options->free_run,
+      "As fast as the machine goes, on the embedded buses alone: a master in this process boots "
+      "the robot and holds it standing; tells drift and hashes at the end, and on stderr time "
+      "and memory");
+  add_master_options(*command, options->master);
   command
       ->add_option(
           "--stalls", options->stalls,
@@ -176,7 +254,11 @@ void add_emulate_command(CLI::App& app, std::function<int()>& run) {
           "S"));
   command->add_flag("--json", options->as_json, "Print the summary as JSON");
   command->footer(kFooter);
-  command->callback([&run, options] { run = [options] { return run_emulate(*options); }; });
+  command->callback([&run, options, command] {
+    for (const Contradiction& option : kNotForAll)
+      if (command->get_option(option.option)->count() > 0) options->given.emplace_back(option.option);
+    run = [options] { return run_emulate(*options); };
+  });
 }
 
 }  // namespace walkman::apps

@@ -27,7 +27,6 @@ REACHED = {
     "walkman::plant::Plant::hoist_tension": TRUTH,
     "walkman::plant::Plant::joint_position": TRUTH,
     "walkman::plant::Plant::joint_velocity": TRUTH,
-    "walkman::plant::Plant::state_hash": "reproducibility checks",
     "walkman::plant::Plant::tendon_tension": TRUTH,
     "walkman::plant::Plant::drive_count": "how many drives a test of the plant alone has to advance",
     "walkman::sensors::StereoOptions::noise_free": "tests of the camera's geometry do without its errors",

@@ -139,7 +139,10 @@ void ConstraintRows::add_contact(const RowBlock& block, const btMatrix3x3& R_WA,
   contacts_.push_back({&point, &R_WA, point.m_combinedFriction, give});
   const double speed = add_direction(block, point, point.m_normalWorldOnB);
   double target = -gap * (gap > 0 ? 1 : erp) / dt;
-  if (speed < -kBouncing && gap <= 0) target = std::max(target, -point.m_combinedRestitution * speed);
+  // What would meet within the step bounces now: slowed down to touch, it would have no speed left to give
+  // back.
+  if (point.m_combinedRestitution > 0 && speed < -kBouncing && gap + speed * dt <= 0)
+    target = std::max(target, -point.m_combinedRestitution * speed);
   rows_.push_back({speed, target, softness});
 
   const auto* stick = static_cast<const Stick*>(point.m_userPersistentData);

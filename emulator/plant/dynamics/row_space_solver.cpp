@@ -15,6 +15,24 @@ double RowSpaceSolver::wanted(int row) const {
   return impulse_[row] + (target_[row] - velocity_[row] - impulse_[row] * softness_[row]) * inverse_[row];
 }
 
+std::array<double, 2> RowSpaceSolver::wanted_within(int first, int second, double limit) const {
+  std::array<double, 2> impulses{wanted(first), wanted(second)};
+  if (impulses[0] * impulses[0] + impulses[1] * impulses[1] <= limit * limit) return impulses;
+  // It slides, and friction acts against the velocity. Were each row scaled by its own inertia, it would act
+  // against the velocity as scaled by these, where the sweeps converge.
+  const double scale = std::min(inverse_[first], inverse_[second]);
+  for (int i = 0; i < 2; ++i) {
+    const int row = i == 0 ? first : second;
+    impulses[static_cast<std::size_t>(i)] =
+        impulse_[row] + (target_[row] - velocity_[row] - impulse_[row] * softness_[row]) * scale;
+  }
+  const double norm = std::sqrt(impulses[0] * impulses[0] + impulses[1] * impulses[1]);
+  if (norm > limit) {
+    for (double& impulse : impulses) impulse *= limit / norm;
+  }
+  return impulses;
+}
+
 double RowSpaceSolver::move(int row, double impulse) {
   const double delta = impulse - impulse_[row];
   if (delta == 0) return 0;
@@ -50,13 +68,7 @@ double RowSpaceSolver::sweep_friction() {
     const int k = normal + 2;
     normal += kContactRows;
     if (limit == 0 && impulse_[i] == 0 && impulse_[k] == 0) continue;
-    double a = wanted(i);
-    double b = wanted(k);
-    const double norm = std::sqrt(a * a + b * b);
-    if (norm > limit) {
-      a *= limit / norm;
-      b *= limit / norm;
-    }
+    const auto [a, b] = wanted_within(i, k, limit);
     const double change_a = a - impulse_[i];
     const double change_b = b - impulse_[k];
     impulse_[i] = a;
@@ -73,14 +85,7 @@ double RowSpaceSolver::sweep_turns() {
     const double normal = impulse_[rows_.stop_count() + kContactRows * turn.contact];
     const double spin = turn.spinning * normal;
     worst = std::max(worst, move(turn.row, std::clamp(wanted(turn.row), -spin, spin)));
-    const double roll = turn.rolling * normal;
-    double a = wanted(turn.row + 1);
-    double b = wanted(turn.row + 2);
-    const double norm = std::hypot(a, b);
-    if (norm > roll) {
-      a *= roll / norm;
-      b *= roll / norm;
-    }
+    const auto [a, b] = wanted_within(turn.row + 1, turn.row + 2, turn.rolling * normal);
     worst = std::max({worst, move(turn.row + 1, a), move(turn.row + 2, b)});
   }
   return worst;

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <span>
 #include <vector>
 
@@ -38,6 +39,8 @@ class RowSpaceSolver {
   double sweep_turns();
   /// Impulse that would bring row `row` to its target, before any limit.
   [[nodiscard]] double wanted(int row) const;
+  /// The same of two rows across each other, which together may have no more than `limit`.
+  [[nodiscard]] std::array<double, 2> wanted_within(int first, int second, double limit) const;
   /// Gives row `row` the impulse `impulse` and returns the residual it had.
   double move(int row, double impulse);
 
