@@ -47,20 +47,25 @@ struct StageTwoParameters {
   double average_time = 2.0;             ///< of the weighing (paper)
   int max_regrasps = 3;
 
-  double tare_time = 1.0;            ///< average before the first grasp that removes the sensor's residuals
-  double rest_speed = 0.006;         ///< m/s: a hand no faster is at rest
-  double rest_time = 0.41;           ///< for so long, before a measurement
-  double rest_timeout = 15;          ///< a hand that has not come to rest by then does not
-  double sensor_cross_talk = 0.01;   ///< of the wrist's sensor, of full scale (its data sheet)
-  double sensor_force_range = 1500;  ///< N, its full scale
-  double sensor_torque_range = 35;   ///< N·m, likewise
-  double calibration_turn = 0.7;     ///< rad, of the empty hand to either side, to calibrate it
-  double weighing_turn = 0.25;       ///< rad, of the hand that holds, about the handle to either side
-  double approach_height = 0.15;     ///< above the grasp, straight up
-  double approach_back = 0.08;       ///< and towards the robot
-  double palm_clearance = 0.003;     ///< between palm and object surface before the hand closes
-  double lift_height = 0.08;         ///< first lift
-  double lift_step = 0.02;           ///< further lifts while the force still changes with height
+  double tare_time = 1.0;     ///< average before the first grasp that removes the sensor's residuals
+  double rest_speed = 0.006;  ///< m/s: a hand no faster is at rest
+  double rest_time = 0.41;    ///< for so long, before a measurement
+  double rest_timeout = 15;   ///< a hand that has not come to rest by then does not
+  // Of the wrist's sensor: standard deviations of its matrix after calibration, and its data sheet's full
+  // scale.
+  double sensor_gain = 0.015;             ///< of an axis
+  double sensor_cross_talk = 0.01;        ///< of a force on another, of a torque on another
+  double sensor_force_per_torque = 0.3;   ///< 1/m
+  double sensor_torque_per_force = 5e-4;  ///< m
+  double sensor_force_range = 1500;       ///< N
+  double sensor_torque_range = 35;        ///< N·m, likewise
+  double calibration_turn = 0.7;          ///< rad, of the empty hand to either side, to calibrate it
+  double weighing_turn = 0.25;            ///< rad, of the hand that holds, about the handle to either side
+  double approach_height = 0.15;          ///< above the grasp, straight up
+  double approach_back = 0.08;            ///< and towards the robot
+  double palm_clearance = 0.003;          ///< between palm and object surface before the hand closes
+  double lift_height = 0.08;              ///< first lift
+  double lift_step = 0.02;                ///< further lifts while the force still changes with height
   double lift_max = 0.16;
   double lift_force_change = 0.15;  ///< N over one step: below this nothing of the object rests any more
   double payload_time = 0.5;        ///< in which the feed-forward takes the object's weight over

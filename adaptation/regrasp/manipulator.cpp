@@ -34,7 +34,10 @@ Manipulator::Manipulator(const RobotModel& model, Session& session, const StageT
       parameters_(parameters),
       model_(model),
       hand_weight_(model, session.hand().force_torque),
-      estimator_({.cross_talk = parameters.sensor_cross_talk,
+      estimator_({.gain = parameters.sensor_gain,
+                  .cross_talk = parameters.sensor_cross_talk,
+                  .force_per_torque = parameters.sensor_force_per_torque,
+                  .torque_per_force = parameters.sensor_torque_per_force,
                   .force_range = parameters.sensor_force_range,
                   .torque_range = parameters.sensor_torque_range}) {}
 

@@ -1,7 +1,6 @@
 #include "adaptation/wrench/load_estimator.h"
 
 #include <cmath>
-#include <numbers>
 
 #include <Eigen/Cholesky>
 #include <Eigen/Geometry>
@@ -60,10 +59,11 @@ Eigen::Matrix<double, 6, 4> hanging(const Vector3d& down_S) {
 }  // namespace
 
 LoadEstimator::LoadEstimator(const DataSheet& sheet) : sheet_(sheet), deviation_(kStaying) {
-  const auto range = [&](int axis) { return axis < 3 ? sheet.force_range : sheet.torque_range; };
-  const double share = sheet.cross_talk / std::numbers::sqrt3;  // uniform within plus or minus
-  for (int i = 0; i < 6; ++i)
-    for (int k = 0; k < 6; ++k) deviation_[kCrossTalk + 6 * i + k] = share * range(i) / range(k);
+  Matrix6 E;
+  E << Matrix3d::Constant(sheet.cross_talk), Matrix3d::Constant(sheet.force_per_torque),
+      Matrix3d::Constant(sheet.torque_per_force), Matrix3d::Constant(sheet.cross_talk);
+  E.diagonal().setConstant(sheet.gain);
+  for (int i = 0; i < 6; ++i) deviation_.segment<6>(kCrossTalk + 6 * i) = E.row(i).transpose();
   deviation_[kHandMass] = kMassError;
   deviation_.segment<3>(kHandCentre).setConstant(kCentreError);
   information_ = deviation_.cwiseAbs2().cwiseInverse().asDiagonal();

@@ -21,12 +21,15 @@ namespace walkman::wrench {
 class LoadEstimator {
  public:
   struct DataSheet {
-    /// Largest reading of an axis, as a share of its range, by another at its range; gain error likewise.
-    double cross_talk = 0.01;
-    double force_range = 1500;    ///< N
-    double torque_range = 35;     ///< N·m
-    double force_noise = 0.25;    ///< N, standard deviation of a reading
-    double torque_noise = 0.005;  ///< N·m
+    // Standard deviations of E's entries, of a sensor that was calibrated and mounted with care.
+    double gain = 0.015;             ///< of an axis
+    double cross_talk = 0.01;        ///< of a force on another, of a torque on another
+    double force_per_torque = 0.3;   ///< 1/m
+    double torque_per_force = 5e-4;  ///< m; its origin's place, too
+    double force_range = 1500;       ///< N
+    double torque_range = 35;        ///< N·m
+    double force_noise = 0.25;       ///< N, standard deviation of a reading
+    double torque_noise = 0.005;     ///< N·m
     /// With which the hand holds an object, N/m: its own weight moves it in the hand when the hand is turned.
     double grasp_stiffness = 5000;
   };

@@ -109,7 +109,10 @@ TEST(ParameterDefaults, ShippedFileHoldsEveryKeyOfStageTwoAtItsDefault) {
   EXPECT_EQ(file.rest_speed, code.rest_speed);
   EXPECT_EQ(file.rest_time, code.rest_time);
   EXPECT_EQ(file.rest_timeout, code.rest_timeout);
+  EXPECT_EQ(file.sensor_gain, code.sensor_gain);
   EXPECT_EQ(file.sensor_cross_talk, code.sensor_cross_talk);
+  EXPECT_EQ(file.sensor_force_per_torque, code.sensor_force_per_torque);
+  EXPECT_EQ(file.sensor_torque_per_force, code.sensor_torque_per_force);
   EXPECT_EQ(file.sensor_force_range, code.sensor_force_range);
   EXPECT_EQ(file.sensor_torque_range, code.sensor_torque_range);
   EXPECT_EQ(file.calibration_turn, code.calibration_turn);
@@ -134,7 +137,7 @@ TEST(ParameterDefaults, ShippedFileHoldsEveryKeyOfStageTwoAtItsDefault) {
   EXPECT_EQ(file.angular_speed, code.angular_speed);
   EXPECT_EQ(file.carry_time, code.carry_time);
   EXPECT_EQ(file.hanging_turn, code.hanging_turn);
-  EXPECT_EQ(YAML::LoadFile(shipped.string())["stage_two"].size(), 33U);
+  EXPECT_EQ(YAML::LoadFile(shipped.string())["stage_two"].size(), 36U);
 }
 
 TEST(ParameterDefaults, AreThePapersWhereItGivesThem) {
