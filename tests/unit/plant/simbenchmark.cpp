@@ -32,7 +32,9 @@ RollingBalls::Accelerations RollingBalls::accelerations() const {
 
 Eigen::Vector3d RollingBalls::p_WBall(int index) {
   const double first = -kSpacing * (kPerSide - 1) / 2;
-  return {first + kSpacing * (index / kPerSide), first + kSpacing * (index % kPerSide),
+  const int row = index / kPerSide;
+  const int column = index % kPerSide;
+  return {first + kSpacing * row, first + kSpacing * column,
           kBoxHeight + kBallRadius - 3 * kFirstPenetration};
 }
 
