@@ -11,6 +11,7 @@
 #include "adaptation/wrench/carried_load.h"
 #include "apps/shared/exit_code.h"
 #include "apps/shared/result_files.h"
+#include "urdf/reader/kinematics.h"
 
 namespace walkman::apps {
 namespace {
@@ -33,20 +34,6 @@ int sensor_at(const std::string& frame, const DeviceTable& devices) {
     }
   }
   throw std::runtime_error("the device table has no force/torque sensor '" + frame + "'");
-}
-
-/// The links with mass that hang on a link, itself included.
-std::vector<std::size_t> links_below(const RobotModel& robot, int root) {
-  std::vector<bool> below(robot.links.size(), false);
-  std::vector<std::size_t> out;
-  for (std::size_t i = 0; i < robot.links.size(); ++i) {
-    const int joint = robot.links[i].parent_joint;
-    below[i] = static_cast<int>(i) == root ||
-               (joint >= 0 &&
-                below[static_cast<std::size_t>(robot.joints[static_cast<std::size_t>(joint)].parent_link)]);
-    if (below[i] && robot.links[i].mass > 0) out.push_back(i);
-  }
-  return out;
 }
 
 }  // namespace
@@ -82,7 +69,7 @@ Judge::Judge(const Emulator& emulator, const Scene& scene, const KnownRobot& rob
   sensor_ = sensor_at(hand.force_torque, robot.devices);
   sensor_link_ = robot_.link_index(hand.force_torque);
   grasp_link_ = robot_.link_index(hand.frame);
-  hand_links_ = links_below(robot_, sensor_link_);
+  hand_links_ = links_below(robot_, static_cast<std::size_t>(sensor_link_));
 }
 
 void Judge::trace_to(const std::filesystem::path& csv_file) {

@@ -80,7 +80,7 @@ class Judge : public regrasp::Observer {
   const Scene& scene_;
   const RobotModel& robot_;  // as it truly is
   int sensor_ = -1, sensor_link_ = -1, grasp_link_ = -1;
-  std::vector<std::size_t> hand_links_;  // with mass, below the sensor
+  std::vector<std::size_t> hand_links_;  // below the sensor
   std::function<void(std::string_view)> phase_changed_;
   std::function<void(Time)> each_cycle_;
   std::function<void(std::string_view)> warned_;

@@ -1,5 +1,7 @@
 #include "emulator/scene/robot_parts.h"
 
+#include "urdf/reader/kinematics.h"
+
 namespace walkman {
 
 RobotParts::RobotParts(const RobotModel& robot, const DeviceTable& devices) {
@@ -8,8 +10,9 @@ RobotParts::RobotParts(const RobotModel& robot, const DeviceTable& devices) {
     const int joint = robot.links[link].parent_joint;
     return joint < 0 ? nullptr : &robot.joints[static_cast<std::size_t>(joint)];
   };
+  std::vector<std::size_t> parents;  // of each link, its own index for the root
   for (std::size_t i = 0; i < count; ++i)
-    parents_.push_back(carrier(i) == nullptr ? i : static_cast<std::size_t>(carrier(i)->parent_link));
+    parents.push_back(carrier(i) == nullptr ? i : static_cast<std::size_t>(carrier(i)->parent_link));
 
   std::vector<bool> in_hand(count, false);
   for (const Bus& bus : devices.buses) {
@@ -17,7 +20,7 @@ RobotParts::RobotParts(const RobotModel& robot, const DeviceTable& devices) {
       if (device.kind == DeviceKind::kJointDrive) driven_.push_back(device.name);
       if (device.kind != DeviceKind::kForceTorque) continue;
       const auto frame = static_cast<std::size_t>(robot.link_index(device.name));
-      Hand hand{device.name, {}, links_below(frame)};
+      Hand hand{device.name, {}, links_below(robot, frame)};
       hand.links.erase(hand.links.begin());
       for (std::size_t j = 0; j < robot.joints.size(); ++j)
         if (robot.joints[j].parent_link == static_cast<int>(frame)) hand.mountings.push_back(j);
@@ -25,7 +28,7 @@ RobotParts::RobotParts(const RobotModel& robot, const DeviceTable& devices) {
       if (!hand.links.empty()) {
         hands_.push_back(std::move(hand));
       } else {
-        feet_.push_back(parents_[frame]);
+        feet_.push_back(parents[frame]);
       }
     }
   }
@@ -34,25 +37,15 @@ RobotParts::RobotParts(const RobotModel& robot, const DeviceTable& devices) {
   for (std::size_t i = 0; i < count; ++i) {
     const Joint* joint = carrier(i);
     const bool moves = joint != nullptr && joint->type != JointType::kFixed;
-    body[i] = joint == nullptr || moves ? i : body[parents_[i]];
-    if (moves && !in_hand[i]) ++branches[body[parents_[i]]];
+    body[i] = joint == nullptr || moves ? i : body[parents[i]];
+    if (moves && !in_hand[i]) ++branches[body[parents[i]]];
   }
   chain_.resize(count);
   for (std::size_t i = 0; i < count; ++i) {
-    const bool begins = parents_[i] == i || (body[i] == i && branches[body[parents_[i]]] > 1);
-    chain_[i] = begins ? i : chain_[parents_[i]];
+    const bool begins = parents[i] == i || (body[i] == i && branches[body[parents[i]]] > 1);
+    chain_[i] = begins ? i : chain_[parents[i]];
     if (!in_hand[i]) chain_links_.push_back(i);
   }
-}
-
-std::vector<std::size_t> RobotParts::links_below(std::size_t link) const {
-  std::vector<std::size_t> below;
-  std::vector<bool> inside(parents_.size(), false);
-  for (std::size_t i = link; i < parents_.size(); ++i) {
-    inside[i] = i == link || (parents_[i] != i && inside[parents_[i]]);
-    if (inside[i]) below.push_back(i);
-  }
-  return below;
 }
 
 }  // namespace walkman

@@ -31,11 +31,8 @@ class RobotParts {
   [[nodiscard]] std::size_t chain(std::size_t link) const { return chain_[link]; }
   /// Joints that a joint drive moves, in the order of the device table.
   [[nodiscard]] const std::vector<std::string>& driven_joints() const { return driven_; }
-  /// A link and all that hang on it.
-  [[nodiscard]] std::vector<std::size_t> links_below(std::size_t link) const;
 
  private:
-  std::vector<std::size_t> parents_;  // of each link, its own index for the root
   std::vector<Hand> hands_;
   std::vector<std::size_t> feet_, chain_links_, chain_;
   std::vector<std::string> driven_;

@@ -12,6 +12,7 @@
 
 #include "emulator/scene/draws.h"
 #include "emulator/scene/robot_parts.h"
+#include "urdf/reader/kinematics.h"
 
 namespace walkman {
 namespace {
@@ -120,7 +121,7 @@ void Drawing::weigh(const WeighedPart& part) {
                     "weighed_parts: no leaves them out",
                     robot_.model.file.string(), below ? part.carried_by : part.below));
   double mass = 0;
-  for (const std::size_t i : parts_.links_below(static_cast<std::size_t>(*below))) mass += link(i).mass;
+  for (const std::size_t i : links_below(robot_.model, static_cast<std::size_t>(*below))) mass += link(i).mass;
   const auto carrying = static_cast<std::size_t>(*carrier);
   const double carried = link(carrying).mass + part.mass - mass;
   if (!(link(carrying).mass > 0) || !(carried > 0))

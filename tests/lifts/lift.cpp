@@ -1,8 +1,8 @@
 #include "tests/lifts/lift.h"
 
 #include "adaptation/wrench/carried_load.h"
-#include "adaptation/wrench/hand_weight.h"
 #include "tests/rigs/commanded_robot.h"
+#include "urdf/reader/kinematics.h"
 
 namespace walkman::lifts {
 namespace {
@@ -47,9 +47,9 @@ LiftResult run_lift(const Scene& scene, const EmulatorOptions& options, const Li
   EmulatorOptions emulator = options;
   emulator.seed = lift.seed;
   rigs::CommandedRobot robot(with_bar(scene, lift), emulator);
-  const wrench::HandWeight hand(robot.model(), robot.session().hand().force_torque);
   const int wrist = robot.sensor(robot.session().hand().force_torque);
   const int sensor_link = robot.model().link_index(robot.session().hand().force_torque);
+  const std::vector<std::size_t> hand = links_below(robot.model(), static_cast<std::size_t>(sensor_link));
   const int palm = robot.model().link_index(robot.session().hand().frame);
   const SceneObject& bar = robot.scene().objects[kBar];
   LiftResult result;
@@ -72,11 +72,15 @@ LiftResult run_lift(const Scene& scene, const EmulatorOptions& options, const Li
     robot.each_cycle = [&] {
       const plant::Plant& plant = robot.plant();
       const Wrench& F_So_S = plant.F_So_S(wrist);
-      const Wrench own = hand.F_So_S(robot.session().measured());
       const Eigen::Isometry3d X_WS = plant.X_WL(sensor_link);
       const Eigen::Isometry3d X_WP = plant.X_WL(palm);
-      const Wrench F_So_W{X_WS.linear() * (F_So_S.torque - own.torque),
-                          X_WS.linear() * (F_So_S.force - own.force)};
+      Wrench F_So_W{X_WS.linear() * F_So_S.torque, X_WS.linear() * F_So_S.force};
+      for (const std::size_t i : hand) {
+        const Link& link = robot.model().links[i];
+        const Eigen::Vector3d own(0, 0, -link.mass * motion::kGravity);
+        F_So_W.force -= own;
+        F_So_W.torque -= (plant.X_WL(static_cast<int>(i)) * link.p_LLcm - X_WS.translation()).cross(own);
+      }
       const Eigen::Vector3d p_WCm = plant.X_WO(kBar) * bar.p_OOcm();
       truth.add(wrench::shift(F_So_W, X_WP.translation() - X_WS.translation()));
       p_HoCm_W = p_WCm - X_WP.translation();

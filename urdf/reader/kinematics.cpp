@@ -50,6 +50,19 @@ std::vector<Eigen::Isometry3d> link_poses(const RobotModel& model,
   return X_RL;
 }
 
+std::vector<std::size_t> links_below(const RobotModel& model, std::size_t link) {
+  std::vector<std::size_t> below;
+  std::vector<bool> inside(model.links.size(), false);
+  for (std::size_t i = link; i < model.links.size(); ++i) {
+    const int joint = model.links[i].parent_joint;
+    inside[i] = i == link ||
+                (joint >= 0 && inside[static_cast<std::size_t>(
+                                   model.joints[static_cast<std::size_t>(joint)].parent_link)]);
+    if (inside[i]) below.push_back(i);
+  }
+  return below;
+}
+
 Eigen::Vector3d centre_of_mass(const RobotModel& model, const std::vector<Eigen::Isometry3d>& X_RL) {
   Eigen::Vector3d moment = Eigen::Vector3d::Zero();
   for (std::size_t i = 0; i < model.links.size(); ++i)

@@ -20,6 +20,9 @@ namespace walkman {
 [[nodiscard]] std::vector<Eigen::Isometry3d> link_poses(const RobotModel& model,
                                                         const std::map<std::string, double>& positions);
 
+/// A link and all that hang on it, by index, parents before their children.
+[[nodiscard]] std::vector<std::size_t> links_below(const RobotModel& model, std::size_t link);
+
 /// Centre of mass of the whole tree in the root link's frame, m. NaN for a tree without mass.
 [[nodiscard]] Eigen::Vector3d centre_of_mass(const RobotModel& model,
                                              const std::vector<Eigen::Isometry3d>& X_RL);

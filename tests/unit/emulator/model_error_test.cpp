@@ -201,9 +201,8 @@ TEST(ModelError, WeighedPartsWeighWhatTheScaleSaid) {
   ModelErrorChoice choice = level("none");
   choice.weighed_parts = true;
   const TrueRobot truth = draw(load_model_error(kFile, choice), 1);
-  const RobotParts parts(truth.model, nominal().robot.devices);
   const auto below = [&](const char* link) {
-    return mass_of(truth.model, parts.links_below(static_cast<std::size_t>(truth.model.link_index(link))));
+    return mass_of(truth.model, links_below(truth.model, static_cast<std::size_t>(truth.model.link_index(link))));
   };
   EXPECT_NEAR(below("r_arm_ft"), 2.35, 1e-12);
   EXPECT_NEAR(below("l_arm_ft"), 2.35, 1e-12);
