@@ -17,8 +17,9 @@ bool RestWatch::at_rest(const Eigen::Vector3d& p_W, double dt) noexcept {
   positions_[static_cast<std::size_t>(count_ % kRoom)] = p_W;
   const int before = count_++ - apart;
   if (before < 0) return false;
-  speed_ = (p_W - positions_[static_cast<std::size_t>(before % kRoom)]).norm() / (apart * dt);
-  still_for_ = speed_ <= fastest_ ? still_for_ + dt : 0;
+  const double speed = (p_W - positions_[static_cast<std::size_t>(before % kRoom)]).norm() / (apart * dt);
+  if (speed > fastest_) unrest_ = speed;
+  still_for_ = speed <= fastest_ ? still_for_ + dt : 0;
   return still_for_ >= span_;
 }
 

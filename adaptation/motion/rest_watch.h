@@ -16,8 +16,8 @@ class RestWatch {
 
   /// The next position p_W (m), `dt` s after the last. True when the point is at rest.
   [[nodiscard]] bool at_rest(const Eigen::Vector3d& p_W, double dt) noexcept;
-  /// Measured last, m/s.
-  [[nodiscard]] double speed() const { return speed_; }
+  /// The last speed that was no rest, m/s.
+  [[nodiscard]] double unrest() const { return unrest_; }
 
  private:
   static constexpr int kRoom = 64;
@@ -25,7 +25,7 @@ class RestWatch {
   double fastest_, span_;
   std::array<Eigen::Vector3d, kRoom> positions_{};
   int count_ = 0;
-  double speed_ = 0;
+  double unrest_ = 0;
   double still_for_ = 0;  // s
 };
 

@@ -173,9 +173,9 @@ double last_residual(const Cylinder& cylinder, const Sampling& sampling) {
   return std::max(kLeastResidual, kNoiseSpread * sampling.deviation(range));
 }
 
-constexpr double kPatch = 0.03;      // m along the axis
+constexpr double kPatch = 0.05;      // m along the axis
 constexpr std::size_t kSectors = 3;  // about the axis, over the half that the sensor can see
-constexpr std::size_t kFewestPatches = 8;
+constexpr std::size_t kFewestPatches = 6;
 constexpr double kArcBin = 5 * M_PI / 180;
 constexpr std::size_t kArcBins = 36;
 constexpr double kRim = 0.1;              // cosine between ray and normal

@@ -114,8 +114,8 @@ void Manipulator::settle() {
   while (!watch.at_rest(session_.X_TH().translation(), session_.period())) {
     if (waited > parameters_.rest_timeout) {
       throw RunStopped(
-          fmt::format("the hand does not come to rest: {:.0f} s after a motion it still moves at {:.1f} mm/s",
-                      waited, 1e3 * watch.speed()));
+          fmt::format("the hand does not come to rest: {:.0f} s after a motion it still reaches {:.1f} mm/s",
+                      waited, 1e3 * watch.unrest()));
     }
     cycle();
     waited += session_.period();

@@ -12,10 +12,17 @@
 namespace walkman::plant {
 namespace {
 
-/// Force and reaction act at one point, halfway between the two surfaces: soft ones overlap by millimetres,
-/// and friction at either surface's own point would be a torque out of nothing.
-btVector3 acts_at(const btManifoldPoint& point) {
-  return (point.getPositionWorldOnA() + point.getPositionWorldOnB()) / 2;
+/// Where a contact's force acts on A, and its reaction on B. Soft surfaces overlap by millimetres: there it
+/// is one point, halfway between the two, for friction at either surface's own would be a torque out of
+/// nothing.
+struct PointsOfAction {
+  btVector3 on_A, on_B;
+};
+
+PointsOfAction acts_at(const btManifoldPoint& point) {
+  const btVector3 &p_WA = point.getPositionWorldOnA(), &p_WB = point.getPositionWorldOnB();
+  if ((point.m_contactPointFlags & BT_CONTACT_FLAG_CONTACT_STIFFNESS_DAMPING) == 0) return {p_WA, p_WB};
+  return {(p_WA + p_WB) / 2, (p_WA + p_WB) / 2};
 }
 
 using Rows = Eigen::Map<const Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>, 0,
@@ -181,8 +188,8 @@ void ConstraintRows::add_turns(btPersistentManifold& manifold, int first_contact
 double ConstraintRows::add_direction(const RowBlock& block, const btManifoldPoint& point,
                                      const btVector3& direction) {
   const int row = static_cast<int>(rows_.size()) - block.first_row;
-  const btVector3 p_W = acts_at(point);
-  return whiten(block.a, row, p_W, direction) + whiten(block.b, row, p_W, -direction);
+  const PointsOfAction p_W = acts_at(point);
+  return whiten(block.a, row, p_W.on_A, direction) + whiten(block.b, row, p_W.on_B, -direction);
 }
 
 double ConstraintRows::whiten(const RowBlock::Side& side, int row, const btVector3& p_W,
@@ -261,9 +268,9 @@ void ConstraintRows::push_links(const RowBlock& block, const btManifoldPoint& po
       body.addLinkConstraintTorque(side.link, torque);
     }
   };
-  const btVector3 p_W = acts_at(point);
-  push(block.a, p_W, force);
-  push(block.b, p_W, -force);
+  const PointsOfAction p_W = acts_at(point);
+  push(block.a, p_W.on_A, force);
+  push(block.b, p_W.on_B, -force);
 }
 
 void ConstraintRows::shift(const ContactRow& contact, int row, const Eigen::VectorXd& impulses,

@@ -47,7 +47,7 @@ TEST(RestWatch, NeedsItsSpanOfStillness) {
   while (!watch.at_rest(p, 0.005)) ++cycles;
   EXPECT_NEAR(cycles * 0.005, kSpan + 0.025, 0.011);
   EXPECT_FALSE(watch.at_rest(p + Eigen::Vector3d(0, 0, 0.001), 0.005));  // a knock
-  EXPECT_NEAR(watch.speed(), 0.04, 1e-9);
+  EXPECT_NEAR(watch.unrest(), 0.04, 1e-9);
 }
 
 }  // namespace
