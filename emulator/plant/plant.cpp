@@ -6,15 +6,15 @@
 
 #include <btBulletDynamicsCommon.h>
 
+#include "emulator/plant/contact/bullet_types.h"
 #include "emulator/plant/contact/contact_dispatcher.h"
-#include "emulator/plant/dynamics/self_collision.h"
-#include "emulator/plant/dynamics/bullet_types.h"
 #include "emulator/plant/dynamics/event_player.h"
 #include "emulator/plant/dynamics/hoist.h"
 #include "emulator/plant/dynamics/joint_stop.h"
 #include "emulator/plant/dynamics/multibody.h"
 #include "emulator/plant/dynamics/plant_world.h"
 #include "emulator/plant/dynamics/row_space_solver.h"
+#include "emulator/plant/dynamics/self_collision.h"
 #include "emulator/plant/dynamics/standing_load.h"
 #include "emulator/plant/dynamics/world_objects.h"
 #include "emulator/plant/hands/soft_hand.h"

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "emulator/plant/dynamics/bullet_types.h"
+#include "emulator/plant/contact/bullet_types.h"
 
 namespace walkman::peers {
 namespace {

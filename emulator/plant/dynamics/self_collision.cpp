@@ -6,8 +6,8 @@
 #include <BulletDynamics/Featherstone/btMultiBodyLinkCollider.h>
 #include <btBulletCollisionCommon.h>
 
+#include "emulator/plant/contact/bullet_types.h"
 #include "emulator/plant/contact/collider_parts.h"
-#include "emulator/plant/dynamics/bullet_types.h"
 #include "urdf/reader/kinematics.h"
 
 namespace walkman::plant {

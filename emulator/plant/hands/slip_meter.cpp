@@ -4,7 +4,7 @@
 #include <BulletCollision/CollisionDispatch/btCollisionObject.h>
 #include <BulletCollision/NarrowPhaseCollision/btPersistentManifold.h>
 
-#include "emulator/plant/dynamics/bullet_types.h"
+#include "emulator/plant/contact/bullet_types.h"
 
 namespace walkman::plant {
 

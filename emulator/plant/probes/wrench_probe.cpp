@@ -1,6 +1,6 @@
 #include "emulator/plant/probes/wrench_probe.h"
 
-#include "emulator/plant/dynamics/bullet_types.h"
+#include "emulator/plant/contact/bullet_types.h"
 
 namespace walkman::plant {
 

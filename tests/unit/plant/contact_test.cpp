@@ -7,8 +7,8 @@
 #include <btBulletDynamicsCommon.h>
 #include <gtest/gtest.h>
 
+#include "emulator/plant/contact/bullet_types.h"
 #include "emulator/plant/contact/contact_dispatcher.h"
-#include "emulator/plant/dynamics/bullet_types.h"
 #include "emulator/plant/dynamics/multibody.h"
 #include "emulator/plant/dynamics/plant_world.h"
 #include "emulator/plant/dynamics/row_space_solver.h"

@@ -8,7 +8,7 @@
 #include <gtest/gtest.h>
 #include <kdl/chainidsolver_recursive_newton_euler.hpp>
 
-#include "emulator/plant/dynamics/bullet_types.h"
+#include "emulator/plant/contact/bullet_types.h"
 #include "emulator/plant/dynamics/plant_world.h"
 #include "emulator/plant/dynamics/row_space_solver.h"
 #include "tests/unit/plant/kdl_wrist.h"
