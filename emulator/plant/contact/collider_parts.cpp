@@ -64,6 +64,7 @@ const std::vector<ColliderParts::Placed>& ColliderParts::placed(long search) {
 
 std::vector<Solid> solids_of(const std::vector<LinkGeometry>& collisions) {
   std::vector<Solid> solids;
+  solids.reserve(collisions.size());
   for (const LinkGeometry& geometry : collisions)
     solids.push_back({geometry.X_LG, primitive_of(geometry), std::get_if<MeshShape>(&geometry.shape)});
   std::vector<bool> joined(solids.size(), false);

@@ -314,7 +314,8 @@ void ConstraintRows::apply(const Eigen::VectorXd& impulses, const Eigen::VectorX
     if (block.first_contact < 0) continue;
     const int contacts = block.row_count / kContactRows;
     for (int i = 0; i < contacts; ++i) {
-      const ContactRow& contact = contacts_[static_cast<std::size_t>(block.first_contact + i)];
+      const ContactRow& contact =
+          contacts_[static_cast<std::size_t>(block.first_contact) + static_cast<std::size_t>(i)];
       const int row = block.first_row + kContactRows * i;
       btManifoldPoint& point = *contact.point;
       point.m_appliedImpulse = impulses[row];

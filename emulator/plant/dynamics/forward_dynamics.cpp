@@ -3,7 +3,7 @@
 namespace walkman::plant {
 namespace {
 
-constexpr int kBase = 6;
+constexpr std::size_t kBase = 6;
 
 }  // namespace
 
@@ -44,11 +44,11 @@ void ForwardDynamics::accelerate(const btMultiBody& body, const std::vector<doub
   for (int i = 0; i < body.getNumLinks(); ++i) {
     const btMultibodyLink& link = body.getLink(i);
     const auto own = static_cast<std::size_t>(i) + 1;
-    const auto parent = static_cast<std::size_t>(link.m_parent + 1);
+    const auto parent = static_cast<std::size_t>(link.m_parent) + 1;
     motion_[own] = motion_[parent];
     spatial_[own] = spatial_[parent];
     for (int d = 0; d < link.m_dofCount; ++d) {
-      const auto v = static_cast<std::size_t>(kBase + link.m_dofOffset + d);
+      const auto v = kBase + static_cast<std::size_t>(link.m_dofOffset) + static_cast<std::size_t>(d);
       const btVector3 w = axes[v].angular * velocity[v];
       const btVector3 u = axes[v].linear * velocity[v];
       motion_[own].angular += w;
@@ -64,11 +64,11 @@ void ForwardDynamics::accelerate(const btMultiBody& body, const std::vector<doub
     const btMultibodyLink& link = body.getLink(i);
     const Spatial& force = bias_[static_cast<std::size_t>(i) + 1];
     for (int d = 0; d < link.m_dofCount; ++d) {
-      const auto v = static_cast<std::size_t>(kBase + link.m_dofOffset + d);
+      const auto v = kBase + static_cast<std::size_t>(link.m_dofOffset) + static_cast<std::size_t>(d);
       acceleration_[v] =
           link.m_jointTorque[d] - axes[v].angular.dot(force.angular) - axes[v].linear.dot(force.linear);
     }
-    Spatial& carrier = bias_[static_cast<std::size_t>(link.m_parent + 1)];
+    Spatial& carrier = bias_[static_cast<std::size_t>(link.m_parent) + 1];
     carrier.angular += force.angular;
     carrier.linear += force.linear;
   }
@@ -84,7 +84,7 @@ void ForwardDynamics::accelerate(const btMultiBody& body, const std::vector<doub
 void ForwardDynamics::advance(btMultiBody& body, double dt, VelocityTerms terms) {
   inertia_.update(body);
   take_forces(body);
-  const auto count = static_cast<std::size_t>(kBase + body.getNumDofs());
+  const auto count = kBase + static_cast<std::size_t>(body.getNumDofs());
   start_.assign(body.getVelocityVector(), body.getVelocityVector() + count);
   accelerate(body, start_);
   if (terms == VelocityTerms::kMiddle) {
