@@ -210,7 +210,7 @@ void Plant::Impl::set_posture(const std::map<std::string, double>& posture) {
 std::string Plant::Impl::name_of(const btCollisionObject* object) const {
   if (const auto* collider = btMultiBodyLinkCollider::upcast(object)) {
     if (collider->m_multiBody == &body->bullet()) {
-      const auto group = static_cast<std::size_t>(collider->m_link + 1);
+      const auto group = static_cast<std::size_t>(collider->m_link) + 1;
       return robot->links[static_cast<std::size_t>(body->tree().groups()[group].root_link)].name;
     }
     for (std::size_t i = 0; i < objects.size(); ++i) {
