@@ -121,7 +121,8 @@ void Drawing::weigh(const WeighedPart& part) {
                     "weighed_parts: no leaves them out",
                     robot_.model.file.string(), below ? part.carried_by : part.below));
   double mass = 0;
-  for (const std::size_t i : links_below(robot_.model, static_cast<std::size_t>(*below))) mass += link(i).mass;
+  for (const std::size_t i : links_below(robot_.model, static_cast<std::size_t>(*below)))
+    mass += link(i).mass;
   const auto carrying = static_cast<std::size_t>(*carrier);
   const double carried = link(carrying).mass + part.mass - mass;
   if (!(link(carrying).mass > 0) || !(carried > 0))

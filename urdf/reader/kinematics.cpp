@@ -56,8 +56,8 @@ std::vector<std::size_t> links_below(const RobotModel& model, std::size_t link) 
   for (std::size_t i = link; i < model.links.size(); ++i) {
     const int joint = model.links[i].parent_joint;
     inside[i] = i == link ||
-                (joint >= 0 && inside[static_cast<std::size_t>(
-                                   model.joints[static_cast<std::size_t>(joint)].parent_link)]);
+                (joint >= 0 &&
+                 inside[static_cast<std::size_t>(model.joints[static_cast<std::size_t>(joint)].parent_link)]);
     if (inside[i]) below.push_back(i);
   }
   return below;

@@ -164,6 +164,7 @@ TEST(ModelError, ChainsKeepTheirTotals) {
   std::map<std::size_t, std::vector<std::size_t>> chains;
   for (const std::size_t link : parts.chain_links()) chains[parts.chain(link)].push_back(link);
   std::vector<std::string> names;
+  names.reserve(chains.size());
   for (const auto& [first, links] : chains) names.push_back(nominal().robot.model.links[first].name);
   EXPECT_THAT(names, ::testing::UnorderedElementsAre("base_link", "DWL", "NeckYaw", "RShp", "LShp", "RHipMot",
                                                      "LHipMot"));
@@ -202,7 +203,8 @@ TEST(ModelError, WeighedPartsWeighWhatTheScaleSaid) {
   choice.weighed_parts = true;
   const TrueRobot truth = draw(load_model_error(kFile, choice), 1);
   const auto below = [&](const char* link) {
-    return mass_of(truth.model, links_below(truth.model, static_cast<std::size_t>(truth.model.link_index(link))));
+    return mass_of(truth.model,
+                   links_below(truth.model, static_cast<std::size_t>(truth.model.link_index(link))));
   };
   EXPECT_NEAR(below("r_arm_ft"), 2.35, 1e-12);
   EXPECT_NEAR(below("l_arm_ft"), 2.35, 1e-12);

@@ -16,6 +16,7 @@ namespace {
 std::atomic<int> allocations{0};
 }
 
+// NOLINTBEGIN(bugprone-reserved-identifier): the names that the linker's --wrap gives them
 extern "C" {
 void* __real_malloc(std::size_t size);
 void* __real_calloc(std::size_t count, std::size_t size);
@@ -34,6 +35,7 @@ void* __wrap_realloc(void* memory, std::size_t size) {
   return __real_realloc(memory, size);
 }
 }
+// NOLINTEND(bugprone-reserved-identifier)
 
 // Out of line, or the compiler takes the pair of them for a mismatch of new and free.
 [[gnu::noinline]] void* operator new(std::size_t size) {

@@ -58,7 +58,7 @@ class Robot {
     options.cop_rate *= robot.loop;
     options.cop_leak *= robot.loop;
     stabiliser_ = Stabiliser(options);
-    commands_.assign(static_cast<std::size_t>(3 + robot.late), 0.0);
+    commands_.assign(3 + static_cast<std::size_t>(robot.late), 0.0);
   }
 
   /// A cycle under the external force (N) on the body.
@@ -142,10 +142,12 @@ Sway pushed(int axis, const Case& robot_case, double newtons = 100) {
 /// Factor on both laws until they no longer damp.
 double gain_margin(int axis, Case robot_case) {
   robot_case.noise = 0;
-  for (double loop = 1; loop < 40; loop *= 1.1) {
+  double loop = 1;
+  while (loop < 40) {
     robot_case.loop = loop;
     const Sway sway = pushed(axis, robot_case, 5);
     if (sway.late > 0.05 * sway.first) return loop;
+    loop *= 1.1;
   }
   return 40;
 }

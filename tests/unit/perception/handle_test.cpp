@@ -101,7 +101,7 @@ TEST(Resolution, HalfOfItCoversAsMuch) {
   for (int run = 0; run < kRuns; ++run) {
     const auto scene = test::bar_on_table(0.3 * run - 0.7, 0.02 * run);
     for (const int size : {512, 1024}) {
-      const auto result = seen(scene, 0.2, static_cast<std::uint64_t>(run + 1), size);
+      const auto result = seen(scene, 0.2, static_cast<std::uint64_t>(run) + 1, size);
       ASSERT_FALSE(result.object().handles.empty()) << size << " " << run;
       const Handle& handle = result.object().handles.front();
       covered[size == 512 ? 0 : 1] += coverage(handle, scene.bars.front()) / kRuns;

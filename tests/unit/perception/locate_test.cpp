@@ -193,7 +193,8 @@ TEST(Locate, CloudsWithoutATableOrObjectAreErrors) {
 
   camera::OrganizedCloud blind;
   blind.width = blind.height = 64;
-  blind.points.assign(64 * 64, Eigen::Vector3f::Constant(std::numeric_limits<float>::quiet_NaN()));
+  blind.points.assign(std::size_t{64} * 64,
+                      Eigen::Vector3f::Constant(std::numeric_limits<float>::quiet_NaN()));
   EXPECT_THAT(error_of(blind), testing::HasSubstr("no finite point"));
 
   camera::OrganizedCloud ill = blind;

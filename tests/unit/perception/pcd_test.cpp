@@ -327,6 +327,7 @@ TEST_F(PcdFile, ViewpointIsTheSensorsPoseInTheFilesFrame) {
                         .toRotationMatrix();
     X_FC.translation() = Eigen::Vector3d(normal(random), normal(random), normal(random));
     std::vector<Eigen::Vector3d> in_file;
+    in_file.reserve(image.size());
     for (const auto& p : image) in_file.push_back(X_FC * p);
     for (const int width : {48, 48 * 32}) {
       write(ascii_pcd(in_file, width, viewpoint_of(X_FC)));

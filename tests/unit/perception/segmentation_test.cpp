@@ -142,6 +142,7 @@ TEST(PointsAbove, KeepsHeightsInTheBandWithinTheHull) {
 TEST(Centroid, MedianOfVoxelsIgnoresDensity) {
   // One point in each of nine voxels in a row, the last crowded: the mean would follow the crowd.
   std::vector<Eigen::Vector3f> points;
+  points.reserve(1009);
   for (int i = 0; i < 9; ++i) points.emplace_back(0.005F + 0.01F * static_cast<float>(i), 0.005F, 0.505F);
   for (int i = 0; i < 1000; ++i) points.push_back(points.back());
   const Eigen::Vector3d com = median_of_voxel_centroids(points, 0.01);

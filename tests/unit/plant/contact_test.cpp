@@ -1,5 +1,6 @@
 // Contacts by the row-space solver: against Coulomb's law, and against Bullet's own solver.
 
+#include <cmath>
 #include <memory>
 
 #include <BulletDynamics/Featherstone/btMultiBodyConstraintSolver.h>
@@ -56,7 +57,7 @@ struct BlockOnFloor {
                                         kObjectGroup | kFixedGroup);
   }
   void run(double seconds) {
-    for (double t = 0; t < seconds; t += kStep) world.stepSimulation(kStep, 0);
+    for (int i = 0; i < std::lround(seconds / kStep); ++i) world.stepSimulation(kStep, 0);
   }
   [[nodiscard]] double normal_force() {
     double sum = 0;
@@ -109,10 +110,10 @@ Eigen::Vector3d where_bullets_block_stops(const btVector3& velocity) {
   block.setBaseCollider(&collider);
   world.addCollisionObject(&collider, btBroadphaseProxy::DefaultFilter, btBroadphaseProxy::AllFilter);
   world.addMultiBody(&block);
-  for (double t = 0; t < 0.5; t += kStep) world.stepSimulation(kStep, 0);
+  for (int i = 0; i < std::lround(0.5 / kStep); ++i) world.stepSimulation(kStep, 0);
   block.setBaseVel(velocity);
-  for (double t = 0; t < 1; t += kStep) world.stepSimulation(kStep, 0);
-  const Eigen::Vector3d place = from_bullet(block.getBasePos());
+  for (int i = 0; i < std::lround(1 / kStep); ++i) world.stepSimulation(kStep, 0);
+  Eigen::Vector3d place = from_bullet(block.getBasePos());
 
   world.removeMultiBody(&block);
   world.removeCollisionObject(&collider);
@@ -152,7 +153,7 @@ TEST(Contact, HoldsBelowTheFrictionConeAndSlipsAboveIt) {
     BlockOnFloor scene;
     scene.run(0.5);
     const double before = scene.position().x();
-    for (double t = 0; t < 0.5; t += kStep) {
+    for (int i = 0; i < std::lround(0.5 / kStep); ++i) {
       scene.block->bullet().addBaseForce(btVector3(share * kFriction * 2 * kGravity, 0, 0));
       scene.world.stepSimulation(kStep, 0);
     }

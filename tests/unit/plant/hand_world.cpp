@@ -148,7 +148,7 @@ std::set<std::string> HandWorld::touching() {
     for (const btCollisionObject* object : {manifold.getBody0(), manifold.getBody1()}) {
       const auto* collider = btMultiBodyLinkCollider::upcast(object);
       if (collider == nullptr || collider->m_multiBody != &body_->bullet()) continue;
-      const auto group = static_cast<std::size_t>(collider->m_link + 1);
+      const auto group = static_cast<std::size_t>(collider->m_link) + 1;
       names.insert(hand_model_.links[static_cast<std::size_t>(body_->tree().groups()[group].root_link)].name);
     }
   });

@@ -85,7 +85,7 @@ class RoundOnPlate {
   void spin(double rate) { body_->bullet().setBaseOmega(btVector3(0, 0, rate)); }
   [[nodiscard]] double spinning() const { return body_->bullet().getBaseOmega().z(); }
   void run(double seconds) {
-    for (double t = 0; t < seconds - kStep / 2; t += kStep) world_.stepSimulation(kStep, 0);
+    for (int i = 0; i < std::lround(seconds / kStep); ++i) world_.stepSimulation(kStep, 0);
   }
   /// Down the plate, m/s.
   [[nodiscard]] double speed() const {
