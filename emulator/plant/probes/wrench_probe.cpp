@@ -25,7 +25,7 @@ void WrenchProbe::measure(const std::vector<double>& before, double dt, const bt
   btVector3 torque(0, 0, 0);
   for (const int i : subtree_) {
     const btMultibodyLink& link = mb.getLink(i);
-    const auto c = static_cast<std::size_t>(i + 1);
+    const auto c = static_cast<std::size_t>(i) + 1;
     const btMatrix3x3& R = link.m_cachedWorldTransform.getBasis();
     // Bullet's applied force holds the weight as well, which `gravity` accounts for.
     const btVector3 applied = link.m_appliedForce - gravity * link.m_mass;
