@@ -11,7 +11,6 @@
 #include "apps/emulate/emulation.h"
 #include "apps/emulate/emulation_report.h"
 #include "apps/emulate/free_run.h"
-#include "apps/emulate/free_run_report.h"
 #include "apps/emulate/gateway_set.h"
 #include "apps/shared/commands.h"
 #include "apps/shared/data_directory.h"

@@ -1,10 +1,10 @@
-#include "apps/emulate/free_run_report.h"
-
 #include <cmath>
 #include <numbers>
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
+
+#include "apps/emulate/free_run.h"
 
 namespace walkman::apps {
 namespace {

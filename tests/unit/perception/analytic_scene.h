@@ -41,6 +41,15 @@ struct TestCamera {
   double focal = 588.8, centre = 511.5, baseline = 0.07;
 };
 
+/// The same view in an image of `size` by `size` pixels.
+inline TestCamera camera_of(int size) {
+  TestCamera camera;
+  camera.size = size;
+  camera.focal *= size / 1024.0;
+  camera.centre = (size - 1) / 2.0;
+  return camera;
+}
+
 /// Stereo noise as a matcher makes it, in disparity (px).
 struct TestNoise {
   double sigma = 0.2;

@@ -16,16 +16,8 @@ using test::Bar;
 
 constexpr double kDegree = M_PI / 180;
 
-test::TestCamera camera_of(int size) {
-  test::TestCamera camera;
-  camera.size = size;
-  camera.focal *= size / 1024.0;
-  camera.centre = (size - 1) / 2.0;
-  return camera;
-}
-
 StageOneResult seen(const test::AnalyticScene& scene, double sigma, std::uint64_t seed, int size = 1024) {
-  const test::TestCamera camera = camera_of(size);
+  const test::TestCamera camera = test::camera_of(size);
   test::TestNoise noise;
   noise.sigma = sigma;
   noise.seed = seed;
@@ -116,7 +108,7 @@ TEST(HandleFigures, DeviationsAreThoseOfManySeeds) {
   double radius = 0, angle = 0, offset = 0;
   constexpr int kRuns = 20;
   const auto scene = tube(0.03, 0.35, 0.4);
-  const test::TestCamera camera = camera_of(1024);
+  const test::TestCamera camera = test::camera_of(1024);
   const auto disparity = test::true_disparity(scene, camera);
   const Bar& bar = scene.bars.front();
   for (int run = 1; run <= kRuns; ++run) {
@@ -236,7 +228,7 @@ INSTANTIATE_TEST_SUITE_P(CleanAndNoisy, AmongOtherThings, testing::Values(0.0, 0
 TEST(Asked, TheObjectNextToThePoint) {
   auto scene = tube(0.035, 0.5, 0, -0.1, 0.45);
   scene.bars.push_back({test::on_table(0.1, 0.75, 0.025), test::on_table(0.35, 0.85, 0.025), 0.025});
-  const auto camera = camera_of(1024);
+  const auto camera = test::camera_of(1024);
   const auto cloud =
       test::to_cloud(test::with_noise(test::true_disparity(scene, camera), camera, {}), camera);
   for (const Bar& bar : scene.bars) {
@@ -268,7 +260,7 @@ TEST(ImageBorder, FlagsWhatGoesOnBeyondIt) {
   for (const double sigma : {0.0, 0.2})
     for (const Case& c : cases) {
       const auto scene = tube(0.03, 0.5, c.yaw, c.right, c.away);
-      const auto camera = camera_of(1024);
+      const auto camera = test::camera_of(1024);
       // The truth: whether both ends are seen by both cameras.
       bool inside = true;
       for (const Eigen::Vector3d& end : {scene.bars[0].start, scene.bars[0].end}) {

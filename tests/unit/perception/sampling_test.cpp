@@ -10,19 +10,11 @@
 namespace walkman::perception {
 namespace {
 
-test::TestCamera camera_of(int size) {
-  test::TestCamera camera;
-  camera.size = size;
-  camera.focal *= size / 1024.0;
-  camera.centre = (size - 1) / 2.0;
-  return camera;
-}
-
 // Disparity noise σ is noise σ / (f b) of the inverse depth; of the inverse range less by the ray's cosine,
 // which over the image is 0.9 in the mean.
 TEST(Sampling, FollowsNoiseAndResolutionOfAStereoCamera) {
   for (const int size : {512, 1024}) {
-    const test::TestCamera camera = camera_of(size);
+    const test::TestCamera camera = test::camera_of(size);
     const auto disparity = test::true_disparity(test::bar_on_table(0.1, 0.02), camera);
     for (const double sigma : {0.1, 0.2, 0.4}) {
       test::TestNoise noise;
