@@ -74,7 +74,7 @@ struct StageTwoParameters {
 
   double close_time = 1.2;
   double hold_time = 0.6;       ///< after closing or opening
-  double grip_torque = 0.5;     ///< share of the hand motor's rated torque
+  double grip_torque = 1.0;     ///< share of the hand motor's rated torque
   double empty_closure = 0.97;  ///< share of the motor's travel beyond which the hand has closed on nothing
 
   double travel_speed = 0.30;    ///< m/s, free motion

@@ -1,9 +1,13 @@
 #include "adaptation/motion/hand_motion.h"
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
+#include <numbers>
 #include <stdexcept>
 #include <utility>
+
+#include <fmt/format.h>
 
 namespace walkman::motion {
 namespace {
@@ -11,6 +15,8 @@ namespace {
 constexpr int kRootLink = 0;  // parents come before their children
 /// Step of the run ahead in `reachable`, s.
 constexpr double kAheadStep = 0.01;
+/// Between a leg's joints and their limits, rad: what the stabiliser's 4 cm take, and bent knees.
+constexpr double kLegMargin = 0.1;
 /// Longest motion `reachable` follows, s.
 constexpr double kAheadTime = 120;
 
@@ -26,10 +32,37 @@ std::vector<int> active_dofs(const KinematicTree& kinematics, const std::vector<
   return dofs;
 }
 
-std::vector<std::string> moving_joints(const HandMotionOptions& options, bool stands) {
-  std::vector<std::string> joints = options.active_joints;
-  if (stands) joints.insert(joints.end(), options.leg_joints.begin(), options.leg_joints.end());
+/// The joints between a standing robot's soles and its root; none for one whose base is held.
+std::vector<std::string> leg_joints(const KinematicTree& kinematics, const std::optional<Stance>& stance) {
+  std::vector<std::string> joints;
+  if (!stance) return joints;
+  const RobotModel& model = kinematics.model();
+  for (int foot = 0; foot < Stance::kFeet; ++foot) {
+    for (int link = stance->sole_link(foot); link != kRootLink;) {
+      const int carrier = model.links[static_cast<std::size_t>(link)].parent_joint;
+      const Joint& joint = model.joints[static_cast<std::size_t>(carrier)];
+      if (kinematics.dof_of(joint.name) >= 0) joints.push_back(joint.name);
+      link = joint.parent_link;
+    }
+  }
   return joints;
+}
+
+/// The child link of the joint that comes first on the way from the root to the hand, of those in `arm`.
+int first_link(const RobotModel& model, const std::map<std::string, double>& arm, int hand) {
+  int first = hand;
+  for (int link = hand; model.links[static_cast<std::size_t>(link)].parent_joint >= 0;) {
+    const Joint& joint =
+        model.joints[static_cast<std::size_t>(model.links[static_cast<std::size_t>(link)].parent_joint)];
+    if (arm.contains(joint.name)) first = joint.child_link;
+    link = joint.parent_link;
+  }
+  return first;
+}
+
+std::vector<std::string> both(std::vector<std::string> some, const std::vector<std::string>& others) {
+  some.insert(some.end(), others.begin(), others.end());
+  return some;
 }
 
 }  // namespace
@@ -49,11 +82,13 @@ HandMotion::HandMotion(const RobotModel& model, const std::vector<std::string>& 
       stance_(stance),
       kinematics_(model, joint_names),
       hand_(model.link_index(options_.hand_link)),
-      active_(active_dofs(kinematics_, moving_joints(options_, stance.has_value()))),
+      shoulder_(first_link(model, options_.posture, hand_)),
+      legs_joints_(leg_joints(kinematics_, stance)),
+      active_(active_dofs(kinematics_, both(options_.active_joints, legs_joints_))),
       upright_(targets(options_.upright)),
       posture_(targets(options_.posture)),
-      guards_(right_arm_guards(model)),
-      trunk_(trunk_guards(model)),
+      guard_(kinematics_, active_, stance.has_value(), options_.hand_link, options_.disabled_collisions),
+      base_room_(options_.base_room),
       ik_(kinematics_, stance ? BaseMotion::kFloating : BaseMotion::kFixed, active_, options_.rates),
       static_torques_(Eigen::VectorXd::Zero(kinematics_.dof())),
       offsets_(Eigen::VectorXd::Zero(kinematics_.dof())),
@@ -61,8 +96,35 @@ HandMotion::HandMotion(const RobotModel& model, const std::vector<std::string>& 
       commands_(joint_names.size()) {
   state_.X_WB = X_WB;
   if (stance_) legs_under_com_.emplace(kinematics_, *stance_);
-  for (const auto& [joint_name, range] : options_.ranges)
-    ik_.limit_joint(active_dofs(kinematics_, {joint_name}).front(), range.lower, range.upper);
+  if (stance_ && !options_.twist_joint.empty()) {
+    twist_dof_ = active_dofs(kinematics_, {options_.twist_joint}).front();
+    torso_ = model.joints[static_cast<std::size_t>(model.joint_index(options_.twist_joint))].child_link;
+  }
+  for (const int dof : active_) {
+    const JointLimits& limits = kinematics_.limits(dof);
+    constexpr double kInfinity = std::numeric_limits<double>::infinity();
+    const bool limited = limits.upper > limits.lower;
+    bounds_.push_back({dof, limited ? limits.lower : -kInfinity, limited ? limits.upper : kInfinity});
+  }
+  std::vector<JointRange> ranges = options_.ranges;
+  for (const std::string& joint : legs_joints_) {  // the stabiliser's shifts come on top
+    const JointLimits& limits = kinematics_.limits(kinematics_.dof_of(joint));
+    ranges.push_back({joint, limits.lower + kLegMargin, limits.upper - kLegMargin});
+  }
+  for (const JointRange& range : ranges) {
+    const int dof = active_dofs(kinematics_, {range.joint}).front();
+    ik_.limit_joint(dof, range.lower, range.upper);
+    for (Bounds& bounds : bounds_) {
+      if (bounds.dof != dof) continue;
+      bounds.lower = std::max(bounds.lower, range.lower);
+      bounds.upper = std::min(bounds.upper, range.upper);
+    }
+  }
+  for (const int dof : active_) {
+    const bool of_arm =
+        std::any_of(posture_.begin(), posture_.end(), [&](const Target& t) { return t.dof == dof; });
+    if (!of_arm) ik_.limit_rates(dof, options_.body_rates);
+  }
   reset(Eigen::VectorXd::Zero(kinematics_.dof()));
 }
 
@@ -86,6 +148,7 @@ void HandMotion::reset(const Eigen::VectorXd& q) {
   pose();
   if (!stance_) return;
   state_.X_WB = stance_->X_TB(kinematics_);
+  base_room_.reset(state_.X_WB);
   pose();
   const auto at = [](const Eigen::Vector2d& p) {
     return Eigen::Isometry3d(Eigen::Translation3d(p.x(), p.y(), 0));
@@ -94,7 +157,7 @@ void HandMotion::reset(const Eigen::VectorXd& q) {
       PoseTrajectory(at(kinematics_.com().head<2>()), at(stance_->centre()), options_.com_limits);
   state_.balance_time = 0;
   legs_.clear();
-  for (const std::string& joint_name : options_.leg_joints) {
+  for (const std::string& joint_name : legs_joints_) {
     const int dof = kinematics_.dof_of(joint_name);
     legs_.push_back({dof, state_.q[dof]});
   }
@@ -103,10 +166,22 @@ void HandMotion::reset(const Eigen::VectorXd& q) {
 void HandMotion::pose() noexcept {
   kinematics_.set_base(state_.X_WB);
   kinematics_.update(state_.q);
+  guard_.update(state_.fingers_guarded);
+}
+
+void HandMotion::set_obstacles(std::vector<NamedObstacle> obstacles) {
+  guard_.set_obstacles(std::move(obstacles));
+  guard_.update(state_.fingers_guarded);
 }
 
 void HandMotion::set_passive(const std::string& joint_name, double value) {
   kinematics_.set_passive(joint_name, value);
+  pose();
+}
+
+void HandMotion::place_joint(int dof, double position) noexcept {
+  if (std::find(active_.begin(), active_.end(), dof) != active_.end()) return;
+  state_.q[dof] = position;
   pose();
 }
 
@@ -119,6 +194,14 @@ void HandMotion::go_to(const Eigen::Isometry3d& X_WH, const MotionLimits& limits
   state_.path_time = 0;
   state_.waited = 0;
   state_.status = Status::kMoving;
+  const Eigen::Isometry3d by = X_WH * this->X_WH().inverse();
+  state_.fingers_guarded = guard_.fingers_clear(by, options_.guard_margin);
+}
+
+double HandMotion::twist_of(const KinematicTree& measured) const noexcept {
+  if (torso_ < 0) return 0;
+  const Eigen::Matrix3d R = kinematics_.X_WL(torso_).linear().transpose() * measured.X_WL(torso_).linear();
+  return std::atan2(R(1, 0), R(0, 0));
 }
 
 PoseError HandMotion::error() const noexcept {
@@ -127,15 +210,15 @@ PoseError HandMotion::error() const noexcept {
           rotation_error(goal.linear(), X_WH().linear()).norm()};
 }
 
-double HandMotion::table_clearance() const noexcept {
-  return table_ ? clearance(kinematics_, guards_, *table_) : std::numeric_limits<double>::infinity();
+Eigen::Vector3d HandMotion::shoulder() const noexcept {
+  return state_.X_WB.inverse() * kinematics_.X_WL(shoulder_).translation();
 }
 
 double HandMotion::limit_margin() const noexcept {
   double least = std::numeric_limits<double>::infinity();
-  for (const int dof : active_) {
-    const JointLimits& limits = kinematics_.limits(dof);
-    least = std::min({least, state_.q[dof] - limits.lower, limits.upper - state_.q[dof]});
+  for (const Bounds& bounds : bounds_) {
+    const double q = state_.q[bounds.dof];
+    least = std::min({least, q - bounds.lower, bounds.upper - q});
   }
   return least;
 }
@@ -146,9 +229,8 @@ void HandMotion::advance(double dt) noexcept {
   const bool moving = state_.status == Status::kMoving;
 
   ik_.start(state_.q, dt);
-  if (table_)
-    keep_clear(ik_, kinematics_, guards_, *table_, options_.obstacle_margin, options_.obstacle_gain);
-  keep_clear(ik_, kinematics_, guards_, trunk_, options_.trunk_margin, options_.obstacle_gain);
+  guard_.keep_apart(ik_, options_.guard_margin, options_.guard_gain);
+  if (stance_) base_room_.keep(ik_, kRootLink, state_.X_WB, options_.base_gain);
   const Eigen::Matrix<double, 6, 1> still = Eigen::Matrix<double, 6, 1>::Zero();
   if (stance_) {
     ik_.next_level(options_.feet_damping);
@@ -177,12 +259,14 @@ void HandMotion::advance(double dt) noexcept {
   }
   // Once the hand is where it should be, the null space comes to rest too: weighing needs an arm that stands
   // still.
-  stay_upright(moving);
-  ik_.next_level(options_.comfort_damping);
-  if (moving) {
-    for (const Target& target : posture_) ik_.track_joint(target.dof, target.position, options_.posture_gain);
-    for (const Target& target : legs_) ik_.track_joint(target.dof, target.position, options_.posture_gain);
+  const bool tends = moving && !keep_posture_;
+  stay_upright(tends);
+  if (tends) {
+    for (const auto* targets : {&posture_, &legs_})
+      for (const Target& target : *targets)
+        ik_.track_joint(target.dof, target.position, options_.posture_gain, options_.posture_weight);
   } else {
+    ik_.next_level(options_.comfort_damping);
     for (const int dof : active_) ik_.track_joint(dof, 0, 0);
   }
 
@@ -191,12 +275,22 @@ void HandMotion::advance(double dt) noexcept {
     ik_.reset_rates();
     return;
   }
+  if (moving) {
+    state_.binding = ik_.binding(stance_ ? 1 : 0);
+    state_.base_bound = -1;
+    if (state_.binding.contact >= 0) {
+      const auto row = static_cast<std::size_t>(state_.binding.contact);
+      const std::size_t near = guard_.near().size();
+      if (row < near) state_.contact = guard_.near()[row];
+      if (row >= near) state_.base_bound = static_cast<int>(row - near);
+    }
+  }
   integrate(dt);
   if (moving) judge(dt, progress);
 }
 
-void HandMotion::stay_upright(bool moving) noexcept {
-  const double gain = moving ? options_.upright_gain : 0;
+void HandMotion::stay_upright(bool tends) noexcept {
+  const double gain = tends ? options_.upright_gain : 0;
   ik_.next_level(options_.comfort_damping);
   for (const Target& target : upright_) ik_.track_joint(target.dof, target.position, gain);
   if (stance_) ik_.track_orientation(kRootLink, Eigen::Matrix3d::Identity(), Eigen::Vector3d::Zero(), gain);
@@ -225,7 +319,10 @@ void HandMotion::judge(double dt, double progress) noexcept {
   }
   constexpr double kStalled = 0.02;
   state_.waited = at_end || progress < kStalled ? state_.waited + dt : 0;
-  if (state_.waited > options_.blocked_after) state_.status = Status::kBlocked;
+  if (state_.waited <= options_.blocked_after) return;
+  const bool accepted =
+      left.position <= options_.accepted_position && left.rotation <= options_.accepted_rotation;
+  state_.status = accepted ? Status::kReached : Status::kBlocked;
 }
 
 const std::vector<robot::JointCommand>& HandMotion::step(double dt) noexcept {
@@ -233,6 +330,7 @@ const std::vector<robot::JointCommand>& HandMotion::step(double dt) noexcept {
   if (stance_) {
     standing_torques(kinematics_, *stance_, foot_jacobian_, static_torques_);
     legs_under_com_->offsets(com_shift_, offsets_);
+    if (twist_dof_ >= 0) offsets_[twist_dof_] += twist_;
   } else {
     kinematics_.gravity_torques(static_torques_);
   }
@@ -257,27 +355,47 @@ std::string HandMotion::describe() const {
     case Status::kBlocked:
       break;
   }
-  const bool at_table = table_clearance() < 2 * options_.obstacle_margin;
-  return at_table ? "the table is in the hand's way"
-                  : "the target is beyond the arm's reach or its joints' limits";
+  const PoseError left = error();
+  return fmt::format("{}; the hand ends {:.1f} mm and {:.1f} degrees from the target", cause(),
+                     1e3 * left.position, left.rotation * 180 / std::numbers::pi);
 }
 
-HandMotion::Reach HandMotion::reachable(const Eigen::Isometry3d& X_WH, const MotionLimits& limits) {
+std::string HandMotion::cause() const {
+  const WholeBodyIk::Binding& binding = state_.binding;
+  if (state_.base_bound >= 0) return base_room_.describe(state_.base_bound);
+  if (binding.contact >= 0) return guard_.describe(state_.contact) + " would touch";
+  for (const Bounds& bounds : bounds_) {
+    if (bounds.dof != binding.dof) continue;
+    return fmt::format(
+        "joint {} is at its limit of {:.2f} rad",
+        both(options_.active_joints, legs_joints_)[static_cast<std::size_t>(&bounds - bounds_.data())],
+        binding.upper ? bounds.upper : bounds.lower);
+  }
+  return "the arm is stretched out";
+}
+
+HandMotion::Reach HandMotion::reachable(std::span<const Eigen::Isometry3d> way, const MotionLimits& limits) {
   const State before = state_;
   const WholeBodyIk ik_before = ik_;
-  go_to(X_WH, limits);
   Reach reach;
-  reach.limit_margin = limit_margin();
-  reach.table_clearance = table_clearance();
-  reach.trunk_clearance = trunk_clearance();
-  for (double time = 0; time < kAheadTime && state_.status == Status::kMoving; time += kAheadStep) {
-    advance(kAheadStep);
+  reach.limit_margin = std::numeric_limits<double>::infinity();
+  reach.obstacle_clearance = obstacle_clearance();
+  reach.own_clearance = own_clearance();
+  for (const Eigen::Isometry3d& X_WH : way) {
+    go_to(X_WH, limits);
+    for (double time = 0; time < kAheadTime && state_.status == Status::kMoving; time += kAheadStep) {
+      advance(kAheadStep);
+      reach.obstacle_clearance = std::min(reach.obstacle_clearance, obstacle_clearance());
+      reach.own_clearance = std::min(reach.own_clearance, own_clearance());
+    }
+    if (state_.status == Status::kMoving) state_.status = Status::kBlocked;
+    if (state_.status != Status::kReached) break;
     reach.limit_margin = std::min(reach.limit_margin, limit_margin());
-    reach.table_clearance = std::min(reach.table_clearance, table_clearance());
-    reach.trunk_clearance = std::min(reach.trunk_clearance, trunk_clearance());
+    ++reach.poses;
   }
-  reach.status = state_.status == Status::kMoving ? Status::kBlocked : state_.status;
+  reach.status = state_.status;
   reach.error = error();
+  reach.reason = describe();
   reach.q = state_.q;
   state_ = before;
   ik_ = ik_before;

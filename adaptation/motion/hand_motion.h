@@ -2,69 +2,22 @@
 
 #include <map>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
 #include <Eigen/Geometry>
 
+#include "adaptation/motion/body_guard.h"
 #include "adaptation/motion/com_shift.h"
+#include "adaptation/motion/hand_motion_options.h"
 #include "adaptation/motion/kinematic_tree.h"
-#include "adaptation/motion/obstacle.h"
 #include "adaptation/motion/stance.h"
 #include "adaptation/motion/trajectory.h"
 #include "adaptation/motion/whole_body_ik.h"
 #include "drivers/robot/robot.h"
 
 namespace walkman::motion {
-
-struct JointRange {
-  double lower = 0, upper = 0;  ///< rad
-};
-
-struct HandMotionOptions {
-  std::string hand_link = "r_hand_grasp";  ///< its frame is the hand's grasp frame H
-  /// Joints that may move, besides the legs of a robot that stands. All others hold the positions given to
-  /// `reset`.
-  std::vector<std::string> active_joints = {"WaistLat", "WaistSag", "WaistYaw",      "RShSag", "RShLat",
-                                            "RShYaw",   "RElbj",    "RForearmPlate", "RWrj1",  "RWrj2"};
-  /// Second priority after the hand: the waist upright.
-  std::map<std::string, double> upright = {{"WaistLat", 0.0}, {"WaistSag", 0.0}, {"WaistYaw", 0.0}};
-  /// Third priority: palm down in front of the chest with the elbow out, far from the joints' limits.
-  std::map<std::string, double> posture = {{"RShSag", 0.10}, {"RShLat", -0.80},       {"RShYaw", 0.80},
-                                           {"RElbj", -1.85}, {"RForearmPlate", 0.90}, {"RWrj1", 1.00},
-                                           {"RWrj2", -0.40}};
-  /// Ranges narrower than the model's, rad: the waist may help a little; the elbow stays bent, for a
-  /// stretched arm is singular and would make its joints race.
-  std::map<std::string, JointRange> ranges = {{"WaistLat", {-0.35, 0.35}},
-                                              {"WaistSag", {-0.35, 0.35}},
-                                              {"WaistYaw", {-0.35, 0.35}},
-                                              {"RElbj", {-2.9, -0.25}}};
-  /// Move with the base of a robot that stands.
-  std::vector<std::string> leg_joints = {"RHipLat", "RHipYaw", "RHipSag", "RKneeSag", "RAnkSag", "RAnkLat",
-                                         "LHipLat", "LHipYaw", "LHipSag", "LKneeSag", "LAnkSag", "LAnkLat"};
-  JointRates rates;
-  double feet_damping = 1e-9;  ///< see WholeBodyIk::next_level: the feet do not give
-  double feet_gain = 100;      ///< 1/s, of the rounding of many steps
-  double com_damping = 1e-4;
-  double com_gain = 3;  ///< 1/s, of the centre of mass over the feet
-  /// How the centre of mass goes over the middle between the feet after `reset`: slowly, for the robot sways.
-  MotionLimits com_limits{0.04, 1, 0.06, 1};
-  double hand_damping = 1e-4;  ///< see WholeBodyIk::next_level
-  double hand_gain = 10;       ///< 1/s, feedback of the hand's pose error in the reference
-  double upright_gain = 2;     ///< 1/s
-  double posture_gain = 2;     ///< 1/s
-  /// Damping of upright waist and posture. Large: neither is worth racing joints.
-  double comfort_damping = 0.1;
-  double obstacle_gain = 8;          ///< 1/s, see keep_clear
-  double obstacle_margin = 0.01;     ///< m between the arm's guard spheres and the table
-  double trunk_margin = 0.01;        ///< m between the arm's guard spheres and the robot's own trunk
-  double position_tolerance = 5e-5;  ///< m, the target counts as reached
-  double rotation_tolerance = 5e-5;  ///< rad
-  /// The target waits for the hand: its speed along the path falls to zero at these errors.
-  double position_lag = 0.02;  ///< m
-  double rotation_lag = 0.1;   ///< rad
-  double blocked_after = 1.0;  ///< s without progress after which a motion counts as blocked
-};
 
 struct PoseError {
   double position = 0;  ///< m
@@ -84,7 +37,7 @@ class HandMotion {
     kHolding,  ///< at rest where `reset` left it
     kMoving,
     kReached,   ///< hand on the target within the tolerances; it stays there
-    kBlocked,   ///< limits or the table keep the hand from the target; it came to rest on the way
+    kBlocked,   ///< joints' limits or something in the way keep the hand from the target; it came to rest
     kIkFailed,  ///< no solution was found; the reference stays where it was until `go_to` or `reset`
   };
 
@@ -92,20 +45,27 @@ class HandMotion {
   /// is the pose of the model's root link. Keeps a reference to `model`. Throws std::runtime_error for joints
   /// that do not fit the model.
   HandMotion(const RobotModel& model, const std::vector<std::string>& joint_names,
-             const Eigen::Isometry3d& X_WB, HandMotionOptions options = {});
+             const Eigen::Isometry3d& X_WB, HandMotionOptions options);
   /// A base that stands; W is the frame of the stance.
   HandMotion(const RobotModel& model, const std::vector<std::string>& joint_names, const Stance& stance,
-             HandMotionOptions options = {});
+             HandMotionOptions options);
 
   /// Reference at rest at q (rad, joint_names order), no target. Throws std::runtime_error for a wrong size
   /// or a value that is not finite.
   void reset(const Eigen::VectorXd& q);
   /// Position of a joint outside joint_names, such as the hand's motor. Throws as KinematicTree::set_passive.
   void set_passive(const std::string& joint_name, double value);
-  /// The table, from now on out of bounds for the arm. std::nullopt removes it.
-  void set_table(std::optional<ConvexPrism> table) { table_ = std::move(table); }
+  /// From now on out of bounds for the whole robot; in place of those before. The working hand's fingers keep
+  /// off where the target of the motion does: they go around objects close to the surface.
+  void set_obstacles(std::vector<NamedObstacle> obstacles);
+  /// From now on a joint that the motion does not move is at `position` (rad). Ignored for one that it moves.
+  void place_joint(int dof, double position) noexcept;
   /// Mass (kg) carried at p_HCm (m, hand frame); enters the feed-forward torques with the next step.
   void set_payload(double mass, const Eigen::Vector3d& p_HCm) noexcept;
+
+  /// Whether arm and torso stay as near as they can to where they are while the hand moves, in place of
+  /// tending to their postures.
+  void keep_posture(bool keep) noexcept { keep_posture_ = keep; }
 
   /// Starts towards a pose of the hand frame in W, along a straight line from where the reference is now.
   void go_to(const Eigen::Isometry3d& X_WH, const MotionLimits& limits) noexcept;
@@ -114,6 +74,12 @@ class HandMotion {
   /// from where the reference has it, by its legs; the reference itself stays. For a stabiliser.
   void shift_com(const Eigen::Vector2d& shift) noexcept { com_shift_ = shift; }
 
+  /// The set-point of the twist joint from now on is off the reference by this much (rad).
+  void twist(double angle) noexcept { twist_ = angle; }
+  /// How far the torso of `measured` is turned about the vertical from where the reference has it, rad; 0
+  /// without a twist joint.
+  [[nodiscard]] double twist_of(const KinematicTree& measured) const noexcept;
+
   /// Advances the reference by dt (s) and returns the set-points, joint_names order: reference positions, and
   /// the torques that carry the reference model with its payload.
   const std::vector<robot::JointCommand>& step(double dt) noexcept;
@@ -121,21 +87,29 @@ class HandMotion {
   [[nodiscard]] Status status() const { return state_.status; }
   /// Not moving towards a target any more, for whatever reason.
   [[nodiscard]] bool done() const { return state_.status != Status::kMoving; }
-  /// Reason in words for people, e.g. "the table is in the way".
+  /// Reason in words for people: which joint is at its limit, or which link is next to what, and how far the
+  /// hand is from its target.
   [[nodiscard]] std::string describe() const;
 
-  /// Where a motion from here to X_WH would end, found by running it ahead without moving anything. Takes
-  /// tens of milliseconds: not for cyclic code.
+  /// Where a motion from here through the poses `way`, each in a straight line, would end, found by running
+  /// it ahead without moving anything. Takes tens of milliseconds: not for cyclic code.
   struct Reach {
     Status status = Status::kReached;
-    PoseError error;          ///< at the end
-    double limit_margin = 0;  ///< least distance of an active joint to a position limit on the way, rad
-    /// Least distance of the arm to the table on the way, m; infinite without one.
-    double table_clearance = 0;
-    double trunk_clearance = 0;  ///< least distance of the arm to the robot's trunk on the way, m
-    Eigen::VectorXd q;           ///< at the end, joint_names order
+    std::size_t poses = 0;  ///< how many of the way were reached
+    PoseError error;        ///< at the end, to the pose that it was on the way to
+    std::string reason;     ///< `describe` of the end
+    double limit_margin =
+        0;  ///< least distance of an active joint to a position limit at the poses reached, rad
+    /// Least distance of the robot to an obstacle on the way, m; infinite without one. What is farther than
+    /// BodyGuard::kFarthest counts as that, here and below.
+    double obstacle_clearance = 0;
+    double own_clearance = 0;  ///< least distance between the robot's own links on the way, m
+    Eigen::VectorXd q;         ///< at the end, joint_names order
   };
-  [[nodiscard]] Reach reachable(const Eigen::Isometry3d& X_WH, const MotionLimits& limits);
+  [[nodiscard]] Reach reachable(std::span<const Eigen::Isometry3d> way, const MotionLimits& limits);
+  [[nodiscard]] Reach reachable(const Eigen::Isometry3d& X_WH, const MotionLimits& limits) {
+    return reachable(std::span(&X_WH, 1), limits);
+  }
 
   /// Positions (rad) and velocities (rad/s) of the reference, joint_names order.
   [[nodiscard]] const Eigen::VectorXd& q_ref() const { return state_.q; }
@@ -144,12 +118,13 @@ class HandMotion {
   [[nodiscard]] const Eigen::Isometry3d& X_WB() const { return state_.X_WB; }
   /// Pose of its hand.
   [[nodiscard]] const Eigen::Isometry3d& X_WH() const { return kinematics_.X_WL(hand_); }
+  /// Where the first of the joints that move the hand alone is, in the root's frame, m.
+  [[nodiscard]] Eigen::Vector3d shoulder() const noexcept;
   /// Of the reference's hand to the target.
   [[nodiscard]] PoseError error() const noexcept;
-  /// Distance of the arm to the table now, m; infinite without one.
-  [[nodiscard]] double table_clearance() const noexcept;
-  /// Distance of the arm to the robot's trunk now, m.
-  [[nodiscard]] double trunk_clearance() const noexcept { return clearance(kinematics_, guards_, trunk_); }
+  /// Distance of the robot to the nearest obstacle and between its own links now, m; see Reach.
+  [[nodiscard]] double obstacle_clearance() const { return guard_.obstacle_clearance(); }
+  [[nodiscard]] double own_clearance() const { return guard_.own_clearance(); }
   /// Least distance of an active joint to a position limit now, rad.
   [[nodiscard]] double limit_margin() const noexcept;
   /// Where the centre of mass of a standing robot is to be now, horizontal, in W, m.
@@ -165,6 +140,10 @@ class HandMotion {
     int dof = -1;
     double position = 0;
   };
+  struct Bounds {
+    int dof = -1;
+    double lower = 0, upper = 0;
+  };
   struct State {
     Eigen::VectorXd q;
     Eigen::Isometry3d X_WB = Eigen::Isometry3d::Identity();
@@ -174,14 +153,19 @@ class HandMotion {
     PoseTrajectory balance;  // of the centre of mass, as the translation
     double balance_time = 0;
     double waited = 0;
+    bool fingers_guarded = false;  // they keep off obstacles, for they are clear of them at the goal
+    WholeBodyIk::Binding binding;  // what keeps the hand from its path
+    BodyGuard::Nearness contact;   // where that is something near
+    int base_bound = -1;           // where it is the base's room
   };
 
   HandMotion(const RobotModel& model, const std::vector<std::string>& joint_names,
              const Eigen::Isometry3d& X_WB, const std::optional<Stance>& stance, HandMotionOptions options);
   [[nodiscard]] std::vector<Target> targets(const std::map<std::string, double>& positions) const;
   void pose() noexcept;
+  [[nodiscard]] std::string cause() const;
   void advance(double dt) noexcept;
-  void stay_upright(bool moving) noexcept;
+  void stay_upright(bool tends) noexcept;
   void integrate(double dt) noexcept;
   void judge(double dt, double progress) noexcept;
 
@@ -189,15 +173,19 @@ class HandMotion {
   std::optional<Stance> stance_;
   KinematicTree kinematics_;
   std::optional<ComShift> legs_under_com_;  // of a robot that stands
-  int hand_;
+  int hand_, shoulder_;                     // links
+  std::vector<std::string> legs_joints_;
   std::vector<int> active_;
+  std::vector<Bounds> bounds_;  // of the active ones
   std::vector<Target> upright_, posture_, legs_;
-  std::vector<GuardSphere> guards_;
-  std::vector<GuardCapsule> trunk_;
+  BodyGuard guard_;
+  BaseRoom base_room_;
   WholeBodyIk ik_;
-  std::optional<ConvexPrism> table_;
   State state_;
   Eigen::Vector2d com_shift_ = Eigen::Vector2d::Zero();
+  double twist_ = 0;
+  bool keep_posture_ = false;
+  int twist_dof_ = -1, torso_ = -1;  // and the link that it turns
   Eigen::VectorXd static_torques_, offsets_;
   Eigen::MatrixXd foot_jacobian_;
   std::vector<robot::JointCommand> commands_;

@@ -42,6 +42,7 @@ void PriorityCascade::project(const InequalityMatrix& C) {
 }
 
 QpStatus PriorityCascade::solve(const InequalityMatrix& C, const InequalityVector& d) noexcept {
+  for (InequalityVector& multipliers : multipliers_) multipliers.resize(0);
   x_.setZero(variables_);
   Z_.setIdentity(variables_, variables_);
   for (Eigen::Index row = 0; row < C.rows(); ++row) {
@@ -74,6 +75,7 @@ QpStatus PriorityCascade::solve(const InequalityMatrix& C, const InequalityVecto
       x_.setZero();
       return status;
     }
+    multipliers_[static_cast<std::size_t>(i)] = program_.multipliers();
     x_.noalias() += Z_ * program_.x();
     if (i + 1 < level_count_) shrink_null_space();
   }

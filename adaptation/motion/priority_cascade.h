@@ -37,6 +37,11 @@ class PriorityCascade {
   [[nodiscard]] QpStatus solve(const InequalityMatrix& C, const InequalityVector& d) noexcept;
   /// The last solution, one entry per variable.
   [[nodiscard]] const VariableVector& x() const { return x_; }
+  /// Lagrange multipliers of level `i`: how much each row of C kept it from its optimum. Empty when the level
+  /// has not been solved.
+  [[nodiscard]] const InequalityVector& multipliers(int i) const {
+    return multipliers_[static_cast<std::size_t>(i)];
+  }
 
  private:
   void project(const InequalityMatrix& C);
@@ -54,6 +59,7 @@ class PriorityCascade {
   InequalityMatrix CZ_;
   std::array<int, kMaxInequalities> only_entry_{};  ///< of a row of C; -1 when it has more
   InequalityVector slack_;
+  std::array<InequalityVector, kMaxLevels> multipliers_;
 };
 
 }  // namespace walkman::motion

@@ -1,11 +1,18 @@
 #include "adaptation/motion/whole_body_ik.h"
 
 #include <algorithm>
+#include <array>
 #include <limits>
 #include <stdexcept>
 #include <utility>
 
 namespace walkman::motion {
+namespace {
+
+/// Of the rates': what bounds the accelerations where less of them cannot keep off limits and obstacles.
+constexpr std::array kAccelerations = {1.0, 4.0, std::numeric_limits<double>::infinity()};
+
+}  // namespace
 
 Eigen::Vector3d rotation_error(const Eigen::Matrix3d& R_to, const Eigen::Matrix3d& R_from) noexcept {
   const Eigen::AngleAxisd turn(Eigen::Quaterniond(R_to * R_from.transpose()));
@@ -18,7 +25,7 @@ WholeBodyIk::WholeBodyIk(const KinematicTree& kinematics, BaseMotion base, std::
       base_(base),
       first_joint_(base == BaseMotion::kFloating ? 6 : 0),
       active_(std::move(active)),
-      rates_(rates),
+      rates_(active_.size(), rates),
       q_(Eigen::VectorXd::Zero(kinematics.dof())),
       J_full_(6, first_joint_ + kinematics.dof()),
       joint_velocity_(Eigen::VectorXd::Zero(kinematics.dof())) {
@@ -40,6 +47,11 @@ void WholeBodyIk::limit_joint(int dof, double lower, double upper) noexcept {
     lower_limit_[i] = std::max(lower_limit_[i], lower);
     upper_limit_[i] = std::min(upper_limit_[i], upper);
   }
+}
+
+void WholeBodyIk::limit_rates(int dof, const JointRates& rates) noexcept {
+  for (std::size_t i = 0; i < active_.size(); ++i)
+    if (active_[i] == dof) rates_[i] = rates;
 }
 
 void WholeBodyIk::reset_rates() noexcept {
@@ -114,13 +126,13 @@ void WholeBodyIk::track_com(const Eigen::Vector2d& p_Wcm, const Eigen::Vector2d&
   append(0, 2, velocity);
 }
 
-void WholeBodyIk::track_joint(int dof, double position, double gain) noexcept {
+void WholeBodyIk::track_joint(int dof, double position, double gain, double weight) noexcept {
   const auto found = std::find(active_.begin(), active_.end(), dof);
   if (found == active_.end()) return;
   J_.setZero(6, variables());
-  J_(0, first_joint_ + (found - active_.begin())) = 1;
+  J_(0, first_joint_ + (found - active_.begin())) = weight;
   Eigen::Matrix<double, 6, 1> velocity = Eigen::Matrix<double, 6, 1>::Zero();
-  velocity[0] = gain * (position - q_[dof]);
+  velocity[0] = weight * gain * (position - q_[dof]);
   append(0, 1, velocity);
 }
 
@@ -144,25 +156,24 @@ void WholeBodyIk::keep_apart(int link, const Eigen::Vector3d& p_LP, int other, c
   C_.row(row).noalias() -= n_W.transpose() * J_.bottomRows<3>();
 }
 
-void WholeBodyIk::write_joint_bounds(bool bound_acceleration) noexcept {
+void WholeBodyIk::write_joint_bounds(double acceleration) noexcept {
   const auto joints = static_cast<Eigen::Index>(active_.size());
   for (Eigen::Index i = 0; i < joints; ++i) {
     const int dof = active_[static_cast<std::size_t>(i)];
     const JointLimits& limits = kinematics_->limits(dof);
-    const double fastest = limits.velocity > 0 ? std::min(rates_.velocity, limits.velocity) : rates_.velocity;
+    const auto joint = static_cast<std::size_t>(i);
+    const JointRates& rates = rates_[joint];
+    const double fastest = limits.velocity > 0 ? std::min(rates.velocity, limits.velocity) : rates.velocity;
     // Towards a limit the speed decays with the distance left, at a rate that keeps the deceleration in
     // bounds.
-    const double approach = std::min(rates_.acceleration / fastest, 1 / dt_);
-    const auto joint = static_cast<std::size_t>(i);
+    const double approach = std::min(rates.acceleration / fastest, 1 / dt_);
     double upper = std::clamp(approach * (upper_limit_[joint] - q_[dof]), 0.0, fastest);
     double lower = std::clamp(approach * (lower_limit_[joint] - q_[dof]), -fastest, 0.0);
-    if (bound_acceleration) {
-      const double reach = rates_.acceleration * dt_;
-      const double slowest_upper = std::min(upper, joint_velocity_[dof] + reach);
-      const double slowest_lower = std::max(lower, joint_velocity_[dof] - reach);
-      upper = std::max(slowest_upper, lower);
-      lower = std::min(slowest_lower, upper);
-    }
+    const double reach = acceleration * rates.acceleration * dt_;
+    const double slowest_upper = std::min(upper, joint_velocity_[dof] + reach);
+    const double slowest_lower = std::max(lower, joint_velocity_[dof] - reach);
+    upper = std::max(slowest_upper, lower);
+    lower = std::min(slowest_lower, upper);
     C_(2 * i, first_joint_ + i) = 1;
     d_[2 * i] = lower;
     C_(2 * i + 1, first_joint_ + i) = -1;
@@ -170,12 +181,36 @@ void WholeBodyIk::write_joint_bounds(bool bound_acceleration) noexcept {
   }
 }
 
+WholeBodyIk::Binding WholeBodyIk::binding(int level) const noexcept {
+  constexpr double kAtLimit = 0.02;  // rad or m; a joint comes to its limit ever more slowly
+  constexpr double kSmallest = 1e-9;
+  const InequalityVector& multipliers = cascade_.multipliers(level);
+  const int joint_rows = 2 * static_cast<int>(active_.size());
+  Binding binding;
+  double largest = kSmallest;
+  for (int row = 0; row < multipliers.size(); ++row) {
+    if (multipliers[row] <= largest) continue;
+    if (row >= joint_rows) {
+      binding = {.contact = row - joint_rows};
+    } else {
+      const auto joint = static_cast<std::size_t>(row / 2);
+      const bool upper = row % 2 == 1;
+      const double left =
+          upper ? upper_limit_[joint] - q_[active_[joint]] : q_[active_[joint]] - lower_limit_[joint];
+      if (left > kAtLimit) continue;
+      binding = {.dof = active_[joint], .upper = upper};
+    }
+    largest = multipliers[row];
+  }
+  return binding;
+}
+
 QpStatus WholeBodyIk::solve() noexcept {
-  write_joint_bounds(true);
-  QpStatus status = cascade_.solve(C_, d_);
-  if (status == QpStatus::kInfeasible) {
-    write_joint_bounds(false);
+  QpStatus status = QpStatus::kInfeasible;
+  for (const double acceleration : kAccelerations) {
+    write_joint_bounds(acceleration);
     status = cascade_.solve(C_, d_);
+    if (status != QpStatus::kInfeasible) break;
   }
   joint_velocity_.setZero();
   base_velocity_.setZero();

@@ -56,8 +56,9 @@ class WholeBodyIk {
                          double gain) noexcept;
   /// Centre of mass to the horizontal position p_Wcm (m), which itself moves at v_Wcm (m/s), both in W.
   void track_com(const Eigen::Vector2d& p_Wcm, const Eigen::Vector2d& v_Wcm, double gain) noexcept;
-  /// One joint, by degree of freedom, to a position (rad or m). Ignored for a joint that is not active.
-  void track_joint(int dof, double position, double gain) noexcept;
+  /// One joint, by degree of freedom, to a position (rad or m), with a weight among what else the level
+  /// tracks. Ignored for a joint that is not active.
+  void track_joint(int dof, double position, double gain, double weight = 1) noexcept;
 
   /// Half-space: the point p_LP of `link` may move against n_W (unit, pointing to the free side) at most at
   /// `approach` (m/s, not negative).
@@ -68,6 +69,8 @@ class WholeBodyIk {
                   const Eigen::Vector3d& n_W, double approach) noexcept;
   /// Joint `dof` keeps to [lower, upper] (rad or m) besides its own limits.
   void limit_joint(int dof, double lower, double upper) noexcept;
+  /// Other rates than the rest for one joint, by degree of freedom. Ignored for a joint that is not active.
+  void limit_rates(int dof, const JointRates& rates) noexcept;
 
   /// On failure all velocities are zero: the caller's reference stays where it was.
   [[nodiscard]] QpStatus solve() noexcept;
@@ -75,19 +78,28 @@ class WholeBodyIk {
   [[nodiscard]] const Eigen::VectorXd& joint_velocity() const { return joint_velocity_; }
   /// [angular; linear] velocity of the root in W; zero for a fixed base.
   [[nodiscard]] const Eigen::Matrix<double, 6, 1>& base_velocity() const { return base_velocity_; }
+  /// What kept a priority's tasks from being met in the last solution, besides joints' rates.
+  struct Binding {
+    int dof = -1;        ///< a joint next to its position limit: its degree of freedom, −1 when it is none
+    bool upper = false;  ///< of that joint
+    int contact = -1;    ///< how many calls of keep_clear and keep_apart came before the one that binds; −1
+  };
+  /// Most, of all that kept the `level`-th priority (from 0) from its tasks.
+  [[nodiscard]] Binding binding(int level) const noexcept;
   /// Forgets the last velocities, which the acceleration bound refers to.
   void reset_rates() noexcept;
 
  private:
   void fill_jacobian(int link, const Eigen::Vector3d& p_LP) noexcept;
   void append(int first_row, int rows, const Eigen::Matrix<double, 6, 1>& velocity) noexcept;
-  void write_joint_bounds(bool bound_acceleration) noexcept;
+  /// `acceleration`: as a multiple of the rates'.
+  void write_joint_bounds(double acceleration) noexcept;
 
   const KinematicTree* kinematics_;
   BaseMotion base_;
   int first_joint_;
   std::vector<int> active_;
-  JointRates rates_;
+  std::vector<JointRates> rates_;  // of the active joints
 
   double dt_ = 0;
   Eigen::VectorXd q_;

@@ -1,55 +1,79 @@
 #include "adaptation/regrasp/manipulator.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numbers>
 
 #include <fmt/format.h>
 
+#include "adaptation/motion/grip.h"
 #include "adaptation/motion/rest_watch.h"
 #include "adaptation/wrench/carried_load.h"
 
 namespace walkman::regrasp {
 namespace {
 
-constexpr double kMostMisfit = 2;    // sensors of their data sheet come to 0.9, at worst to 1.5
+constexpr double kMostMisfit = 2;        // sensors of their data sheet come to 0.9, at worst to 1.5
+constexpr double kLooksThere = 0.03;     // rad off the middle of the image
+constexpr double kHeadStep = 0.01;       // rad
+constexpr double kHeadRoom = 0.0005;     // m; at home the head is 1 mm off the chest
+constexpr double kHeadSpeed = 0.15;      // rad/s
+constexpr double kPeakOverMean = 1.875;  // speed of a fifth-order motion
+constexpr std::array kHigher = {0.0, 0.1, 0.2, 0.3};  // m
 constexpr double kOpenTorque = 0.2;  // share of rated: enough to let the ligaments open the hand
 
-motion::HandMotionOptions motion_options(const HandParts& hand) {
-  motion::HandMotionOptions options;
-  options.hand_link = hand.frame;
-  return options;
+wrench::LoadEstimator::DataSheet sensor_of(const StageTwoParameters& parameters) {
+  return {.gain = parameters.sensor_gain,
+          .cross_talk = parameters.sensor_cross_talk,
+          .force_per_torque = parameters.sensor_force_per_torque,
+          .torque_per_force = parameters.sensor_torque_per_force,
+          .force_range = parameters.sensor_force_range,
+          .torque_range = parameters.sensor_torque_range};
 }
 
-Eigen::Isometry3d raised(const Eigen::Isometry3d& X_T, double height, double back = 0) {
+Eigen::Isometry3d raised(const Eigen::Isometry3d& X_T, double height) {
   Eigen::Isometry3d out = X_T;
-  out.translation() += Eigen::Vector3d(-back, 0, height);
+  out.translation().z() += height;
   return out;
 }
 
 }  // namespace
 
-Manipulator::Manipulator(const RobotModel& model, Session& session, const StageTwoParameters& parameters)
+Manipulator::Manipulator(const KnownRobot& known, Session& session, const StageTwoParameters& parameters)
     : session_(session),
       parameters_(parameters),
-      model_(model),
-      hand_weight_(model, session.hand().force_torque),
-      estimator_({.gain = parameters.sensor_gain,
-                  .cross_talk = parameters.sensor_cross_talk,
-                  .force_per_torque = parameters.sensor_force_per_torque,
-                  .torque_per_force = parameters.sensor_torque_per_force,
-                  .force_range = parameters.sensor_force_range,
-                  .torque_range = parameters.sensor_torque_range}) {}
+      known_(known),
+      hand_weight_(known.model, session.hand().force_torque),
+      estimator_(sensor_of(parameters)) {}
+
+void Manipulator::take_over(const Eigen::VectorXd& q) {
+  const std::vector<std::string>& joints = session_.joint_names();
+  const motion::HandMotionOptions options = motion::hand_motion_options(known_, session_.hand());
+  if (const auto& stance = session_.stance()) {
+    motion_.emplace(known_.model, joints, *stance, options);
+  } else {
+    motion_.emplace(known_.model, joints, Eigen::Isometry3d::Identity(), options);
+  }
+  motion_->set_obstacles(obstacles_);
+  motion_->reset(q);
+}
+
+void Manipulator::use(std::size_t hand) {
+  if (hand == hand_) return;
+  hand_ = hand;
+  session_.use(known_.description.working_hands().at(hand));
+  const Eigen::VectorXd q = motion_->q_ref();
+  take_over(q);
+  X_TH_start_ = motion_->X_WH();
+  hand_weight_ = wrench::HandWeight(known_.model, session_.hand().force_torque);
+  estimator_ = wrench::LoadEstimator(sensor_of(parameters_));
+  session_.enter(Phase::kCalibrate);
+  calibrate();
+}
 
 void Manipulator::start() {
-  const std::vector<std::string>& joints = session_.joint_names();
-  const motion::HandMotionOptions options = motion_options(session_.hand());
-  if (const auto& stance = session_.stance()) {
-    motion_.emplace(model_, joints, *stance, options);
-  } else {
-    motion_.emplace(model_, joints, Eigen::Isometry3d::Identity(), options);
-  }
-  motion_->reset(session_.link_positions());
+  take_over(session_.link_positions());
   while (!motion_->balanced()) cycle();
   settle();
   X_TH_start_ = motion_->X_WH();
@@ -57,11 +81,15 @@ void Manipulator::start() {
 
 void Manipulator::cycle() {
   if (session_.stance()) {
-    if (stabilised_recoveries_ != session_.recoveries()) stabiliser_.restart();
+    if (stabilised_recoveries_ != session_.recoveries()) {
+      stabiliser_.restart();
+      twist_damper_.restart();
+    }
     stabilised_recoveries_ = session_.recoveries();
     const motion::KinematicTree& reference = motion_->kinematics();
     motion_->shift_com(stabiliser_.step(session_.balance(), reference.total_mass(), reference.com().head<2>(),
                                         session_.period()));
+    motion_->twist(twist_damper_.step(motion_->twist_of(session_.measured()), session_.period()));
   }
   session_.tick(motion_->step(session_.period()));
 }
@@ -70,7 +98,8 @@ void Manipulator::calibrate() {
   const Eigen::Matrix3d R_HS = (session_.X_TH().inverse() * session_.X_TS()).linear();
   const wrench::LoadEstimator before = estimator_;
   int recoveries;
-  do {  // a sensor that booted anew in between has another residual
+  motion_->keep_posture(true);  // the camera looks from where it is
+  do {                          // a sensor that booted anew in between has another residual
     recoveries = session_.recoveries();
     estimator_ = before;
     estimator_.begin_series();
@@ -81,6 +110,7 @@ void Manipulator::calibrate() {
       add_empty();
     }
   } while (session_.recoveries() != recoveries);
+  motion_->keep_posture(false);
 }
 
 Manipulator::MeanReading Manipulator::mean_reading(double seconds) {
@@ -94,8 +124,9 @@ Manipulator::MeanReading Manipulator::mean_reading(double seconds) {
   return {reading.mean(), hand.mean(), down_S.normalized(), reading.count()};
 }
 
-void Manipulator::set_table(const Eigen::Vector3d& normal_T, const std::vector<Eigen::Vector3d>& hull_T) {
-  motion_->set_table(motion::ConvexPrism(normal_T, hull_T));
+void Manipulator::set_obstacles(const std::vector<motion::NamedObstacle>& obstacles) {
+  obstacles_ = obstacles;
+  motion_->set_obstacles(obstacles);
 }
 
 void Manipulator::for_seconds(double seconds, const std::function<void(double)>& each_cycle) {
@@ -113,7 +144,7 @@ void Manipulator::settle() {
   double waited = 0;
   while (!watch.at_rest(session_.X_TH().translation(), session_.period())) {
     if (waited > parameters_.rest_timeout) {
-      throw RunStopped(
+      throw Refused(
           fmt::format("the hand does not come to rest: {:.0f} s after a motion it still reaches {:.1f} mm/s",
                       waited, 1e3 * watch.unrest()));
     }
@@ -122,45 +153,103 @@ void Manipulator::settle() {
   }
 }
 
+motion::MotionLimits Manipulator::limits(double speed) const {
+  motion::MotionLimits bounds;
+  bounds.linear_velocity = speed;
+  bounds.angular_velocity = parameters_.angular_speed;
+  return bounds;
+}
+
 motion::MotionLimits Manipulator::carrying_limits() const {
-  motion::MotionLimits limits;
-  limits.linear_velocity = parameters_.lift_speed;
-  limits.angular_velocity = parameters_.angular_speed;
-  limits.duration = parameters_.carry_time;
-  return limits;
+  motion::MotionLimits carrying = limits(parameters_.lift_speed);
+  carrying.duration = parameters_.carry_time;
+  return carrying;
 }
 
 void Manipulator::carry_to(const Eigen::Isometry3d& X_TH) { move_to(X_TH, carrying_limits()); }
 
-void Manipulator::move_to(const Eigen::Isometry3d& X_TH, double speed) {
-  motion::MotionLimits limits;
-  limits.linear_velocity = speed;
-  limits.angular_velocity = parameters_.angular_speed;
-  move_to(X_TH, limits);
+void Manipulator::move_to(const Eigen::Isometry3d& X_TH, double speed) { move_to(X_TH, limits(speed)); }
+
+void Manipulator::move_to(const Eigen::Isometry3d& X_TH, const motion::MotionLimits& bounds) {
+  follow(find_route(*motion_, std::span(&X_TH, 1), bounds, 0), X_TH, bounds);
 }
 
-void Manipulator::move_to(const Eigen::Isometry3d& X_TH, const motion::MotionLimits& limits) {
+void Manipulator::follow(const Route& route, const Eigen::Isometry3d& X_TH,
+                         const motion::MotionLimits& bounds) {
   const auto refuse = [&](const std::string& reason) {
     const Eigen::Vector3d p = X_TH.translation();
-    throw RunStopped(
-        fmt::format("the hand cannot reach ({:.3f}, {:.3f}, {:.3f}) m from where the base stood: {}", p.x(),
-                    p.y(), p.z(), reason));
+    throw Refused(
+        fmt::format("the {} hand cannot reach ({:.3f}, {:.3f}, {:.3f}) m from where the base stood: {}",
+                    session_.hand().name, p.x(), p.y(), p.z(), reason));
   };
-  const motion::HandMotion::Reach ahead = motion_->reachable(X_TH, limits);
-  if (ahead.status != motion::HandMotion::Status::kReached) {
-    refuse(fmt::format("the motion would end {:.0f} mm short", 1e3 * ahead.error.position));
+  if (route.reach.status != motion::HandMotion::Status::kReached) refuse(route.reach.reason);
+  for (const Eigen::Isometry3d& X_TV : route.way) {
+    motion_->go_to(X_TV, bounds);
+    while (!motion_->done()) cycle();
+    if (motion_->status() != motion::HandMotion::Status::kReached) refuse(motion_->describe());
   }
-  motion_->go_to(X_TH, limits);
-  while (!motion_->done()) cycle();
-  if (motion_->status() != motion::HandMotion::Status::kReached) refuse(motion_->describe());
 }
 
-void Manipulator::retreat() { move_to(X_TH_start_, parameters_.travel_speed); }
+void Manipulator::retreat() {
+  const auto go = [&](const Eigen::Isometry3d& X_TH) {
+    const Route route = find_route(*motion_, std::span(&X_TH, 1), limits(parameters_.travel_speed), 0);
+    if (route.reach.status != motion::HandMotion::Status::kReached) return false;
+    follow(route, X_TH, limits(parameters_.travel_speed));
+    return true;
+  };
+  for (auto pose = way_.rbegin(); pose != way_.rend(); ++pose) static_cast<void>(go(*pose));
+  // A table may have turned out to be in the way where the hand came from.
+  for (const double higher : kHigher)
+    if (go(raised(X_TH_start_, higher))) return;
+}
 
-void Manipulator::approach(const Eigen::Isometry3d& X_TG) {
+void Manipulator::approach(const std::vector<Eigen::Isometry3d>& way) {
   session_.set_grip(0, kOpenTorque);
-  move_to(raised(X_TG, parameters_.approach_height, parameters_.approach_back), parameters_.travel_speed);
-  move_to(raised(X_TG, parameters_.approach_height), parameters_.travel_speed);
+  way_ = way;
+  for (const Eigen::Isometry3d& X_TH : way) move_to(X_TH, parameters_.travel_speed);
+}
+
+bool Manipulator::look_at(const Eigen::Vector3d& p_T) {
+  const auto& gaze = known_.description.gaze;
+  if (!gaze) return false;
+  const Eigen::Vector3d p_C = session_.X_TC().inverse() * p_T;
+  motion::KinematicTree posed(known_.model, session_.joint_names());
+  Eigen::VectorXd q = motion_->q_ref();
+  posed.update(q);
+  const int pan = posed.dof_of(gaze->pan), tilt = posed.dof_of(gaze->tilt);
+  motion::BodyGuard guard(posed, {pan, tilt}, false, session_.hand().frame,
+                          load_disabled_collisions(known_.description.srdf, known_.model));
+  const int camera = known_.model.link_index(known_.description.optical_frame);
+  const Eigen::VectorXd q_from = q;
+  // About C's y (down) to the right, about its x (right) upwards; as far as the head keeps off the body.
+  const auto turn = [&](const std::string& joint_name, int dof, const Eigen::Vector3d& about_C, double by) {
+    const Joint& joint = known_.model.joints[static_cast<std::size_t>(known_.model.joint_index(joint_name))];
+    const Eigen::Vector3d axis_C =
+        posed.X_WL(camera).linear().transpose() * (posed.X_WL(joint.child_link).linear() * joint.axis);
+    const double step = std::copysign(kHeadStep, by * axis_C.dot(about_C));
+    for (double turned = 0; turned + kHeadStep <= std::abs(by); turned += kHeadStep) {
+      const double before = q[dof];
+      q[dof] += step;
+      posed.update(q);
+      guard.update();
+      const JointLimits& limits = joint.limits;
+      if (q[dof] > limits.lower && q[dof] < limits.upper && guard.own_clearance() > kHeadRoom) continue;
+      q[dof] = before;
+      posed.update(q);
+      break;
+    }
+  };
+  turn(gaze->pan, pan, Eigen::Vector3d::UnitY(), std::atan2(p_C.x(), p_C.z()));
+  turn(gaze->tilt, tilt, Eigen::Vector3d::UnitX(), -std::atan2(p_C.y(), p_C.z()));
+  const double angle = (q - q_from).cwiseAbs().maxCoeff();
+  if (angle < kLooksThere) return false;
+  for_seconds(kPeakOverMean * angle / kHeadSpeed, [&](double share) {
+    const double smooth = share * share * share * (10 + share * (6 * share - 15));
+    for (const int dof : {pan, tilt})
+      motion_->place_joint(dof, q_from[dof] + smooth * (q[dof] - q_from[dof]));
+  });
+  settle();
+  return true;
 }
 
 void Manipulator::tare() {
@@ -169,26 +258,27 @@ void Manipulator::tare() {
   residual_So_S_ = {empty.reading.torque - empty.hand.torque, empty.reading.force - empty.hand.force};
 }
 
-void Manipulator::descend(const Eigen::Isometry3d& X_TG) {
-  X_TH_grasp_ = X_TG;
-  X_TH_grasp_.translation() += parameters_.palm_clearance * X_TG.linear().col(1);
+void Manipulator::descend(const Eigen::Isometry3d& X_TH) {
+  X_TH_grasp_ = X_TH;
   move_to(X_TH_grasp_, parameters_.approach_speed);
   hold(parameters_.hold_time);
 }
 
 void Manipulator::ascend() {
-  move_to(raised(X_TH_grasp_, parameters_.approach_height), parameters_.approach_speed);
+  move_to(X_TH_grasp_ * Eigen::Translation3d(0, parameters_.approach_height, 0), parameters_.approach_speed);
 }
 
-void Manipulator::grasp() {
+void Manipulator::grasp(double radius) {
   session_.set_holding(true);
   for_seconds(parameters_.close_time,
               [&](double share) { session_.set_grip(share, parameters_.grip_torque); });
   hold(parameters_.hold_time);
   if (session_.hand_closure() > parameters_.empty_closure) {
-    throw RunStopped(fmt::format("the hand closed to {:.0f} % of its travel and holds nothing",
-                                 100 * session_.hand_closure()));
+    throw Refused(fmt::format("the hand closed to {:.0f} % of its travel and holds nothing",
+                              100 * session_.hand_closure()));
   }
+  const HandParts& hand = session_.hand();
+  hand_weight_.hold(hand.frame, motion::Grip(known_.model, hand.frame, hand.motor).around(radius));
   lifted_ = 0;
 }
 
@@ -199,24 +289,26 @@ void Manipulator::lift() {
     settle();
     return mean_object_load(parameters_.lift_window);
   };
-  const Wrench first = rise_to(parameters_.lift_height);
-  carry(first);
-  double force = first.force.norm();
+  Wrench load = rise_to(parameters_.lift_height);
+  carry(load);
+  double change = 0;
   while (true) {
     const double next = lifted_ + parameters_.lift_step;
     if (next > parameters_.lift_max + 1e-9) {
-      throw RunStopped(
-          fmt::format("the wrist force still changes with height at {:.2f} m: the object rests on "
-                      "something or slips",
-                      lifted_));
+      throw Refused(fmt::format(
+          "at {:.2f} m the wrist carries {:.1f} N and {:.2f} N·m, {:.2f} N more or less than {:.0f} cm "
+          "below, expected at most {:g} N: the object turns in the hand or still rests on something",
+          lifted_, load.force.norm(), load.torque.norm(), change, 100 * parameters_.lift_step,
+          parameters_.lift_force_change));
     }
-    const double higher = rise_to(next).force.norm();
-    const double change = std::abs(higher - force);
-    force = higher;
+    const Wrench higher = rise_to(next);
+    change = std::abs(higher.force.norm() - load.force.norm());
+    load = higher;
     if (change <= parameters_.lift_force_change) break;
   }
+  const double force = load.force.norm();
   if (force < parameters_.min_force) {
-    throw RunStopped(
+    throw Refused(
         fmt::format("the wrist weighs {:.2f} N after the lift: the object is not in the hand", force));
   }
 }
@@ -273,7 +365,7 @@ Wrench Manipulator::weigh() {
   add_loaded(parameters_.average_time);
   const wrench::LoadEstimator::Object object = estimator_.object();
   if (!(object.misfit < kMostMisfit)) {
-    throw RunStopped(fmt::format(
+    throw Refused(fmt::format(
         "the wrist's readings contradict each other: with the hand turned they are {:.1f} standard "
         "deviations away from what any one object would make, expected less than {:g}",
         object.misfit, kMostMisfit));
@@ -312,6 +404,7 @@ Eigen::Isometry3d Manipulator::lower_and_release() {
   });
   session_.set_grip(0, kOpenTorque);
   hold(parameters_.hold_time);
+  hand_weight_.hold(session_.hand().frame, {});
   session_.set_holding(false);
   ascend();
   lifted_ = 0;

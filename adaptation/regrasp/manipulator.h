@@ -7,39 +7,46 @@
 
 #include "adaptation/motion/hand_motion.h"
 #include "adaptation/motion/stabiliser.h"
+#include "adaptation/motion/twist_damper.h"
 #include "adaptation/parameters.h"
+#include "adaptation/regrasp/route.h"
 #include "adaptation/regrasp/session.h"
 #include "adaptation/wrench/hand_weight.h"
 #include "adaptation/wrench/load_estimator.h"
 
 namespace walkman::regrasp {
 
-/// Motion primitives of one arm and hand: reach, grasp, lift, weigh, lower, release. Poses are of the hand's
-/// grasp frame H in the stance T. Each returns when done and throws RunStopped when it cannot be done.
+/// Motion primitives of the arm and hand that work: reach, grasp, lift, weigh, lower, release. Poses are of
+/// the hand's grasp frame H in the stance T. Each returns when done and throws Refused when it cannot be
+/// done, besides what the session throws.
 class Manipulator {
  public:
-  Manipulator(const RobotModel& model, Session& session, const StageTwoParameters& parameters);
+  Manipulator(const KnownRobot& known, Session& session, const StageTwoParameters& parameters);
 
   /// Takes over the posture and the stance the drives and sensors report; to be called once after boot.
   void start();
   /// Reads the wrist's sensor with the empty hand turned about its long axis to either side and as it was:
   /// its weight on other axes shows what the sensor makes of a load.
   void calibrate();
-  /// Keeps the arm out of the table from now on. Hull and normal in T.
-  void set_table(const Eigen::Vector3d& normal_T, const std::vector<Eigen::Vector3d>& hull_T);
+  /// The hand that works from now on, by its place in the robot's description; the first until then. The one
+  /// that worked goes where it is, empty; a new one is calibrated.
+  void use(std::size_t hand);
+  /// Keeps the robot out of these, in T, from now on.
+  void set_obstacles(const std::vector<motion::NamedObstacle>& obstacles);
 
-  /// Moves to the start pose out of the camera's view.
+  /// Moves back the way it came and on to where it started, out of the camera's view, or over it; as far as
+  /// that goes.
   void retreat();
-  /// Over and behind the grasp, with the hand open.
-  void approach(const Eigen::Isometry3d& X_TG);
+  /// Through the poses `way`, the last of them over the grasp, with the hand open.
+  void approach(const std::vector<Eigen::Isometry3d>& way);
   /// Averages in the air, with the hand empty: the sensor's residual.
   void tare();
-  /// Down to the grasp with the hand open.
-  void descend(const Eigen::Isometry3d& X_TG);
+  /// Down to where the hand closes, open.
+  void descend(const Eigen::Isometry3d& X_TH);
   /// Straight up from the grasp to the height of the approach.
   void ascend();
-  /// Closes the hand where it is. Throws RunStopped when it closes on nothing.
-  void grasp();
+  /// Closes the hand where it is, around a handle of `radius` (m). Throws Refused when it closes on nothing.
+  void grasp(double radius);
   /// Up until the force no longer changes with height; from the first stop on the arm carries what it weighed
   /// there by feed-forward.
   void lift();
@@ -47,7 +54,7 @@ class Manipulator {
   /// back to level.
   void turn();
   /// Reads it level for the averaging time. Returns the load of the object alone about Ho in T, a pure
-  /// weight, that fits these readings and those before. Throws RunStopped when they are none of a sensor as
+  /// weight, that fits these readings and those before. Throws Refused when they are none of a sensor as
   /// its data sheet has it.
   [[nodiscard]] Wrench weigh();
   /// After `weigh`: turns the hand about the handle so that the object's centre of mass hangs straight below
@@ -58,9 +65,13 @@ class Manipulator {
   /// opened.
   [[nodiscard]] Eigen::Isometry3d lower_and_release();
 
+  /// Turns the camera so that p_T (m) comes to the middle of its image, as far as its joints go and the head
+  /// keeps off the body. False, and nothing moves, when that is next to nothing.
+  bool look_at(const Eigen::Vector3d& p_T);
+
   /// Keeps the reference where it is.
   void hold(double seconds);
-  /// Holds until what a motion has set swinging has come to rest. Throws RunStopped when it does not.
+  /// Holds until what a motion has set swinging has come to rest. Throws Refused when it does not.
   void settle();
 
   /// The reference the set-points come from; to be asked after `start` only.
@@ -68,9 +79,12 @@ class Manipulator {
 
  private:
   void cycle();
+  void take_over(const Eigen::VectorXd& q);
+  [[nodiscard]] motion::MotionLimits limits(double speed) const;
   void carry(const Wrench& F_Ho_T);
   void move_to(const Eigen::Isometry3d& X_TH, double speed);
-  void move_to(const Eigen::Isometry3d& X_TH, const motion::MotionLimits& limits);
+  void move_to(const Eigen::Isometry3d& X_TH, const motion::MotionLimits& bounds);
+  void follow(const Route& route, const Eigen::Isometry3d& X_TH, const motion::MotionLimits& bounds);
   [[nodiscard]] motion::MotionLimits carrying_limits() const;
   /// With the object in the hand: slowly enough not to set it swinging.
   void carry_to(const Eigen::Isometry3d& X_TH);
@@ -89,15 +103,19 @@ class Manipulator {
 
   Session& session_;
   StageTwoParameters parameters_;
-  const RobotModel& model_;
+  const KnownRobot& known_;
+  std::size_t hand_ = 0;
   std::optional<motion::HandMotion> motion_;  // since `start`
+  std::vector<motion::NamedObstacle> obstacles_;
   motion::Stabiliser stabiliser_;
+  motion::TwistDamper twist_damper_;
   int stabilised_recoveries_ = 0;
   wrench::HandWeight hand_weight_;
   wrench::LoadEstimator estimator_;
   Wrench residual_So_S_;
   Eigen::Isometry3d X_TH_start_ = Eigen::Isometry3d::Identity();
   Eigen::Isometry3d X_TH_grasp_ = Eigen::Isometry3d::Identity();
+  std::vector<Eigen::Isometry3d> way_;  // of the last approach
   double lifted_ = 0;
   struct Payload {
     double mass = 0;  // kg

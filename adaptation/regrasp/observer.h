@@ -7,6 +7,7 @@
 #include "adaptation/perception/stage_one.h"
 #include "drivers/camera/range_camera.h"
 #include "drivers/time.h"
+#include "urdf/reader/robot_description.h"
 #include "urdf/reader/wrench.h"
 
 namespace walkman::regrasp {
@@ -42,6 +43,12 @@ class RunStopped : public std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
+/// The object asks for more than the hand or the arm can do, and the robot is as much in control as before.
+class Refused : public RunStopped {
+ public:
+  using RunStopped::RunStopped;
+};
+
 /// What one lift measured. T is the robot's stance (motion::Stance; its base where that is held), H the
 /// grasping hand's frame H_f.
 struct Weighing {
@@ -65,6 +72,8 @@ class Observer {
   /// Once, after boot: the robot has found that it stands on its feet, or that it does not, and where its
   /// base is in T.
   virtual void on_stance(bool /*stands*/, const Eigen::Isometry3d& /*X_TB*/) {}
+  /// The hand that works from now on.
+  virtual void on_hand(const HandParts& /*hand*/) {}
   /// Once a cycle: the wrist sensor's raw reading and the hand's measured pose.
   virtual void on_cycle(Time /*now*/, const Wrench& /*F_So_S*/, const Eigen::Isometry3d& /*X_TH*/) {}
   virtual void on_located(const camera::OrganizedCloud& /*cloud*/,

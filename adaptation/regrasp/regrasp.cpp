@@ -1,31 +1,28 @@
 #include "adaptation/regrasp/regrasp.h"
 
+#include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <functional>
 #include <future>
 #include <limits>
 
 #include <fmt/format.h>
 
+#include "adaptation/regrasp/grasp_planner.h"
 #include "adaptation/regrasp/manipulator.h"
 #include "adaptation/wrench/carried_load.h"
 
 namespace walkman::regrasp {
 namespace {
 
+constexpr int kMostLooks = 3;
 constexpr double kCloudTimeout = 5.0;  // s without a new cloud: many frame periods of the camera
 
 /// The CoM line as the hand carries it: relative to Ho, in H.
 struct CarriedLine {
   wrench::ComLine line_H;
   double force;  // N
-};
-
-/// Least-torque place on a handle (paper, sec. 3.2): where |d_h × f| is least.
-struct Candidate {
-  int handle = -1;
-  double along = 0;
-  double torque = std::numeric_limits<double>::infinity();
 };
 
 /// Axial position on a handle nearest to a line: both as point and unit direction, in one frame.
@@ -40,46 +37,59 @@ double nearest_along(const Eigen::Vector3d& centre, const Eigen::Vector3d& axis,
 }  // namespace
 
 struct Regrasp::Impl {
-  Impl(const KnownRobot& known, robot::Robot& robot, robot::Cycle& cycle, camera::RangeCamera& range_camera,
-       const MethodParameters& all, Observer& watcher, Thinking when)
-      : parameters(all),
+  Impl(const KnownRobot& known_robot, robot::Robot& robot, robot::Cycle& cycle,
+       camera::RangeCamera& range_camera, const MethodParameters& all, Observer& watcher, Thinking when)
+      : known(known_robot),
+        parameters(all),
         thinking(when),
         camera(range_camera),
         observer(watcher),
-        session(known, robot, cycle, watcher),
-        manipulator(known.model, session, all.stage_two) {}
+        session(known_robot, robot, cycle, watcher),
+        manipulator(known_robot, session, all.stage_two) {}
 
-  void look();
-  [[nodiscard]] perception::StageOneResult evaluate();
-  [[nodiscard]] Eigen::Isometry3d frame_on(const perception::GraspFrame& grasp) const;
-  void reach_and_grasp(const Eigen::Isometry3d& X_TG);
+  /// Looks for the object at p_T (m), or for the largest; where it has no handle and is cut by the image's
+  /// border, again with the head turned to it.
+  void look(const std::optional<Eigen::Vector3d>& p_T);
+  void take_cloud();
+  /// What `think` returns; see Thinking.
+  template <typename T>
+  [[nodiscard]] T await(const std::function<T()>& think);
+  [[nodiscard]] std::vector<motion::NamedObstacle> obstacles() const;
+  /// The grasp to go for, with the hand in use that takes it.
+  [[nodiscard]] PlannedGrasp plan(const GraspPlanner::Cost& cost);
+  void reach_and_grasp(const PlannedGrasp& grasp);
+  /// Lowers the object again and throws RunStopped where it is refused.
   [[nodiscard]] Weighing lift_and_weigh();
+  [[nodiscard]] Weighing lift_and_hang();
   [[nodiscard]] Weighing weigh();
-  [[nodiscard]] Candidate least_torque(const CarriedLine& carried, const Eigen::Isometry3d& X_TH) const;
+  /// Distance along the handle from where |d_h × f| is least (paper, sec. 3.2), by the torque left.
+  [[nodiscard]] GraspPlanner::Cost least_torque(const CarriedLine& carried,
+                                                const Eigen::Isometry3d& X_TH) const;
 
+  const KnownRobot& known;
   const MethodParameters& parameters;
   Thinking thinking;
   camera::RangeCamera& camera;
   Observer& observer;
   Session session;
   Manipulator manipulator;
+  std::optional<GraspPlanner> planner;  // since the robot knows how it stands
   camera::OrganizedCloud cloud;
   perception::StageOneResult seen;
   Eigen::Isometry3d X_TC = Eigen::Isometry3d::Identity();  // camera while the robot stood still for `cloud`
 };
 
-perception::StageOneResult Regrasp::Impl::evaluate() {
-  if (thinking == Thinking::kBetweenCycles) return perception::locate(cloud, parameters.stage_one);
-  auto result =
-      std::async(std::launch::async, [this] { return perception::locate(cloud, parameters.stage_one); });
+template <typename T>
+T Regrasp::Impl::await(const std::function<T()>& think) {
+  if (thinking == Thinking::kBetweenCycles) return think();
+  auto result = std::async(std::launch::async, think);
   while (result.wait_for(std::chrono::seconds(0)) != std::future_status::ready) {
     manipulator.hold(session.period());
   }
   return result.get();
 }
 
-void Regrasp::Impl::look() {
-  session.enter(Phase::kLook);
+void Regrasp::Impl::take_cloud() {
   Time asked = session.now();
   int recoveries = session.recoveries();
   X_TC = session.X_TC();
@@ -95,39 +105,101 @@ void Regrasp::Impl::look() {
     recoveries = session.recoveries();
     asked = session.now();
   }
-  try {
-    seen = evaluate();
-  } catch (const perception::NotLocated& e) {
-    throw RunStopped(e.what());
+}
+
+void Regrasp::Impl::look(const std::optional<Eigen::Vector3d>& p_T) {
+  session.enter(Phase::kLook);
+  bool asked_for = p_T.has_value();
+  Eigen::Vector3d near_T = p_T.value_or(Eigen::Vector3d::Zero());
+  for (int looks = 1;; ++looks) {
+    take_cloud();
+    try {
+      seen = await<perception::StageOneResult>([&] {
+        if (!asked_for) return perception::locate(cloud, parameters.stage_one);
+        return perception::locate(cloud, parameters.stage_one, X_TC.inverse() * near_T);
+      });
+    } catch (const perception::NotLocated& e) {
+      // What is asked for may be beyond the image's border.
+      if (asked_for && looks < kMostLooks && manipulator.look_at(near_T)) continue;
+      throw RunStopped(e.what());
+    }
+    if (seen.grasp || !seen.object().cut_by_image || looks == kMostLooks) break;
+    const Eigen::Vector3d middle_T = X_TC * seen.object().p_CCm;
+    if (!manipulator.look_at(middle_T)) break;
+    // The same object, by a point of it that is seen for certain.
+    const auto& surface_C = seen.object().surface_C;
+    const auto nearest =
+        std::min_element(surface_C.begin(), surface_C.end(), [&](const auto& a, const auto& b) {
+          const Eigen::Vector3f middle_C = seen.object().p_CCm.cast<float>();
+          return (a - middle_C).squaredNorm() < (b - middle_C).squaredNorm();
+        });
+    near_T = X_TC * nearest->cast<double>();
+    asked_for = true;
   }
   if (!seen.grasp) throw RunStopped("no handle of the hand's size on the object");
-  std::vector<Eigen::Vector3d> hull_T;
-  for (const Eigen::Vector3d& p : seen.plane.hull_C) hull_T.push_back(X_TC * p);
-  manipulator.set_table(X_TC.linear() * seen.plane.n_C, hull_T);
+  manipulator.set_obstacles(obstacles());
   observer.on_located(cloud, seen);
 }
 
-Eigen::Isometry3d Regrasp::Impl::frame_on(const perception::GraspFrame& grasp) const {
-  return X_TC * grasp.X_CG;
+PlannedGrasp Regrasp::Impl::plan(const GraspPlanner::Cost& cost) {
+  const GraspPlanner::View view{&seen, X_TC, obstacles(), manipulator.motion().q_ref()};
+  PlannedGrasp grasp = await<PlannedGrasp>([&] { return planner->plan(view, cost); });
+  manipulator.use(grasp.hand);
+  return grasp;
+}
+
+/// The table, and what else lies on it.
+std::vector<motion::NamedObstacle> Regrasp::Impl::obstacles() const {
+  const Eigen::Vector3d up_T = X_TC.linear() * seen.plane.n_C;
+  std::vector<Eigen::Vector3d> hull_T;
+  for (const Eigen::Vector3d& p : seen.plane.hull_C) hull_T.push_back(X_TC * p);
+  std::vector<motion::NamedObstacle> out = {{"the table", motion::ConvexPrism(up_T, hull_T)}};
+  for (std::size_t i = 0; i < seen.objects.size(); ++i) {
+    if (i == seen.chosen) continue;
+    std::vector<Eigen::Vector3d> top_T;
+    double highest = -std::numeric_limits<double>::infinity();
+    for (const Eigen::Vector3f& p : seen.objects[i].surface_C) {
+      top_T.push_back(X_TC * p.cast<double>());
+      highest = std::max(highest, up_T.dot(top_T.back()));
+    }
+    for (Eigen::Vector3d& p : top_T) p += (highest - up_T.dot(p)) * up_T;
+    try {
+      out.push_back(
+          {fmt::format("the object beside it, {:.0f} cm high", 100 * (highest - up_T.dot(hull_T.front()))),
+           motion::ConvexPrism(up_T, top_T)});
+    } catch (const std::runtime_error&) {  // seen edge on: too narrow to be in the way
+    }
+  }
+  return out;
 }
 
 /// The sensor's residual is removed just before; whatever booted anew since then may have another.
-void Regrasp::Impl::reach_and_grasp(const Eigen::Isometry3d& X_TG) {
+void Regrasp::Impl::reach_and_grasp(const PlannedGrasp& grasp) {
   while (true) {
     session.enter(Phase::kApproach);
-    manipulator.approach(X_TG);
+    manipulator.approach(grasp.way);
     session.enter(Phase::kTare);
     const int recoveries = session.recoveries();
     manipulator.tare();
     session.enter(Phase::kGrasp);
-    manipulator.descend(X_TG);
+    manipulator.descend(grasp.X_TH);
     if (session.recoveries() == recoveries) break;
     manipulator.ascend();
   }
-  manipulator.grasp();
+  manipulator.grasp(grasp.radius);
 }
 
 Weighing Regrasp::Impl::lift_and_weigh() {
+  try {
+    return lift_and_hang();
+  } catch (const Refused& refusal) {
+    session.enter(Phase::kLower);
+    static_cast<void>(manipulator.lower_and_release());
+    throw RunStopped(fmt::format("{}; the object was lowered", refusal.what()));
+  }
+}
+
+Weighing Regrasp::Impl::lift_and_hang() {
   session.enter(Phase::kLift);
   manipulator.lift();
   session.enter(Phase::kTurn);
@@ -151,28 +223,22 @@ Weighing Regrasp::Impl::weigh() {
   weighing.X_TH = session.X_TH();
   weighing.f_g = -weighing.F_Ho_T.force.z();
   const auto line = wrench::com_line(weighing.F_Ho_T, parameters.stage_two.min_force);
-  if (!line) throw RunStopped("the object slipped out of the hand while it was weighed");
+  if (!line) throw Refused("the object slipped out of the hand while it was weighed");
   const Eigen::Vector3d right_T = weighing.X_TH.linear().col(0);
   weighing.displacement = nearest_along(Eigen::Vector3d::Zero(), right_T, line->p_PF, line->direction);
   weighing.torque = std::copysign(weighing.F_Ho_T.torque.norm(), weighing.displacement);
   return weighing;
 }
 
-Candidate Regrasp::Impl::least_torque(const CarriedLine& carried, const Eigen::Isometry3d& X_TH) const {
+GraspPlanner::Cost Regrasp::Impl::least_torque(const CarriedLine& carried,
+                                               const Eigen::Isometry3d& X_TH) const {
   const Eigen::Vector3d point = X_TH * carried.line_H.p_PF;
   const Eigen::Vector3d direction = X_TH.linear() * carried.line_H.direction;
-  Candidate best;
-  const std::vector<perception::Handle>& handles = seen.object().handles;
-  for (std::size_t i = 0; i < handles.size(); ++i) {
-    const perception::Handle& handle = handles[i];
+  return [this, point, direction](const perception::Handle& handle, double along) {
     const Eigen::Vector3d centre = X_TC * handle.p_CM;
     const Eigen::Vector3d axis = X_TC.linear() * handle.axis_C;
-    const double along = handle.nearest_graspable(nearest_along(centre, axis, point, direction));
-    const double torque =
-        wrench::torque_about({point, direction}, carried.force, Eigen::Vector3d(centre + along * axis));
-    if (torque < best.torque) best = {static_cast<int>(i), along, torque};
-  }
-  return best;
+    return wrench::torque_about({point, direction}, 1, Eigen::Vector3d(centre + along * axis));
+  };
 }
 
 Regrasp::Regrasp(const KnownRobot& known, robot::Robot& robot, robot::Cycle& cycle,
@@ -202,13 +268,16 @@ Report Regrasp::run() {
   r.manipulator.start();
   r.session.enter(Phase::kCalibrate);
   r.manipulator.calibrate();
-  r.look();
-  Eigen::Isometry3d X_TG = r.frame_on(*r.seen.grasp);
+  r.planner.emplace(r.known, r.session.joint_names(), r.session.stance(), r.parameters);
+  r.look(std::nullopt);
+  PlannedGrasp grasp = r.plan([&r](const perception::Handle& handle, double along) {
+    return (handle.p_CM + along * handle.axis_C - r.seen.object().p_CCm).norm();
+  });
   Report report;
   bool nearest = false;  // the grasp is the nearest to the CoM line that the handles allow
   while (true) {
-    r.observer.on_grasp(X_TG);
-    r.reach_and_grasp(X_TG);
+    r.observer.on_grasp(grasp.X_TG);
+    r.reach_and_grasp(grasp);
     const Weighing weighing = r.lift_and_weigh();
     report.weighings.push_back(weighing);
     if (std::abs(weighing.torque) <= limits.torque_threshold) {
@@ -231,10 +300,10 @@ Report Regrasp::run() {
     const Eigen::Isometry3d X_TH_released = r.manipulator.lower_and_release();
     r.session.enter(Phase::kRetreat);
     r.manipulator.retreat();
-    r.look();
-    const Candidate next = r.least_torque(carried, X_TH_released);
-    X_TG = r.frame_on(perception::grasp_frame_at(r.seen, next.handle, next.along));
-    nearest = (X_TG.translation() - X_TH_released.translation()).norm() <= limits.displacement_threshold;
+    r.look(X_TH_released.translation());
+    grasp = r.plan(r.least_torque(carried, X_TH_released));
+    nearest =
+        (grasp.X_TG.translation() - X_TH_released.translation()).norm() <= limits.displacement_threshold;
   }
 }
 

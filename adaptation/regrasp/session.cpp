@@ -61,16 +61,10 @@ Session::Session(const KnownRobot& known, robot::Robot& robot, robot::Cycle& cyc
     : robot_(robot),
       cycle_(cycle),
       observer_(observer),
-      parts_(known.description.working_hand()),
       measured_(known.model, robot.joint_names()),
       q_(Eigen::VectorXd::Zero(measured_.dof())),
-      hand_(place_of(robot.hand_names(), parts_.motor, "hand")),
-      sensor_(place_of(robot.sensor_names(), parts_.force_torque, "force/torque sensor")),
-      grasp_link_(known.model.link_index(parts_.frame)),
-      sensor_link_(known.model.link_index(parts_.force_torque)),
-      camera_link_(known.model.link_index(known.description.optical_frame)),
-      hand_travel_(
-          known.model.joints[static_cast<std::size_t>(known.model.joint_index(parts_.motor))].limits.upper) {
+      camera_link_(known.model.link_index(known.description.optical_frame)) {
+  use(known.description.working_hands().front());
   const auto& stance = known.description.stance;
   if (!stance) return;
   for (const std::string& foot : stance->feet) {
@@ -81,6 +75,17 @@ Session::Session(const KnownRobot& known, robot::Robot& robot, robot::Cycle& cyc
   if (inertial_unit_ == nullptr)
     throw std::runtime_error("the device table has no inertial unit '" + stance->imu + "'");
   inertial_link_ = known.model.link_index(stance->imu);
+}
+
+void Session::use(const HandParts& hand) {
+  const RobotModel& model = measured_.model();
+  parts_ = hand;
+  hand_ = place_of(robot_.hand_names(), hand.motor, "hand");
+  sensor_ = place_of(robot_.sensor_names(), hand.force_torque, "force/torque sensor");
+  grasp_link_ = model.link_index(hand.frame);
+  sensor_link_ = model.link_index(hand.force_torque);
+  hand_travel_ = model.joints[static_cast<std::size_t>(model.joint_index(hand.motor))].limits.upper;
+  observer_.on_hand(parts_);
 }
 
 void Session::boot() {

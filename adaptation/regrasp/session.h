@@ -18,12 +18,16 @@ namespace walkman::regrasp {
 /// The robot over the wire, one cycle at a time, with its kinematics posed by what the drives report.
 class Session {
  public:
-  /// References are kept. Throws std::runtime_error when the robot has no hand to work with.
+  /// References are kept. Works with the first of the robot's hands until `use`. Throws std::runtime_error
+  /// when it has none.
   Session(const KnownRobot& known, robot::Robot& robot, robot::Cycle& cycle, Observer& observer);
 
   /// Boots every node, and finds out whether the robot stands: its feet's sensors then carry most of its
   /// weight. Throws RunStopped with the reason.
   void boot();
+
+  /// Works with another hand; to be called while neither holds anything.
+  void use(const HandParts& hand);
 
   /// One cycle: sends the commands, waits, reads. When the drivers latch a fault that `Robot::recover` can
   /// undo while nothing is held, it first gets back what was lost, which takes many cycles. Throws RunStopped
@@ -90,7 +94,7 @@ class Session {
   int inertial_link_ = -1;
   Eigen::VectorXd q_;
   std::size_t hand_ = 0, sensor_ = 0;
-  int grasp_link_, sensor_link_, camera_link_;
+  int grasp_link_ = -1, sensor_link_ = -1, camera_link_;
   double hand_travel_ = 1;                      // rad of the synergy motor
   std::vector<robot::JointCommand> commanded_;  // of the last cycle
   std::vector<robot::JointCommand> sent_;       // the same, led back to

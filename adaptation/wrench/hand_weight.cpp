@@ -1,11 +1,13 @@
 #include "adaptation/wrench/hand_weight.h"
 
+#include <algorithm>
 #include <stdexcept>
+#include <utility>
 
 namespace walkman::wrench {
 
 HandWeight::HandWeight(const RobotModel& model, const std::string& sensor_frame)
-    : sensor_link_(model.link_index(sensor_frame)) {
+    : model_(&model), sensor_link_(model.link_index(sensor_frame)) {
   std::vector<bool> below(model.links.size(), false);
   below[static_cast<std::size_t>(sensor_link_)] = true;
   for (std::size_t i = 0; i < model.links.size(); ++i) {
@@ -25,6 +27,11 @@ HandWeight::HandWeight(const RobotModel& model, const std::string& sensor_frame)
   }
 }
 
+void HandWeight::hold(const std::string& hand_link, std::vector<motion::Grip::Phalanx> fingers) {
+  fingers_ = std::move(fingers);
+  if (!fingers_.empty()) hand_link_ = model_->link_index(hand_link);
+}
+
 Wrench HandWeight::F_So_S(const motion::KinematicTree& posed) const {
   const Eigen::Isometry3d& X_WS = posed.X_WL(sensor_link_);
   Wrench F_So_W;
@@ -32,7 +39,12 @@ Wrench HandWeight::F_So_S(const motion::KinematicTree& posed) const {
     const Link& link = posed.model().links[static_cast<std::size_t>(i)];
     const Eigen::Vector3d weight(0, 0, -link.mass * motion::kGravity);
     F_So_W.force += weight;
-    F_So_W.torque += (posed.X_WL(i) * link.p_LLcm - X_WS.translation()).cross(weight);
+    const auto held =
+        std::find_if(fingers_.begin(), fingers_.end(), [&](const auto& f) { return f.link == i; });
+    const Eigen::Vector3d p_WLcm = held == fingers_.end()
+                                       ? Eigen::Vector3d(posed.X_WL(i) * link.p_LLcm)
+                                       : Eigen::Vector3d(posed.X_WL(hand_link_) * (held->X_HL * link.p_LLcm));
+    F_So_W.torque += (p_WLcm - X_WS.translation()).cross(weight);
   }
   const Eigen::Matrix3d R_SW = X_WS.linear().transpose();
   return {R_SW * F_So_W.torque, R_SW * F_So_W.force};

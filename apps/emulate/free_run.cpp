@@ -190,7 +190,7 @@ FreeRun::Impl::Impl(const FreeRunOptions& given, const FreeRun& owning)
             robot_options(given.master, world.robot)),
       period(robot_options(given.master, world.robot).cycle),
       session(world.robot, robot, *this, *this),
-      manipulator(world.robot.model, session, {}) {
+      manipulator(world.robot, session, {}) {
   summary.seed = given.world.seed.value_or(world.scene.seed);
 }
 

@@ -62,11 +62,18 @@ Judge::Judge(const Emulator& emulator, const Scene& scene, const KnownRobot& rob
     : emulator_(emulator),
       scene_(scene),
       robot_(emulator.robot()),
+      devices_(robot.devices),
       phase_changed_(std::move(phase_changed)),
       each_cycle_(std::move(each_cycle)),
-      warned_(std::move(warned)) {
-  const HandParts& hand = robot.description.working_hand();
-  sensor_ = sensor_at(hand.force_torque, robot.devices);
+      warned_(std::move(warned)),
+      touch_watch_(robot, scene.objects[kObject].name) {
+  watch(robot.description.working_hands().front());
+}
+
+void Judge::on_hand(const HandParts& hand) { watch(hand); }
+
+void Judge::watch(const HandParts& hand) {
+  sensor_ = sensor_at(hand.force_torque, devices_);
   sensor_link_ = robot_.link_index(hand.force_torque);
   grasp_link_ = robot_.link_index(hand.frame);
   hand_links_ = links_below(robot_, static_cast<std::size_t>(sensor_link_));
@@ -106,6 +113,7 @@ void Judge::on_cycle(Time now, const Wrench& F, const Eigen::Isometry3d& X_TH) {
     load_.add(newest_load_);
     newest_load_ = object_load();
   }
+  touch_watch_.look(emulator_.plant(), phase_);
   if (each_cycle_) each_cycle_(now);
   if (!trace_.is_open()) return;
   const Eigen::Vector3d p = X_TH.translation();

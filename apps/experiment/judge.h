@@ -9,6 +9,7 @@
 
 #include "adaptation/regrasp/observer.h"
 #include "adaptation/wrench/carried_load.h"
+#include "apps/experiment/touches.h"
 #include "emulator/emulator.h"
 #include "emulator/scene/scene.h"
 
@@ -53,6 +54,7 @@ class Judge : public regrasp::Observer {
   void on_phase(std::string_view phase, Time now) override;
   void on_recovery(std::string_view /*reason*/, Time /*now*/) override { ++recoveries_; }
   void on_warning(std::string_view warning, Time now) override;
+  void on_hand(const HandParts& hand) override;
   void on_stance(bool stands, const Eigen::Isometry3d& X_TB) override;
   void on_cycle(Time now, const Wrench& F_So_S, const Eigen::Isometry3d& X_TH) override;
   void on_located(const camera::OrganizedCloud& cloud, const perception::StageOneResult& result) override;
@@ -69,16 +71,20 @@ class Judge : public regrasp::Observer {
   [[nodiscard]] const std::vector<std::string>& warnings() const { return warnings_; }
   /// At each weighing the object hung free of everything but the hand.
   [[nodiscard]] bool always_held() const { return always_held_; }
+  /// What the robot has touched that it should not have.
+  [[nodiscard]] const std::vector<UnwantedTouch>& touches() const { return touch_watch_.touches(); }
   /// The object hangs free now.
   [[nodiscard]] bool held_now() const;
 
  private:
+  void watch(const HandParts& hand);
   [[nodiscard]] Wrench object_load() const;
   [[nodiscard]] TrueWeighing judged(const regrasp::Weighing& reported) const;
 
   const Emulator& emulator_;
   const Scene& scene_;
   const RobotModel& robot_;  // as it truly is
+  const DeviceTable& devices_;
   int sensor_ = -1, sensor_link_ = -1, grasp_link_ = -1;
   std::vector<std::size_t> hand_links_;  // below the sensor
   std::function<void(std::string_view)> phase_changed_;
@@ -97,6 +103,7 @@ class Judge : public regrasp::Observer {
   wrench::WrenchAverage load_;  // about the true Ho in W
   Wrench newest_load_;
   bool always_held_ = true;
+  TouchWatch touch_watch_;
   int recoveries_ = 0;
 };
 

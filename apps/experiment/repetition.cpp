@@ -139,9 +139,13 @@ void settle_outcome(const Judge& judge, double displacement_threshold, Repetitio
   }
   const auto reason =
       contradiction(judge.weighings().back(), judge.true_weighings().back(), displacement_threshold);
-  if (!reason) return;
-  result.outcome = Outcome::kWrong;
-  result.reason = *reason;
+  if (reason) {
+    result.outcome = Outcome::kWrong;
+    result.reason = *reason;
+  } else if (!judge.touches().empty()) {
+    result.outcome = Outcome::kCollided;
+    result.reason = to_string(judge.touches().front());
+  }
 }
 
 /// Brings every file to its end; returns what kept one from it.
@@ -173,6 +177,8 @@ std::string to_string(Outcome outcome) {
       return "dropped";
     case Outcome::kWrong:
       return "wrong";
+    case Outcome::kCollided:
+      return "collided";
     case Outcome::kStopped:
       return "stopped";
   }
@@ -261,6 +267,7 @@ RepetitionResult run_repetition(const RepetitionOptions& options) {
   result.weighed = !judge.weighings().empty();
   result.recoveries = judge.recoveries();
   result.warnings = judge.warnings();
+  for (const UnwantedTouch& touch : judge.touches()) result.touches.push_back(to_string(touch));
   result.regrasps = std::max(0, static_cast<int>(judge.weighings().size()) - 1);
   result.simulated_seconds = progress.simulated_seconds;
   return result;

@@ -34,9 +34,10 @@ enum class Outcome {
   kMinimumTorque,
   kMinimumDisplacement,
   kRegraspLimit,
-  kDropped,  ///< at a weighing the object did not hang free
-  kWrong,    ///< the last weighing is not what the plant says (see `contradiction`)
-  kStopped,  ///< by regrasp::RunStopped
+  kDropped,   ///< at a weighing the object did not hang free
+  kWrong,     ///< the last weighing is not what the plant says (see `contradiction`)
+  kCollided,  ///< the robot touched what it should not have (see `touches`)
+  kStopped,   ///< by regrasp::RunStopped
 };
 
 /// What `tau`, `tau_after`, `d` and `d_after` of a row should have been, by the plant.
@@ -74,6 +75,7 @@ struct RepetitionResult {
   int recoveries = 0;  ///< how often the drivers got back what a fault had taken away
   Outcome outcome = Outcome::kStopped;
   std::string reason;                 ///< of a stop or a wrong result, one sentence
+  std::vector<std::string> touches;   ///< of the robot with itself or its surroundings, one sentence each
   std::vector<std::string> warnings;  ///< of the drivers, one sentence each
   std::string unwritten;  ///< which file could not be written completely, one sentence; empty: all were
   double simulated_seconds = 0;

@@ -126,7 +126,8 @@ std::string row_text(const TableRow& row) {
 
 constexpr std::array kOutcomes = {Outcome::kMinimumTorque, Outcome::kMinimumDisplacement,
                                   Outcome::kRegraspLimit,  Outcome::kDropped,
-                                  Outcome::kWrong,         Outcome::kStopped};
+                                  Outcome::kWrong,         Outcome::kCollided,
+                                  Outcome::kStopped};
 
 }  // namespace
 
@@ -175,6 +176,7 @@ nlohmann::json to_json(const RepetitionResult& result) {
   json["recoveries"] = result.recoveries;
   json["outcome"] = to_string(result.outcome);
   if (!result.reason.empty()) json["reason"] = result.reason;
+  if (!result.touches.empty()) json["touches"] = result.touches;
   if (!result.warnings.empty()) json["warnings"] = result.warnings;
   if (!result.unwritten.empty()) json["unwritten"] = result.unwritten;
   json["simulated_seconds"] = rounded(result.simulated_seconds);
@@ -201,6 +203,7 @@ RepetitionResult repetition_from_json(const nlohmann::json& json) {
     if (to_string(candidate) == outcome) result.outcome = candidate;
   }
   result.reason = json.value("reason", "");
+  result.touches = json.value("touches", std::vector<std::string>());
   result.warnings = json.value("warnings", std::vector<std::string>());
   result.unwritten = json.value("unwritten", "");
   result.simulated_seconds = json.at("simulated_seconds").get<double>();

@@ -57,26 +57,36 @@ void require_reach(const Scene& scene, const RobotModel& robot) {
     throw std::runtime_error(scene.file.string() +
                              ": objects: the list is empty, expected an object to grasp");
   }
-  const HandParts& hand = scene.robot.working_hand();
   const auto poses = link_poses(robot, load_posture(scene.robot.srdf, scene.posture, robot));
-  const Eigen::Vector3d shoulder =
-      scene.X_WB * poses[static_cast<std::size_t>(robot.link_index(hand.shoulder))].translation();
-  const double reach = arm_length(robot, hand);
-  const auto check = [&](const char* kind, const std::string& name, int line, double distance) {
-    if (distance <= reach) return;
-    throw std::runtime_error(
-        fmt::format("{}:{}: {} '{}' is out of reach: {:.2f} m from the right shoulder, expected "
-                    "at most the arm's length of {:.2f} m",
-                    scene.file.string(), line, kind, name, distance, reach));
+  // What is out of one arm's reach may be in the other's: the nearest shoulder counts.
+  const auto check = [&](const char* kind, const std::string& name, int line, const auto& distance_from) {
+    double least_beyond = std::numeric_limits<double>::infinity();
+    std::string refusal;
+    for (const HandParts& hand : scene.robot.working_hands()) {
+      const Eigen::Vector3d shoulder =
+          scene.X_WB * poses[static_cast<std::size_t>(robot.link_index(hand.shoulder))].translation();
+      const double reach = arm_length(robot, hand);
+      const double distance = distance_from(shoulder);
+      if (!std::isfinite(distance) || distance <= reach) return;
+      if (distance - reach >= least_beyond) continue;
+      least_beyond = distance - reach;
+      refusal = fmt::format(
+          "{}:{}: {} '{}' is out of reach: {:.2f} m from the {} shoulder, expected at most the arm's length "
+          "of {:.2f} m",
+          scene.file.string(), line, kind, name, distance, hand.name, reach);
+    }
+    throw std::runtime_error(refusal);
   };
   for (const FixedBody& body : scene.fixed) {
-    const double distance = distance_to_work_surface(body, shoulder);
-    if (std::isfinite(distance)) check("fixed body", body.name, body.line, distance);
+    check("fixed body", body.name, body.line,
+          [&](const Eigen::Vector3d& shoulder) { return distance_to_work_surface(body, shoulder); });
   }
   for (const SceneObject& object : scene.objects) {
-    const Eigen::Vector3d p = object.X_WO.inverse() * shoulder;
-    const Eigen::Vector3d nearest(std::clamp(p.x(), -object.length / 2, object.length / 2), 0, 0);
-    check("object", object.name, object.line, (p - nearest).norm());
+    check("object", object.name, object.line, [&](const Eigen::Vector3d& shoulder) {
+      const Eigen::Vector3d p = object.X_WO.inverse() * shoulder;
+      const Eigen::Vector3d nearest(std::clamp(p.x(), -object.length / 2, object.length / 2), 0, 0);
+      return (p - nearest).norm();
+    });
   }
 }
 

@@ -107,7 +107,7 @@ struct Plant::Impl {
                   const RobotErrors& errors);
   void add_probes(const DeviceTable& devices);
   void set_posture(const std::map<std::string, double>& posture);
-  [[nodiscard]] std::string name_of(const btCollisionObject* object) const;
+  [[nodiscard]] std::string_view name_of(const btCollisionObject* object) const;
 };
 
 void Plant::Impl::add_robot(const Scene& scene, const DeviceTable& devices,
@@ -207,7 +207,7 @@ void Plant::Impl::set_posture(const std::map<std::string, double>& posture) {
   }
 }
 
-std::string Plant::Impl::name_of(const btCollisionObject* object) const {
+std::string_view Plant::Impl::name_of(const btCollisionObject* object) const {
   if (const auto* collider = btMultiBodyLinkCollider::upcast(object)) {
     if (collider->m_multiBody == &body->bullet()) {
       const auto group = static_cast<std::size_t>(collider->m_link) + 1;
@@ -367,7 +367,7 @@ std::vector<Contact> Plant::contacts() const {
 
 bool Plant::object_touches_fixed(int object) const {
   const std::string& name = impl_->object_models[static_cast<std::size_t>(object)].name;
-  const auto is_fixed = [&](const std::string& other) {
+  const auto is_fixed = [&](std::string_view other) {
     return std::any_of(impl_->fixed.begin(), impl_->fixed.end(),
                        [&](const auto& f) { return f->name() == other; });
   };

@@ -20,9 +20,9 @@ namespace walkman::plant {
 
 /// One contact the solver holds, for judging and for pictures.
 struct Contact {
-  std::string body_a, body_b;  ///< names of URDF links or scene bodies
-  Eigen::Vector3d p_WC;        ///< m
-  double normal_force = 0;     ///< N
+  std::string_view body_a, body_b;  ///< names of URDF links or scene bodies, the plant's
+  Eigen::Vector3d p_WC;             ///< m
+  double normal_force = 0;          ///< N
 };
 
 /// Two bodies of the robot that do not collide with each other.

@@ -9,7 +9,7 @@
 #include <benchmark/benchmark.h>
 
 #include "adaptation/motion/hand_motion.h"
-#include "urdf/reader/device_table.h"
+#include "urdf/reader/robot_description.h"
 
 namespace {
 
@@ -17,17 +17,20 @@ using namespace walkman;
 using namespace walkman::motion;
 
 struct Robot {
-  Robot() : model(load_robot_model(std::string(WALKMAN_URDF_DIR) + "/walkman.urdf")) {
-    const std::string folder = WALKMAN_URDF_DIR;
-    const auto home = load_posture(folder + "/walkman.srdf", "home", model);
-    for (const Bus& bus : load_device_table(folder + "/walkman.devices.yaml", model).buses)
+  Robot()
+      : known(load_robot_description(std::string(WALKMAN_URDF_DIR) + "/walkman.robot.yaml")),
+        right(hand_motion_options(known, known.description.hands.front())) {
+    const auto home = load_posture(known.description.srdf, "home", model);
+    for (const Bus& bus : known.devices.buses)
       for (const Device& device : bus.devices)
         if (device.kind == DeviceKind::kJointDrive) names.push_back(device.name);
     q.resize(static_cast<Eigen::Index>(names.size()));
     for (std::size_t i = 0; i < names.size(); ++i) q[static_cast<Eigen::Index>(i)] = home.at(names[i]);
     X_WB.translation().z() = 1.0498;
   }
-  RobotModel model;
+  KnownRobot known;
+  const RobotModel& model = known.model;
+  HandMotionOptions right;
   std::vector<std::string> names;
   Eigen::VectorXd q;
   Eigen::Isometry3d X_WB = Eigen::Isometry3d::Identity();
@@ -42,8 +45,9 @@ const Robot& robot() {
 /// of a whole motion are averaged.
 void go_to_and_fro(benchmark::State& state, HandMotion& hand, double top) {
   hand.reset(robot().q);
-  hand.set_table(ConvexPrism(Eigen::Vector3d::UnitZ(),
-                             {{0.5, -0.8, top}, {1.3, -0.8, top}, {1.3, 0.8, top}, {0.5, 0.8, top}}));
+  hand.set_obstacles(
+      {{"the table", ConvexPrism(Eigen::Vector3d::UnitZ(),
+                                 {{0.5, -0.8, top}, {1.3, -0.8, top}, {1.3, 0.8, top}, {0.5, 0.8, top}})}});
   const Eigen::Isometry3d X_WHome = hand.X_WH();
   Eigen::Isometry3d X_WGrasp = Eigen::Isometry3d::Identity();
   X_WGrasp.linear() << 0, 0, -1, -1, 0, 0, 0, 1, 0;
@@ -59,7 +63,7 @@ void go_to_and_fro(benchmark::State& state, HandMotion& hand, double top) {
 }
 
 void hand_motion_step(benchmark::State& state) {
-  HandMotion hand(robot().model, robot().names, robot().X_WB);
+  HandMotion hand(robot().model, robot().names, robot().X_WB, robot().right);
   go_to_and_fro(state, hand, 0.9);
 }
 BENCHMARK(hand_motion_step)->Unit(benchmark::kMicrosecond);
@@ -70,7 +74,7 @@ void standing_motion_step(benchmark::State& state) {
   posed.update(robot().q);
   Stance stance(robot().model);
   stance.take(posed);
-  HandMotion hand(robot().model, robot().names, stance);
+  HandMotion hand(robot().model, robot().names, stance, robot().right);
   go_to_and_fro(state, hand, 0.9 - 1.0478);
 }
 BENCHMARK(standing_motion_step)->Unit(benchmark::kMicrosecond);

@@ -58,10 +58,7 @@ LiftResult run_lift(const Scene& scene, const EmulatorOptions& options, const Li
     const Eigen::Isometry3d X_TG = robot.X_TG_on_top(kBar, kRadius);
     regrasp::Manipulator& arm = robot.manipulator();
     arm.calibrate();
-    arm.approach(X_TG);
-    arm.tare();
-    arm.descend(X_TG);
-    arm.grasp();
+    robot.grasp(X_TG, kRadius, [&arm] { arm.tare(); });
     arm.lift();
     arm.turn();
 

@@ -35,11 +35,21 @@ CommandedRobot::CommandedRobot(Scene scene, const EmulatorOptions& emulator,
       robot_(known_.model, known_.devices, emulator_.interfaces()),
       cycle_(emulator_, robot::RobotOptions{}.cycle),
       session_(known_, robot_, cycle_, *this),
-      manipulator_(known_.model, session_, {}) {}
+      manipulator_(known_, session_, {}) {}
 
 void CommandedRobot::start() {
   session_.boot();
   manipulator_.start();
+}
+
+void CommandedRobot::grasp(const Eigen::Isometry3d& X_TG, double radius, const std::function<void()>& over) {
+  const StageTwoParameters parameters;
+  const std::vector<Eigen::Isometry3d> way =
+      regrasp::approach_way(X_TG, parameters.palm_clearance, parameters);
+  manipulator_.approach({way[0], way[1]});
+  if (over) over();
+  manipulator_.descend(way[2]);
+  manipulator_.grasp(radius);
 }
 
 double CommandedRobot::seconds() const { return std::chrono::duration<double>(emulator_.now()).count(); }

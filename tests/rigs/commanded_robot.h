@@ -3,6 +3,7 @@
 #include <functional>
 #include <vector>
 
+#include "adaptation/regrasp/grasp_planner.h"
 #include "adaptation/regrasp/manipulator.h"
 #include "drivers/robot/cycle.h"
 #include "drivers/robot/robot.h"
@@ -36,6 +37,8 @@ class CommandedRobot : private regrasp::Observer {
 
   /// Boots and takes the stance. Throws regrasp::RunStopped.
   void start();
+  /// Takes a handle of `radius` (m) by the frame X_TG on its surface; `over` is called with the hand over it.
+  void grasp(const Eigen::Isometry3d& X_TG, double radius, const std::function<void()>& over = {});
 
   /// Called after every cycle, outside of which nothing moves.
   std::function<void()> each_cycle;

@@ -47,12 +47,9 @@ std::optional<std::string> read_joint(const XMLElement& element, const RobotMode
   return std::nullopt;
 }
 
-}  // namespace
-
-std::map<std::string, double> load_posture(const std::filesystem::path& srdf_file, const std::string& state,
-                                           const RobotModel& model) {
+// The root element of an SRDF, which `xml` keeps.
+const XMLElement& open_srdf(const std::filesystem::path& srdf_file, tinyxml2::XMLDocument& xml) {
   const std::string text = read_text_file(srdf_file, kMaxSrdfBytes);
-  tinyxml2::XMLDocument xml;
   if (xml.Parse(text.data(), text.size()) != tinyxml2::XML_SUCCESS)
     throw std::runtime_error(fmt::format("{}:{}: not well-formed XML ({})", srdf_file.string(),
                                          xml.ErrorLineNum(), xml.ErrorName()));
@@ -62,6 +59,15 @@ std::map<std::string, double> load_posture(const std::filesystem::path& srdf_fil
   if (std::string_view(robot->Name()) != "robot")
     throw std::runtime_error(fmt::format("{}:{}: the root element is <{}>, expected <robot>",
                                          srdf_file.string(), robot->GetLineNum(), robot->Name()));
+  return *robot;
+}
+
+}  // namespace
+
+std::map<std::string, double> load_posture(const std::filesystem::path& srdf_file, const std::string& state,
+                                           const RobotModel& model) {
+  tinyxml2::XMLDocument xml;
+  const XMLElement* robot = &open_srdf(srdf_file, xml);
   std::map<std::string, double> posture;
   std::vector<std::string> states;
   bool found = false;
@@ -83,6 +89,29 @@ std::map<std::string, double> load_posture(const std::filesystem::path& srdf_fil
     throw std::runtime_error(fmt::format("{}: there is no group_state \"{}\"{}", srdf_file.string(), state,
                                          did_you_mean(state, states)));
   return posture;
+}
+
+std::vector<std::pair<std::string, std::string>> load_disabled_collisions(
+    const std::filesystem::path& srdf_file, const RobotModel& model) {
+  tinyxml2::XMLDocument xml;
+  const XMLElement& robot = open_srdf(srdf_file, xml);
+  std::vector<std::pair<std::string, std::string>> pairs;
+  for (const XMLElement* pair = robot.FirstChildElement("disable_collisions"); pair != nullptr;
+       pair = pair->NextSiblingElement("disable_collisions")) {
+    const auto link = [&](const char* attribute) -> std::string {
+      const char* name = pair->Attribute(attribute);
+      const std::string place =
+          fmt::format("{}:{}: disable_collisions: ", srdf_file.string(), pair->GetLineNum());
+      if (name == nullptr) throw std::runtime_error(fmt::format("{}there is no {}", place, attribute));
+      if (model.find_link(name)) return name;
+      std::vector<std::string> names;
+      for (const Link& l : model.links) names.push_back(l.name);
+      throw std::runtime_error(fmt::format("{}robot \"{}\" has no link \"{}\"{}", place, model.name, name,
+                                           did_you_mean(name, names)));
+    };
+    pairs.emplace_back(link("link1"), link("link2"));
+  }
+  return pairs;
 }
 
 }  // namespace walkman

@@ -1,10 +1,12 @@
 #include "urdf/reader/robot_description.h"
 
+#include <algorithm>
 #include <set>
 #include <stdexcept>
 #include <utility>
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include "urdf/reader/nearest_name.h"
 #include "urdf/reader/yaml_map.h"
@@ -26,6 +28,39 @@ std::vector<RobotDescription::PdoLayoutFile> read_layouts(const YamlMap& top) {
              fmt::format("there is no layout \"{}\"{}", chosen,
                          did_you_mean(chosen, std::vector<std::string>(names.begin(), names.end()))));
   return layouts;
+}
+
+const std::vector<std::string> kLimbKeys = {"joints", "posture", "ranges"};
+
+LimbParts read_limb(const YamlMap& map) {
+  LimbParts limb{map.texts("joints"), map.text("posture"), {}};
+  std::set<std::string> names;
+  for (const std::string& joint : limb.joints)
+    if (!names.insert(joint).second) map.fail("joints", fmt::format("\"{}\" is there twice", joint));
+  if (!map.has("ranges")) return limb;
+  for (const YamlMap& entry : map.list("ranges", {"joint", "lower_rad", "upper_rad"})) {
+    const JointRange range{entry.text("joint"), entry.number("lower_rad"), entry.number("upper_rad")};
+    if (names.erase(range.joint) == 0)
+      entry.fail("joint", fmt::format("\"{}\" is not among the joints, or has a range already", range.joint));
+    if (!(range.lower < range.upper))
+      entry.fail("upper_rad", fmt::format("{} is not above lower_rad, {}", range.upper, range.lower));
+    limb.ranges.push_back(range);
+  }
+  return limb;
+}
+
+std::vector<HandParts> read_hands(const YamlMap& top) {
+  std::vector<std::string> keys = kLimbKeys;
+  keys.insert(keys.end(), {"name", "shoulder", "frame", "motor", "force_torque"});
+  std::vector<HandParts> hands;
+  std::set<std::string> names;
+  for (const YamlMap& map : top.list("hands", keys)) {
+    hands.push_back({map.text("name"), read_limb(map), map.text("shoulder"), map.text("frame"),
+                     map.text("motor"), map.text("force_torque")});
+    if (!names.insert(hands.back().name).second)
+      map.fail("name", fmt::format("\"{}\" is there before, expected another name", hands.back().name));
+  }
+  return hands;
 }
 
 void require_link(const RobotDescription& robot, const RobotModel& model, const char* key,
@@ -51,12 +86,34 @@ void require_device(const RobotDescription& robot, const DeviceTable& devices, D
                                        robot.device_table.string(), name, did_you_mean(name, names)));
 }
 
+void require_limb(const KnownRobot& known, const char* key, const LimbParts& limb) {
+  const RobotDescription& robot = known.description;
+  for (const std::string& joint : limb.joints)
+    require_device(robot, known.devices, DeviceKind::kJointDrive, key, joint);
+  const auto posture = load_posture(robot.srdf, limb.posture, known.model);
+  for (const auto& [joint, position] : posture) {
+    if (std::find(limb.joints.begin(), limb.joints.end(), joint) != limb.joints.end()) continue;
+    throw std::runtime_error(fmt::format("{}: {}: the posture \"{}\" moves \"{}\", which is not among {}",
+                                         robot.file.string(), key, limb.posture, joint,
+                                         fmt::join(limb.joints, ", ")));
+  }
+  for (const JointRange& range : limb.ranges) {
+    const JointLimits& limits =
+        known.model.joints[static_cast<std::size_t>(known.model.joint_index(range.joint))].limits;
+    if (limits.upper <= limits.lower || (range.lower >= limits.lower && range.upper <= limits.upper))
+      continue;
+    throw std::runtime_error(fmt::format("{}: {}: {} ranges from {} to {} rad, expected it within {} to {}",
+                                         robot.file.string(), key, range.joint, range.lower, range.upper,
+                                         limits.lower, limits.upper));
+  }
+}
+
 }  // namespace
 
 RobotDescription load_robot_description(const std::filesystem::path& yaml_file) {
-  const YamlMap top(
-      yaml_file.string(), parse_yaml_file(yaml_file), "",
-      {"urdf", "srdf", "devices", "identities", "pdo_layouts", "pdo_layout", "hand", "camera", "stance"});
+  const YamlMap top(yaml_file.string(), parse_yaml_file(yaml_file), "",
+                    {"urdf", "srdf", "devices", "identities", "pdo_layouts", "pdo_layout", "hands", "torso",
+                     "camera", "stance"});
   RobotDescription robot;
   robot.file = yaml_file;
   robot.urdf = top.existing_file("urdf");
@@ -65,25 +122,27 @@ RobotDescription load_robot_description(const std::filesystem::path& yaml_file) 
   robot.identities = top.existing_file("identities");
   robot.pdo_layouts = read_layouts(top);
   robot.pdo_layout = top.text("pdo_layout");
-  if (top.has("hand")) {
-    const YamlMap hand = top.map("hand", {"shoulder", "frame", "motor", "force_torque"});
-    robot.hand =
-        HandParts{hand.text("shoulder"), hand.text("frame"), hand.text("motor"), hand.text("force_torque")};
-  }
-  robot.optical_frame = top.map("camera", {"optical_frame"}).text("optical_frame");
+  if (top.has("hands")) robot.hands = read_hands(top);
+  if (top.has("torso")) robot.torso = read_limb(top.map("torso", kLimbKeys));
+  const YamlMap camera = top.map("camera", {"optical_frame", "pan", "tilt"});
+  robot.optical_frame = camera.text("optical_frame");
+  if (camera.has("pan") || camera.has("tilt"))
+    robot.gaze = GazeParts{camera.text("pan"), camera.text("tilt")};
   if (top.has("stance")) {
-    const YamlMap stance = top.map("stance", {"feet", "imu"});
+    const YamlMap stance = top.map("stance", {"feet", "imu", "twist"});
     const std::vector<std::string> feet = stance.texts("feet");
     if (feet.size() != 2)
       stance.fail("feet", fmt::format("found {} names, expected the left and the right sensor", feet.size()));
-    robot.stance = StanceParts{{feet[0], feet[1]}, stance.text("imu")};
+    robot.stance =
+        StanceParts{{feet[0], feet[1]}, stance.text("imu"), stance.has("twist") ? stance.text("twist") : ""};
   }
   return robot;
 }
 
-const HandParts& RobotDescription::working_hand() const {
-  if (!hand) throw std::runtime_error(file.string() + ": there is no hand, expected one to grasp with");
-  return *hand;
+const std::vector<HandParts>& RobotDescription::working_hands() const {
+  if (hands.empty())
+    throw std::runtime_error(file.string() + ": there is no hand, expected one to grasp with");
+  return hands;
 }
 
 KnownRobot::KnownRobot(RobotDescription robot, const RobotChoice& choice)
@@ -93,11 +152,17 @@ KnownRobot::KnownRobot(RobotDescription robot, const RobotChoice& choice)
   if (choice.fd) {
     for (Bus& bus : devices.buses) bus.fd = true;
   }
-  if (const auto& hand = description.hand) {
-    require_link(description, model, "hand.shoulder", hand->shoulder);
-    require_link(description, model, "hand.frame", hand->frame);
-    require_device(description, devices, DeviceKind::kHandDrive, "hand.motor", hand->motor);
-    require_device(description, devices, DeviceKind::kForceTorque, "hand.force_torque", hand->force_torque);
+  for (const HandParts& hand : description.hands) {
+    require_link(description, model, "hands.shoulder", hand.shoulder);
+    require_link(description, model, "hands.frame", hand.frame);
+    require_device(description, devices, DeviceKind::kHandDrive, "hands.motor", hand.motor);
+    require_device(description, devices, DeviceKind::kForceTorque, "hands.force_torque", hand.force_torque);
+    require_limb(*this, "hands", hand.arm);
+  }
+  if (description.torso) require_limb(*this, "torso", *description.torso);
+  if (const auto& gaze = description.gaze) {
+    require_device(description, devices, DeviceKind::kJointDrive, "camera.pan", gaze->pan);
+    require_device(description, devices, DeviceKind::kJointDrive, "camera.tilt", gaze->tilt);
   }
   require_link(description, model, "camera.optical_frame", description.optical_frame);
   if (!description.stance) return;

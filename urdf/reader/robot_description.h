@@ -11,8 +11,23 @@
 
 namespace walkman {
 
-/// The arm that works, by the names of links in the URDF and of devices in the device table.
+/// Bounds of a joint narrower than the URDF's, rad.
+struct JointRange {
+  std::string joint;
+  double lower = 0, upper = 0;
+};
+
+/// Joints that work together.
+struct LimbParts {
+  std::vector<std::string> joints;
+  std::string posture;  ///< group_state of the SRDF that they tend to where nothing else matters
+  std::vector<JointRange> ranges;
+};
+
+/// An arm that works, by the names of links in the URDF and of devices in the device table.
 struct HandParts {
+  std::string name;  ///< what people call it, such as "right"
+  LimbParts arm;
   std::string shoulder;      ///< link from which the arm's length counts
   std::string frame;         ///< link whose frame is the hand frame H
   std::string motor;         ///< hand drive
@@ -23,6 +38,12 @@ struct HandParts {
 struct StanceParts {
   std::array<std::string, 2> feet;  ///< force/torque sensors, left and right
   std::string imu;
+  std::string twist;  ///< joint that turns all that stands on the legs about the vertical; may be empty
+};
+
+/// The joints that turn the camera.
+struct GazeParts {
+  std::string pan, tilt;
 };
 
 /// What the robot's own computer knows of it beforehand (`urdf/walkman.robot.yaml`): files, and the names in
@@ -37,12 +58,14 @@ struct RobotDescription {
   std::filesystem::path urdf, srdf, device_table, identities;
   std::vector<PdoLayoutFile> pdo_layouts;
   std::string pdo_layout;             ///< name of the one in use unless another is asked for
-  std::optional<HandParts> hand;      ///< none: nothing can be grasped
+  std::vector<HandParts> hands;       ///< none: nothing can be grasped
+  std::optional<LimbParts> torso;     ///< helps either arm; none: the arms work alone
   std::string optical_frame;          ///< of the camera: link with x right, y down, z forward
+  std::optional<GazeParts> gaze;      ///< none: the camera looks where it looks
   std::optional<StanceParts> stance;  ///< none: the base is held
 
-  /// `hand`. Throws std::runtime_error when there is none.
-  [[nodiscard]] const HandParts& working_hand() const;
+  /// `hands`. Throws std::runtime_error when there is none.
+  [[nodiscard]] const std::vector<HandParts>& working_hands() const;
 };
 
 /// Reads the file; the files it names have to be there and are not opened. Throws std::runtime_error: one

@@ -4,6 +4,7 @@
 #include <map>
 #include <optional>
 #include <string>
+#include <utility>
 #include <variant>
 #include <vector>
 
@@ -123,5 +124,10 @@ using PackagePath = std::vector<std::filesystem::path>;
 /// the state is missing, or a joint of it is not in `model`.
 [[nodiscard]] std::map<std::string, double> load_posture(const std::filesystem::path& srdf_file,
                                                          const std::string& state, const RobotModel& model);
+
+/// Names of the links in each `disable_collisions` of an SRDF: pairs that touch where the robot is whole, or
+/// that cannot meet. Throws std::runtime_error naming file and element when a link is not in `model`.
+[[nodiscard]] std::vector<std::pair<std::string, std::string>> load_disabled_collisions(
+    const std::filesystem::path& srdf_file, const RobotModel& model);
 
 }  // namespace walkman

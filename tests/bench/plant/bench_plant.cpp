@@ -82,9 +82,7 @@ void measure_lift(const walkman::bench::PlantScenes& scenes, double target_us, i
                              options);
   robot.start();
   const Eigen::Isometry3d X_TG = robot.X_TG_on_top(0, kRadius);
-  robot.manipulator().approach(X_TG);
-  robot.manipulator().descend(X_TG);
-  robot.manipulator().grasp();
+  robot.grasp(X_TG, kRadius);
   robot.manipulator().lift();
   Timing timing;
   robot.cycle().each_step = [&](const std::function<void()>& step) { timing.step(step); };

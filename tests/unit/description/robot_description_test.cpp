@@ -1,5 +1,8 @@
 #include "urdf/reader/robot_description.h"
 
+#include <fstream>
+#include <iterator>
+
 #include <gmock/gmock.h>
 
 #include "robots.h"
@@ -11,7 +14,9 @@ TEST(RobotDescription, WalkmanIsKnownWithoutAScene) {
   const KnownRobot known(load_robot_description(kUrdf / "walkman.robot.yaml"));
   EXPECT_EQ(known.model.name, walkman_model().name);
   EXPECT_EQ(known.devices.buses.size(), 5U);
-  EXPECT_EQ(known.description.working_hand().frame, "r_hand_grasp");
+  ASSERT_EQ(known.description.working_hands().size(), 2U);
+  EXPECT_EQ(known.description.hands[0].frame, "r_hand_grasp");
+  EXPECT_EQ(known.description.hands[1].frame, "l_hand_grasp");
   ASSERT_TRUE(known.description.stance);
   EXPECT_THAT(known.description.stance->feet, ::testing::ElementsAre("l_leg_ft", "r_leg_ft"));
   EXPECT_EQ(known.description.pdo_layouts.size(), 4U);
@@ -31,8 +36,60 @@ TEST(RobotDescription, MeshesAreLookedUpInThePackagesAndHandAndStanceMayBeMissin
   const KnownRobot known(load_robot_description(folder / "small.robot.yaml"), choice);
   EXPECT_EQ(known.model.links.front().name, "base_link");
   EXPECT_FALSE(known.description.stance);
-  EXPECT_THAT(message_of([&] { (void)known.description.working_hand(); }),
+  EXPECT_THAT(message_of([&] { (void)known.description.working_hands(); }),
               ::testing::HasSubstr("small.robot.yaml: there is no hand"));
+}
+
+/// walkman.robot.yaml with `found` replaced, read and checked: the sentence it is refused with.
+std::string refusal(const std::string& found, const std::string& by) {
+  const std::filesystem::path folder = std::filesystem::absolute(kUrdf);
+  std::ifstream in(folder / "walkman.robot.yaml");
+  std::string text((std::istreambuf_iterator<char>(in)), std::istreambuf_iterator<char>());
+  const std::size_t at = text.find(found);
+  EXPECT_NE(at, std::string::npos) << found;
+  text.replace(at, found.size(), by);
+  for (const char* file : {"walkman.urdf", "walkman.srdf", "walkman.devices.yaml", "walkman.identities.yaml"})
+    text.replace(text.find(std::string(": ") + file) + 2, std::string(file).size(), (folder / file).string());
+  const std::string layouts = folder.string() + "/pdo_layouts/";
+  for (std::size_t i = text.find("pdo_layouts/"); i != std::string::npos;
+       i = text.find("pdo_layouts/", i + layouts.size()))
+    text.replace(i, std::string("pdo_layouts/").size(), layouts);
+  const std::filesystem::path file = std::filesystem::path(::testing::TempDir()) / "bad.robot.yaml";
+  std::ofstream(file) << text;
+  return message_of([&] { KnownRobot known(load_robot_description(file)); });
+}
+
+TEST(RobotDescription, HandsThatDoNotFitTheRobotAreRefused) {
+  using ::testing::HasSubstr;
+  EXPECT_EQ(refusal("name: left", "name: links"), "");
+  EXPECT_THAT(refusal("name: left", "name: right"), HasSubstr("\"right\" is there before"));
+  EXPECT_THAT(refusal("joints: [RShSag, RShLat", "joints: [RShSag, RShSag"),
+              HasSubstr("\"RShSag\" is there twice"));
+  EXPECT_THAT(refusal("joints: [RShSag,", "joints: [RShSagg,"), HasSubstr("has no such device \"RShSagg\""));
+  EXPECT_THAT(refusal("posture: left_arm_at_work", "posture: left_arm"),
+              HasSubstr("no group_state \"left_arm\""));
+  EXPECT_THAT(refusal("posture: left_arm_at_work", "posture: right_arm_at_work"),
+              HasSubstr("which is not among"));
+  EXPECT_THAT(refusal("lower_rad: -2.9,", "lower_rad: -3.9,"), HasSubstr("ranges from -3.9 to -0.25 rad"));
+  EXPECT_THAT(refusal("lower_rad: -2.9,", "lower_rad: 2.9,"), HasSubstr("is not above lower_rad"));
+  EXPECT_THAT(refusal("lower_rad: -2.9,", "lower_rad: .nan,"), HasSubstr("lower_rad"));
+  EXPECT_THAT(refusal("{joint: RElbj,", "{joint: LElbj,"), HasSubstr("is not among the joints"));
+  EXPECT_THAT(refusal("frame: l_hand_grasp", "frame: l_hand"), HasSubstr("has no link \"l_hand\""));
+  EXPECT_THAT(refusal("tilt: NeckPitchj", "tilt: NeckPitch"), HasSubstr("has no such device"));
+}
+
+TEST(RobotDescription, DisabledCollisionsNameLinks) {
+  const KnownRobot known(load_robot_description(kUrdf / "walkman.robot.yaml"));
+  const auto pairs = load_disabled_collisions(known.description.srdf, known.model);
+  EXPECT_THAT(pairs, ::testing::Contains(std::pair<std::string, std::string>("RForearm", "RWrMot3")));
+  const std::filesystem::path file = std::filesystem::path(::testing::TempDir()) / "bad.srdf";
+  std::ofstream(file)
+      << "<robot name=\"r\"><disable_collisions link1=\"RForearm\" link2=\"RFoerarm\"/></robot>";
+  EXPECT_THAT(message_of([&] { (void)load_disabled_collisions(file, known.model); }),
+              ::testing::HasSubstr("has no link \"RFoerarm\""));
+  std::ofstream(file) << "<robot name=\"r\"><disable_collisions link1=\"RForearm\"/></robot>";
+  EXPECT_THAT(message_of([&] { (void)load_disabled_collisions(file, known.model); }),
+              ::testing::HasSubstr("there is no link2"));
 }
 
 // Which sensor sits where is the table's word.

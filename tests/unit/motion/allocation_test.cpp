@@ -63,8 +63,9 @@ TEST(Allocation, TheCountSeesEigenAndTheLibrary) {
 void expect_no_allocation(HandMotion& hand) {
   Eigen::Isometry3d X_WH = hand.X_WH();
   const double top = X_WH.translation().z() - 0.08;
-  hand.set_table(ConvexPrism(Eigen::Vector3d::UnitZ(),
-                             {{0.5, -0.8, top}, {1.3, -0.8, top}, {1.3, 0.8, top}, {0.5, 0.8, top}}));
+  hand.set_obstacles(
+      {{"the table", ConvexPrism(Eigen::Vector3d::UnitZ(),
+                                 {{0.5, -0.8, top}, {1.3, -0.8, top}, {1.3, 0.8, top}, {0.5, 0.8, top}})}});
   X_WH.translation() += Eigen::Vector3d(0.2, 0.1, 0.1);
   Eigen::Isometry3d X_WTable = X_WH;
   X_WTable.translation().z() -= 0.4;
@@ -88,7 +89,7 @@ void expect_no_allocation(HandMotion& hand) {
 
 TEST(Allocation, AStepMakesNone) {
   const ReferenceRobot& robot = reference_robot();
-  HandMotion hand(robot.model, robot.joint_names, robot.X_WB);
+  HandMotion hand(robot.model, robot.joint_names, robot.X_WB, robot.right);
   hand.reset(robot.q_home);
   expect_no_allocation(hand);
 }
@@ -100,7 +101,7 @@ TEST(Allocation, AStepOfARobotThatStandsMakesNone) {
   posed.update(robot.q_home);
   Stance stance(robot.model);
   stance.take(posed);
-  HandMotion hand(robot.model, robot.joint_names, stance);
+  HandMotion hand(robot.model, robot.joint_names, stance, robot.right);
   hand.reset(robot.q_home);
   expect_no_allocation(hand);
 }

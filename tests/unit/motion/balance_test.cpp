@@ -147,7 +147,7 @@ TEST_F(BalanceTest, StretchedKneesDoNotRace) {
 }
 
 TEST_F(BalanceTest, ShiftIsOfTheSetPointsNotOfTheReference) {
-  HandMotion motion(robot.model, robot.joint_names, stance);
+  HandMotion motion(robot.model, robot.joint_names, stance, robot.right);
   motion.reset(q);
   for (int i = 0; i < 1000; ++i) motion.step(0.005);
   const Eigen::VectorXd reference = motion.q_ref();

@@ -1,6 +1,6 @@
 #include "tests/unit/motion/reference_robot.h"
 
-#include "urdf/reader/device_table.h"
+#include "urdf/reader/robot_description.h"
 
 namespace walkman::motion {
 namespace {
@@ -8,9 +8,12 @@ namespace {
 ReferenceRobot load() {
   ReferenceRobot robot;
   const std::string folder = WALKMAN_URDF_DIR;
-  robot.model = load_robot_model(folder + "/walkman.urdf");
-  const auto home = load_posture(folder + "/walkman.srdf", "home", robot.model);
-  for (const Bus& bus : load_device_table(folder + "/walkman.devices.yaml", robot.model).buses)
+  const KnownRobot known(load_robot_description(folder + "/walkman.robot.yaml"));
+  robot.model = known.model;
+  robot.right = hand_motion_options(known, known.description.hands.at(0));
+  robot.left = hand_motion_options(known, known.description.hands.at(1));
+  const auto home = load_posture(known.description.srdf, "home", robot.model);
+  for (const Bus& bus : known.devices.buses)
     for (const Device& device : bus.devices)
       if (device.kind == DeviceKind::kJointDrive) robot.joint_names.push_back(device.name);
   robot.q_home.resize(static_cast<Eigen::Index>(robot.joint_names.size()));

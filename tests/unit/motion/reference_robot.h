@@ -5,6 +5,7 @@
 
 #include <Eigen/Geometry>
 
+#include "adaptation/motion/hand_motion_options.h"
 #include "urdf/reader/robot_model.h"
 
 namespace walkman::motion {
@@ -15,6 +16,7 @@ struct ReferenceRobot {
   std::vector<std::string> joint_names;
   Eigen::VectorXd q_home;
   Eigen::Isometry3d X_WB = Eigen::Isometry3d::Identity();
+  HandMotionOptions right, left;  ///< of its two arms
 };
 
 /// Loaded once a process.

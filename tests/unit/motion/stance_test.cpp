@@ -143,11 +143,12 @@ TEST_F(StanceTest, TorquesAgreeWithKdl) {
 /// The whole body under a hand that goes places.
 class StandingMotionTest : public StanceTest {
  protected:
-  StandingMotionTest() : motion(robot.model, robot.joint_names, stance) {
+  StandingMotionTest() : motion(robot.model, robot.joint_names, stance, robot.right) {
     motion.reset(robot.q_home);
-    motion.set_table(
-        ConvexPrism(Eigen::Vector3d::UnitZ(),
-                    {{0.5, -0.8, -0.15}, {1.3, -0.8, -0.15}, {1.3, 0.8, -0.15}, {0.5, 0.8, -0.15}}));
+    motion.set_obstacles(
+        {{"the table",
+          ConvexPrism(Eigen::Vector3d::UnitZ(),
+                      {{0.5, -0.8, -0.15}, {1.3, -0.8, -0.15}, {1.3, 0.8, -0.15}, {0.5, 0.8, -0.15}})}});
   }
   static Eigen::Isometry3d palm_down(double x, double y, double z) {
     Eigen::Isometry3d X_TH = Eigen::Isometry3d::Identity();

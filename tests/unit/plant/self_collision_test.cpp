@@ -25,7 +25,7 @@ class SelfCollisionOfTheRobot : public WholePlant {
     run(*plant, static_cast<int>(seconds / Plant::kStep), drive(name), torque);
     Outcome outcome{plant->joint_position(robot_.joint_index(name)), {}};
     for (const Contact& contact : plant->contacts())
-      outcome.met.insert(std::minmax(contact.body_a, contact.body_b));
+      outcome.met.insert(std::minmax(std::string(contact.body_a), std::string(contact.body_b)));
     return outcome;
   }
   /// The same without anything in the way.
@@ -123,7 +123,7 @@ TEST_F(SelfCollisionOfTheRobot, ArmsStopAtEachOther) {
     step(*plant,
          {{drive("RShYaw"), 25}, {drive("LShYaw"), -25}, {drive("RShSag"), -15}, {drive("LShSag"), -15}});
   for (const Contact& contact : plant->contacts()) {
-    met.insert(std::minmax(contact.body_a, contact.body_b));
+    met.insert(std::minmax(std::string(contact.body_a), std::string(contact.body_b)));
   }
 
   const bool arms = std::any_of(met.begin(), met.end(), [](const Pair& pair) {

@@ -57,6 +57,27 @@ TEST_F(HandWeightTest, MovesWithTheFingers) {
   EXPECT_NEAR((open.force - closed.force).norm(), 0, 1e-9);
 }
 
+// Around a handle of 7 cm the phalanges' moment is what a plane model of rods has of it; 12 g each.
+TEST_F(HandWeightTest, HoldsTheFingersAroundAHandle) {
+  const Wrench open = at(-M_PI / 2, 0, 0, 0);
+  const auto fingers = motion::Grip(model_, "r_hand_grasp", "r_handj_synergy").around(0.035);
+  const Eigen::Isometry3d X_WH = kinematics_.X_WL(model_.link_index("r_hand_grasp"));
+  Eigen::Vector3d moment = Eigen::Vector3d::Zero();
+  for (const auto& [link, X_HL] : fingers) {
+    const bool proximal =
+        model_.links[static_cast<std::size_t>(link)].name.find("Proximal") != std::string::npos;
+    const Eigen::Vector3d middle(0, 0, proximal ? -0.0275 : -0.0225);
+    moment += 0.012 * (X_WH * (X_HL * middle) - kinematics_.X_WL(link) * middle);
+  }
+  weight_.hold("r_hand_grasp", fingers);
+  const Wrench held = at(-M_PI / 2, 0, 0, 0);
+  const Eigen::Matrix3d R_WS = kinematics_.X_WL(model_.link_index("r_arm_ft")).linear();
+  EXPECT_LT((R_WS * (held.torque - open.torque) - moment.cross(Eigen::Vector3d(0, 0, -9.81))).norm(), 1e-9);
+  EXPECT_GT((held.torque - open.torque).norm(), 0.01);
+  weight_.hold("r_hand_grasp", {});
+  EXPECT_EQ(at(-M_PI / 2, 0, 0, 0).torque, open.torque);
+}
+
 TEST_F(HandWeightTest, RefusesAFrameWithNothingBelow) {
   EXPECT_THROW(HandWeight(model_, "multisense/left_camera_optical_frame"), std::runtime_error);
 }

@@ -1,0 +1,86 @@
+#pragma once
+
+#include <array>
+#include <span>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "adaptation/motion/body_shape.h"
+#include "adaptation/motion/kinematic_tree.h"
+#include "adaptation/motion/obstacle.h"
+
+namespace walkman::motion {
+
+class WholeBodyIk;
+
+/// An obstacle and what people call it.
+struct NamedObstacle {
+  std::string name;
+  ConvexPrism prism;
+};
+
+/// Keeps a robot's links apart from each other and from obstacles, by the collision shapes of its URDF.
+///
+/// Links are watched when one of the active joints moves them against each other. Not watched are links that
+/// a joint joins, and pairs that the SRDF disables. Only `set_obstacles` allocates after construction.
+class BodyGuard {
+ public:
+  /// Keeps a reference to `kinematics`. `moving` are the degrees of freedom that may move, `base_moves`
+  /// whether the root link does. Throws std::out_of_range for a link in `disabled` that is not there.
+  BodyGuard(const KinematicTree& kinematics, const std::vector<int>& moving, bool base_moves,
+            const std::string& hand_link, const std::vector<std::pair<std::string, std::string>>& disabled);
+
+  void set_obstacles(std::vector<NamedObstacle> obstacles) { obstacles_ = std::move(obstacles); }
+
+  /// Something of the robot next to something else.
+  struct Nearness {
+    Separation gap;  ///< from `other` to `shape`
+    int shape = -1;  ///< index of the robot's part
+    int other = -1;  ///< of its other part, −1 for an obstacle
+    int obstacle = -1;
+  };
+
+  /// Finds what is near as `kinematics` is posed now. The fingers of the working hand count with
+  /// `with_fingers` alone, and in near() alone.
+  void update(bool with_fingers = false) noexcept;
+  /// Whether the working hand's fingers would be `margin` (m) clear of every obstacle if they were moved by
+  /// `X_WW`.
+  [[nodiscard]] bool fingers_clear(const Eigen::Isometry3d& X_WW, double margin) const noexcept;
+  /// Since the last update, nearest first; at most kMostNear.
+  [[nodiscard]] std::span<const Nearness> near() const { return {near_.data(), near_count_}; }
+  /// Keeps everything near apart: `margin` m, approached at most at `gain` (1/s) times what is left to it,
+  /// and not at all when it is closer already. Adds one row for each of near(), in their order.
+  void keep_apart(WholeBodyIk& ik, double margin, double gain) const noexcept;
+
+  /// Least distances at the last update, m; what is farther than kFarthest counts as that. Infinite without
+  /// obstacles.
+  [[nodiscard]] double own_clearance() const { return own_clearance_; }
+  [[nodiscard]] double obstacle_clearance() const { return obstacle_clearance_; }
+
+  /// "RForearm and the robot's own Waist", "RForearm and the table".
+  [[nodiscard]] std::string describe(const Nearness& nearness) const;
+
+  static constexpr std::size_t kMostNear = 24;
+  static constexpr double kFarthest = 0.12;  ///< m, what is farther away needs no row
+
+ private:
+  void add(const Nearness& nearness) noexcept;
+  /// From an obstacle to a shape there, less than kFarthest or what is enough to know that it is not.
+  [[nodiscard]] Separation gap_to(std::size_t obstacle, int shape,
+                                  const Eigen::Isometry3d& X_WS) const noexcept;
+
+  const KinematicTree* kinematics_;
+  std::vector<BodyShape> shapes_;
+  std::vector<double> extents_;
+  std::vector<Eigen::Isometry3d> X_WS_;
+  std::vector<std::pair<int, int>> pairs_;  // of shapes, by the first
+  std::vector<int> against_obstacles_;      // shapes
+  std::vector<int> fingers_;                // the same for the working hand's
+  std::vector<NamedObstacle> obstacles_;
+  std::array<Nearness, kMostNear> near_;
+  std::size_t near_count_ = 0;
+  double own_clearance_ = kFarthest, obstacle_clearance_ = kFarthest;
+};
+
+}  // namespace walkman::motion

@@ -1,0 +1,68 @@
+#pragma once
+
+#include <map>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "adaptation/motion/base_room.h"
+#include "adaptation/motion/trajectory.h"
+#include "adaptation/motion/whole_body_ik.h"
+#include "urdf/reader/robot_description.h"
+
+namespace walkman::motion {
+
+/// Which hand moves with what, and how.
+struct HandMotionOptions {
+  std::string hand_link;  ///< its frame is the hand's grasp frame H
+  /// Joints that may move, besides the legs of a robot that stands. All others hold the positions given to
+  /// `reset`.
+  std::vector<std::string> active_joints;
+  /// After the hand and the balance, at one priority: where the torso and the arm tend to, rad.
+  std::map<std::string, double> upright, posture;
+  std::vector<JointRange> ranges;  ///< narrower than the model's
+  /// Links that may touch, besides those that a joint joins.
+  std::vector<std::pair<std::string, std::string>> disabled_collisions;
+
+  /// Gives way to the twist of a robot that stands; empty: none does.
+  std::string twist_joint;
+
+  BaseRoomOptions base_room;  ///< of a robot that stands
+  double base_gain = 2;       ///< 1/s, see BaseRoom::keep: its joints' accelerations bound how soon it stops
+  JointRates rates;
+  JointRates body_rates{0.3, 1.5};  ///< of torso and legs: what they set swinging is heavy
+  double feet_damping = 1e-9;       ///< see WholeBodyIk::next_level: the feet do not give
+  double feet_gain = 100;           ///< 1/s, of the rounding of many steps
+  double com_damping = 1e-4;
+  double com_gain = 3;  ///< 1/s, of the centre of mass over the feet
+  /// How the centre of mass goes over the middle between the feet after `reset`: slowly, for the robot sways.
+  MotionLimits com_limits{0.04, 1, 0.06, 1};
+  double hand_damping = 1e-4;  ///< see WholeBodyIk::next_level
+  double hand_gain = 10;       ///< 1/s, feedback of the hand's pose error in the reference
+  double upright_gain = 2;     ///< 1/s
+  double posture_gain = 2;     ///< 1/s
+  /// Of the arm's and the legs' joints against the torso's. An arm that counted for nothing beside an upright
+  /// torso would run into its own limits first, and the torso would lean to and fro with it.
+  double posture_weight = 0.3;
+  /// Damping of upright waist and posture. Large: neither is worth racing joints.
+  double comfort_damping = 0.1;
+  double guard_gain = 8;  ///< 1/s, see BodyGuard::keep_apart
+  /// m between the robot and the table, and between its own links. At home a shoulder is 19 mm off the head,
+  /// at work 12 mm.
+  double guard_margin = 0.012;
+  double position_tolerance = 5e-5;  ///< m, the target counts as reached
+  double rotation_tolerance = 5e-5;  ///< rad
+  /// The same where the hand comes no nearer: what a grasp can do with.
+  double accepted_position = 1e-3;  ///< m
+  double accepted_rotation = 5e-3;  ///< rad
+  /// The target waits for the hand: its speed along the path falls to zero at these errors.
+  double position_lag = 0.02;  ///< m
+  double rotation_lag = 0.1;   ///< rad
+  double blocked_after = 1.0;  ///< s without progress after which a motion counts as blocked
+};
+
+/// What the robot's description says of one of its hands and of the torso. Throws std::runtime_error as
+/// `load_posture` and `load_disabled_collisions` do.
+[[nodiscard]] HandMotionOptions hand_motion_options(const KnownRobot& known, const HandParts& hand);
+
+}  // namespace walkman::motion

@@ -1,0 +1,247 @@
+#include "adaptation/regrasp/grasp_planner.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+
+#include <fmt/format.h>
+
+#include "adaptation/regrasp/observer.h"
+#include "adaptation/regrasp/route.h"
+
+namespace walkman::regrasp {
+namespace {
+
+constexpr double kSearchStep = 0.001;  // m along a handle
+constexpr double kPlaceStep = 0.005;   // m, places this near are the same
+constexpr double kPlaceGrowth = 0.25;  // part of the distance from the best place, where that is more
+constexpr std::array<double, 5> kPitches = {0, 0.35, -0.35, 0.7, -0.7};  // rad, upright first
+constexpr int kClosingSteps = 8;
+constexpr int kDescentSteps = 4;
+constexpr double kLastStretch = 0.06;   // m over the grasp, where the open fingers pass the handle
+constexpr double kOnHandle = 0.012;     // m, points so near a handle's surface are its own
+constexpr double kFingerRoom = 0.002;   // m between a finger and what it must not touch
+constexpr double kPlannedRoom = 0.004;  // m more than the motions themselves keep, which come another way
+constexpr double kNoGrasp = -1;
+constexpr double kWorthLeaving = 0.25;  // more room than a straighter grasp, or one with the hand named first
+constexpr std::size_t kWayOver = 2;     // poses of an approach until the hand is over the grasp
+constexpr std::size_t kFewPitches = 3;  // of those above, beyond the best place
+
+Eigen::Isometry3d turned_about_handle(const Eigen::Isometry3d& X_TG, double radius, double pitch) {
+  const Eigen::Translation3d to_axis(0, -radius, 0);
+  return X_TG * to_axis * Eigen::AngleAxisd(pitch, Eigen::Vector3d::UnitX()) * to_axis.inverse();
+}
+
+/// The shapes of a hand's palm, wrist and fingers in its frame H, with its motor from open to closed.
+std::vector<std::vector<motion::BodyShape>> closing_hand(const RobotModel& model, const HandParts& hand) {
+  motion::KinematicTree posed(model, {});
+  const int frame = model.link_index(hand.frame);
+  const int sensor = model.link_index(hand.force_torque);
+  const double travel = model.joints[static_cast<std::size_t>(model.joint_index(hand.motor))].limits.upper;
+  std::vector<std::vector<motion::BodyShape>> steps;
+  for (int step = 0; step <= kClosingSteps; ++step) {
+    posed.set_passive(hand.motor, travel * step / kClosingSteps);
+    posed.update(Eigen::VectorXd::Zero(0));
+    steps.emplace_back();
+    for (motion::BodyShape shape : motion::body_shapes(model)) {
+      int link = shape.link;
+      while (link >= 0 && link != sensor) {
+        const int carrier = model.links[static_cast<std::size_t>(link)].parent_joint;
+        link = carrier < 0 ? -1 : model.joints[static_cast<std::size_t>(carrier)].parent_link;
+      }
+      if (link < 0) continue;
+      shape.X_LS = posed.X_WL(frame).inverse() * posed.X_WL(shape.link) * shape.X_LS;
+      steps.back().push_back(shape);
+    }
+  }
+  return steps;
+}
+
+double distance(const motion::BodyShape& shape, const Eigen::Isometry3d& X_SH, const Eigen::Vector3d& p_H) {
+  const Eigen::Vector3d p_S = X_SH * p_H;
+  return (p_S - shape.nearest_S(p_S)).norm() - shape.rounding;
+}
+
+}  // namespace
+
+std::vector<Eigen::Isometry3d> approach_way(const Eigen::Isometry3d& X_TG, double clearance,
+                                            const StageTwoParameters& parameters) {
+  const Eigen::Isometry3d over = X_TG * Eigen::Translation3d(0, parameters.approach_height, 0);
+  Eigen::Isometry3d behind = over;
+  behind.translation().x() -= parameters.approach_back;
+  return {behind, over, X_TG * Eigen::Translation3d(0, clearance, 0)};
+}
+
+GraspPlanner::GraspPlanner(const KnownRobot& known, const std::vector<std::string>& joint_names,
+                           const std::optional<motion::Stance>& stance, const MethodParameters& parameters)
+    : known_(known), parameters_(parameters) {
+  for (const HandParts& parts : known.description.working_hands()) {
+    motion::HandMotionOptions options = motion::hand_motion_options(known, parts);
+    options.guard_margin += kPlannedRoom;
+    hands_.push_back(std::unique_ptr<Hand>(
+        stance
+            ? new Hand{motion::HandMotion(known.model, joint_names, *stance, options),
+                       closing_hand(known.model, parts)}
+            : new Hand{motion::HandMotion(known.model, joint_names, Eigen::Isometry3d::Identity(), options),
+                       closing_hand(known.model, parts)}));
+  }
+}
+
+std::vector<GraspPlanner::Place> GraspPlanner::places(const View& view, const Cost& cost) const {
+  std::vector<Place> all;
+  const auto& handles = view.seen->object().handles;
+  for (std::size_t i = 0; i < handles.size(); ++i) {
+    const perception::Handle& handle = handles[i];
+    const auto add = [&](double along) {
+      const double place = handle.nearest_graspable(along);
+      all.push_back({static_cast<int>(i), place, cost(handle, place)});
+    };
+    // The best place itself, and others at a distance from it.
+    double best = handle.nearest_graspable(handle.from);
+    const int steps = static_cast<int>((handle.to - handle.from) / kSearchStep);
+    for (int step = 0; step <= steps; ++step) {
+      const double place = handle.nearest_graspable(handle.from + step * kSearchStep);
+      if (cost(handle, place) < cost(handle, best)) best = place;
+    }
+    add(best);
+    double away = kPlaceStep;
+    while (away <= handle.to - handle.from) {
+      if (best + away <= handle.to) add(best + away);
+      if (best - away >= handle.from) add(best - away);
+      away += std::max(kPlaceStep, kPlaceGrowth * away);
+    }
+  }
+  std::stable_sort(all.begin(), all.end(), [](const Place& a, const Place& b) { return a.cost < b.cost; });
+  all.erase(std::unique(all.begin(), all.end(),
+                        [](const Place& a, const Place& b) {
+                          return a.handle == b.handle && std::abs(a.along - b.along) < kPlaceStep / 2;
+                        }),
+            all.end());
+  return all;
+}
+
+/// What the hand would touch there, empty when nothing.
+std::string GraspPlanner::blocked(const View& view, const Hand& hand, const Place& place,
+                                  const Eigen::Isometry3d& X_TEnd) const {
+  const perception::Handle& handle = view.seen->object().handles[static_cast<std::size_t>(place.handle)];
+  const perception::Plane& plane = view.seen->plane;
+  const Eigen::Vector3d n_T = view.X_TC.linear() * plane.n_C;
+  const double offset = plane.offset - n_T.dot(view.X_TC.translation());
+  // Points of anything but the handle that the hand could come to.
+  std::vector<Eigen::Vector3d> others_T;
+  const double range = 0.3 + kLastStretch;
+  for (const perception::SeenObject& object : view.seen->objects) {
+    for (const Eigen::Vector3f& p : object.surface_C) {
+      const Eigen::Vector3d from_middle = p.cast<double>() - handle.p_CM;
+      const double along = handle.axis_C.dot(from_middle);
+      const double off_axis = (from_middle - along * handle.axis_C).norm();
+      if (off_axis < handle.radius + kOnHandle && along > handle.from - kOnHandle &&
+          along < handle.to + kOnHandle)
+        continue;
+      const Eigen::Vector3d p_T = view.X_TC * p.cast<double>();
+      if ((p_T - X_TEnd.translation()).norm() < range) others_T.push_back(p_T);
+    }
+  }
+  const Eigen::Vector3d axis_point_T = view.X_TC * (handle.p_CM + place.along * handle.axis_C);
+  const Eigen::Vector3d axis_T = view.X_TC.linear() * handle.axis_C;
+  const auto touched = [&](const std::vector<motion::BodyShape>& shapes, const Eigen::Isometry3d& X_TH,
+                           bool table) -> std::string {
+    for (const motion::BodyShape& shape : shapes) {
+      const Eigen::Isometry3d X_TS = X_TH * shape.X_LS;
+      const std::string& name = known_.model.links[static_cast<std::size_t>(shape.link)].name;
+      const double above =
+          n_T.dot(X_TS.translation()) + offset - shape.reach(-(X_TS.linear().transpose() * n_T));
+      if (table && above < kFingerRoom) return fmt::format("{} and the table would touch", name);
+      const Eigen::Isometry3d X_ST = X_TS.inverse();
+      for (const Eigen::Vector3d& p_T : others_T) {
+        if (distance(shape, X_ST, p_T) < kFingerRoom)
+          return fmt::format("{} and what lies beside the handle would touch", name);
+      }
+    }
+    return "";
+  };
+  const auto around_handle = [&](const motion::BodyShape& shape) {
+    const Eigen::Vector3d from_axis = (X_TEnd * shape.X_LS).translation() - axis_point_T;
+    return (from_axis - axis_T.dot(from_axis) * axis_T).norm() < handle.radius;
+  };
+  for (int step = kDescentSteps; step >= 0; --step) {
+    const Eigen::Isometry3d X_TH = X_TEnd * Eigen::Translation3d(0, kLastStretch * step / kDescentSteps, 0);
+    if (std::string what = touched(hand.closing.front(), X_TH, true); !what.empty()) return what;
+  }
+  // Closing fingers may slide along the table: they are soft, and a low handle can be held in no other way.
+  // Open ones that lie on it would close over a handle, not round it.
+  for (const auto& shapes : hand.closing) {
+    if (std::any_of(shapes.begin(), shapes.end(), around_handle)) break;  // the handle has stopped it by now
+    if (std::string what = touched(shapes, X_TEnd, false); !what.empty()) return what;
+  }
+  return "";
+}
+
+/// Room of the grasp, as a share of what is enough; kNoGrasp with the reason when it cannot be.
+double GraspPlanner::judge(const View& view, Hand& hand, const Place& place, PlannedGrasp& grasp,
+                           std::string& refusal) {
+  std::vector<Eigen::Isometry3d> way =
+      approach_way(grasp.X_TG, parameters_.stage_two.palm_clearance, parameters_.stage_two);
+  grasp.X_TH = way.back();
+  refusal = blocked(view, hand, place, grasp.X_TH);
+  if (!refusal.empty()) return kNoGrasp;
+  hand.motion.set_obstacles(view.obstacles);
+  hand.motion.reset(view.q);
+  Eigen::Isometry3d lifted = way.back();
+  lifted.translation().z() += parameters_.stage_two.lift_max;
+  way.push_back(lifted);
+  for (const double turn : {-1.0, 1.0}) {
+    way.push_back(lifted *
+                  Eigen::AngleAxisd(turn * parameters_.stage_two.weighing_turn, Eigen::Vector3d::UnitX()));
+  }
+  motion::MotionLimits limits;
+  limits.linear_velocity = parameters_.stage_two.travel_speed;
+  limits.angular_velocity = parameters_.stage_two.angular_speed;
+  const std::size_t beyond = way.size() - kWayOver;
+  Route route = find_route(hand.motion, way, limits, 1);
+  if (route.reach.status != motion::HandMotion::Status::kReached) {
+    refusal = route.reach.reason;
+    return kNoGrasp;
+  }
+  grasp.way = std::move(route.way);
+  grasp.way.resize(grasp.way.size() - beyond);
+  return room_of(route.reach);
+}
+
+PlannedGrasp GraspPlanner::plan(const View& view, const Cost& cost) {
+  const std::vector<Place> all = places(view, cost);
+  std::vector<std::string> first_refusals(hands_.size());
+  // The place is the method's to choose; which hand, and how it is turned, is a matter of room.
+  for (const Place& place : all) {
+    PlannedGrasp best;
+    double best_room = kNoGrasp;
+    const auto& handle = view.seen->object().handles[static_cast<std::size_t>(place.handle)];
+    const Eigen::Isometry3d X_TUpright =
+        view.X_TC * perception::grasp_frame_at(*view.seen, place.handle, place.along).X_CG;
+    const std::size_t pitches = &place == &all.front() ? kPitches.size() : kFewPitches;
+    for (std::size_t turn = 0; turn < pitches && best_room < 1; ++turn) {
+      for (std::size_t hand = 0; hand < hands_.size() && best_room < 1; ++hand) {
+        PlannedGrasp grasp;
+        grasp.hand = hand;
+        grasp.X_TG = turned_about_handle(X_TUpright, handle.radius, kPitches[turn]);
+        grasp.radius = handle.radius;
+        std::string refusal;
+        const double room = judge(view, *hands_[hand], place, grasp, refusal);
+        if (room < 0 && first_refusals[hand].empty()) first_refusals[hand] = refusal;
+        if (room <= best_room + (best_room < 0 ? 0 : kWorthLeaving)) continue;
+        best_room = room;
+        best = std::move(grasp);
+      }
+    }
+    if (best_room >= 0) return best;
+  }
+  std::string refusals;
+  for (std::size_t hand = 0; hand < hands_.size(); ++hand) {
+    refusals += fmt::format("{}the {} hand: {}", hand == 0 ? "" : "; ", known_.description.hands[hand].name,
+                            first_refusals[hand]);
+  }
+  throw RunStopped("no hand can grasp the object; at the best place, straight down, " + refusals);
+}
+
+}  // namespace walkman::regrasp

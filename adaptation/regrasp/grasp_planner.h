@@ -1,0 +1,77 @@
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "adaptation/motion/body_shape.h"
+#include "adaptation/motion/hand_motion.h"
+#include "adaptation/parameters.h"
+#include "adaptation/perception/stage_one.h"
+#include "urdf/reader/robot_description.h"
+
+namespace walkman::regrasp {
+
+/// From the grasp frame G to the poses of the hand on the way to it: over it and behind, over it, and on it
+/// with the palm `clearance` (m) off the surface. Over is along G's y axis, against the palm.
+[[nodiscard]] std::vector<Eigen::Isometry3d> approach_way(const Eigen::Isometry3d& X_TG, double clearance,
+                                                          const StageTwoParameters& parameters);
+
+/// Which hand grasps where, and how it is turned about the handle.
+struct PlannedGrasp {
+  std::size_t hand = 0;  ///< its place in the robot's description
+  Eigen::Isometry3d X_TG = Eigen::Isometry3d::Identity();
+  double radius = 0;                   ///< of the handle there, m
+  std::vector<Eigen::Isometry3d> way;  ///< from where the hand is to the pose over the grasp
+  Eigen::Isometry3d X_TH = Eigen::Isometry3d::Identity();  ///< of the hand when it closes
+};
+
+/// Finds grasps that a hand can reach with room for itself.
+///
+/// A grasp stands for all that the method does with it: the way there, the lift to `lift_max` and the turns
+/// to weigh. The open hand on its last stretch and the closing fingers keep off the table and off every point
+/// of the cloud but those of the handle.
+class GraspPlanner {
+ public:
+  /// What the grasps are planned for.
+  struct View {
+    const perception::StageOneResult* seen = nullptr;
+    Eigen::Isometry3d X_TC = Eigen::Isometry3d::Identity();
+    std::vector<motion::NamedObstacle> obstacles;  ///< in T
+    Eigen::VectorXd q;                             ///< the reference to start from, joint_names order
+  };
+  /// How far a place on a handle (m from its middle) is from the wanted one, m.
+  using Cost = std::function<double(const perception::Handle& handle, double along)>;
+
+  /// References are kept. Without a stance the base is held.
+  GraspPlanner(const KnownRobot& known, const std::vector<std::string>& joint_names,
+               const std::optional<motion::Stance>& stance, const MethodParameters& parameters);
+
+  /// At the nearest place that either hand can grasp, the grasp with the most room: to joints' limits, to the
+  /// robot's own links, to what is on the table. Takes seconds.
+  /// Throws RunStopped with what stops each hand at the nearest place when there is none.
+  [[nodiscard]] PlannedGrasp plan(const View& view, const Cost& cost);
+
+ private:
+  struct Hand {
+    motion::HandMotion motion;
+    std::vector<std::vector<motion::BodyShape>> closing;  // shapes in H, from open to closed
+  };
+  struct Place {
+    int handle;
+    double along, cost;
+  };
+  [[nodiscard]] std::vector<Place> places(const View& view, const Cost& cost) const;
+  [[nodiscard]] std::string blocked(const View& view, const Hand& hand, const Place& place,
+                                    const Eigen::Isometry3d& X_TEnd) const;
+  [[nodiscard]] double judge(const View& view, Hand& hand, const Place& place, PlannedGrasp& grasp,
+                             std::string& refusal);
+
+  const KnownRobot& known_;
+  const MethodParameters& parameters_;
+  std::vector<std::unique_ptr<Hand>> hands_;
+};
+
+}  // namespace walkman::regrasp

@@ -1,0 +1,70 @@
+#include "adaptation/regrasp/route.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace walkman::regrasp {
+namespace {
+
+// A motion with so much room needs no better one: rad, m. The guards keep 12 mm, of which turning takes some.
+constexpr double kEnoughLimit = 0.05, kEnoughRoom = 0.009;
+
+Eigen::Isometry3d moved(const Eigen::Isometry3d& X_T, const Eigen::Vector3d& by) {
+  Eigen::Isometry3d out = X_T;
+  out.translation() += by;
+  return out;
+}
+
+/// Via points from here to there, shortest detour first. `side`: 1 for an arm on the left, −1 on the right.
+std::vector<std::vector<Eigen::Isometry3d>> detours(const Eigen::Isometry3d& X_TFrom,
+                                                    const Eigen::Isometry3d& X_TTo, double side) {
+  std::vector<std::vector<Eigen::Isometry3d>> out;
+  for (const double lift : {0.10, 0.25}) {  // m
+    const double top = std::max(X_TFrom.translation().z(), X_TTo.translation().z()) + lift;
+    const auto at_top = [top](const Eigen::Isometry3d& X_T) {
+      return moved(X_T, {0, 0, top - X_T.translation().z()});
+    };
+    out.push_back({at_top(X_TFrom), at_top(X_TTo)});
+  }
+  for (const double aside : {0.15, 0.30}) {
+    const double outer = side * std::max(side * X_TFrom.translation().y(), side * X_TTo.translation().y());
+    const auto out_there = [&](const Eigen::Isometry3d& X_T) {
+      return moved(X_T, {0, outer + side * aside - X_T.translation().y(), 0.05});
+    };
+    out.push_back({out_there(X_TTo)});
+    out.push_back({out_there(X_TFrom), out_there(X_TTo)});
+  }
+  return out;
+}
+
+/// How wide the way is, as a share of what needs not be wider.
+double width_of(const motion::HandMotion::Reach& reach) {
+  return std::clamp(std::min(reach.own_clearance, reach.obstacle_clearance) / kEnoughRoom, 0.0, 1.0);
+}
+
+}  // namespace
+
+double room_of(const motion::HandMotion::Reach& reach) {
+  return std::min(std::clamp(reach.limit_margin / kEnoughLimit, 0.0, 1.0), width_of(reach));
+}
+
+Route find_route(motion::HandMotion& hand, std::span<const Eigen::Isometry3d> way,
+                 const motion::MotionLimits& limits, double enough) {
+  using Status = motion::HandMotion::Status;
+  Route best{{way.begin(), way.end()}, hand.reachable(way, limits)};
+  bool reached = best.reach.status == Status::kReached;
+  if (reached && width_of(best.reach) >= enough) return best;
+  const double side = std::copysign(1.0, hand.shoulder().y());
+  for (std::vector<Eigen::Isometry3d>& via : detours(hand.X_WH(), way.front(), side)) {
+    via.insert(via.end(), way.begin(), way.end());
+    motion::HandMotion::Reach reach = hand.reachable(via, limits);
+    if (reach.status != Status::kReached) continue;
+    if (reached && width_of(reach) <= width_of(best.reach)) continue;
+    best = {std::move(via), std::move(reach)};
+    reached = true;
+    if (width_of(best.reach) >= enough) break;
+  }
+  return best;
+}
+
+}  // namespace walkman::regrasp

@@ -1,0 +1,93 @@
+#!/usr/bin/env python3
+"""Runs the method on scenes around Experiment 1's and judges every one by the plant's truth.
+
+A scene is held when the object is weighed right (centre of mass within 5 mm) and hangs with at least 95 % less torque
+than at the first grasp, or was near enough at once; short of it with less. Refused is what the scene is known to be too
+much for, and said to be for that reason; stopped, any other end before the last weighing. Wrong is a success that the
+truth denies. The exit code is 0 when all are held or refused.
+"""
+
+import argparse
+import concurrent.futures
+import json
+import os
+import pathlib
+import re
+import subprocess
+import sys
+import tempfile
+
+import scenes
+
+COM_ERROR = 0.005  # m
+REDUCTION = 95  # per cent
+NEAR_ENOUGH = 0.02  # m, the method's d_thres
+
+
+def run(program, urdf, case, level, seed, folder):
+    scene = scenes.write_scene(case, urdf, folder)
+    done = subprocess.run([program, "experiment", "1", "--scene", scene, "--seed", str(seed), "--model-error", level,
+                           "--json", "--out", folder / "out"],
+                          capture_output=True, text=True, check=False)
+    try:
+        return json.loads(done.stdout)["repetitions"][0]
+    except (json.JSONDecodeError, KeyError, IndexError):
+        return {"outcome": "crash", "reason": done.stderr.strip()[-300:], "regrasps": 0}
+
+
+def reduction(r):
+    """Of the true torque, per cent."""
+    return 100 * (1 - abs(r["tau_after_true"]) / abs(r["tau_true"]))
+
+
+def verdict(case, r):
+    """"held", "short", "refused", "stopped" or "wrong", and why."""
+    if r["outcome"] == "stopped":
+        return ("refused" if re.search(case.refusal or "$^", r["reason"]) else "stopped"), r["reason"]
+    if r["outcome"] not in ("minimum torque", "minimum displacement"):
+        return "wrong", f"{r['outcome']}: {r.get('reason', '')}"
+    if abs(r["com_error"]) > COM_ERROR:
+        return "wrong", f"centre of mass {1e3 * r['com_error']:+.1f} mm off"
+    if r["regrasps"] == 0 and abs(r["d_true"]) <= NEAR_ENOUGH:
+        return "held", f"at once {1e3 * abs(r['d_true']):.0f} mm from the centre of mass"
+    if reduction(r) < REDUCTION:
+        return "short", f"{reduction(r):.1f} % less torque"
+    return "held", f"{reduction(r):.1f} % less torque"
+
+
+def line(case, level, r):
+    word, why = verdict(case, r)
+    number = lambda key, scale, digits: f"{scale * r[key]:.{digits}f}" if isinstance(r.get(key), float) else ""
+    cells = [case.name, level, word, number("f_g", 1, 1), number("tau_true", 1, 3), number("tau_after_true", 1, 3),
+             number("com_error", 1e3, 1), str(r.get("regrasps", "")), number("simulated_seconds", 1, 0), why]
+    return "| " + " | ".join(cells) + " |"
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("program", type=pathlib.Path)
+    parser.add_argument("urdf", type=pathlib.Path, help="folder with walkman.robot.yaml")
+    parser.add_argument("--model-error", nargs="*", default=["none", "calibrated"])
+    parser.add_argument("--drawn", type=int, default=0, help="so many scenes with everything different at once, as well")
+    parser.add_argument("--only", default="", help="regular expression of names")
+    parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--jobs", type=int, default=len(os.sched_getaffinity(0)))
+    options = parser.parse_args()
+    cases = [c for c in scenes.one_at_a_time() + scenes.drawn(options.drawn, options.seed) if re.search(options.only, c.name)]
+    runs = [(case, level) for case in cases for level in options.model_error]
+    counts = {}
+    print("| scene | model error | verdict | f, N | τ, N·m | τ′, N·m | CoM error, mm | regrasps | s | |")
+    print("|---|---|---|---|---|---|---|---|---|---|", flush=True)
+    with tempfile.TemporaryDirectory() as scratch, concurrent.futures.ThreadPoolExecutor(options.jobs) as pool:
+        def one(numbered):
+            i, (case, level) = numbered
+            return run(options.program.resolve(), options.urdf.resolve(), case, level, options.seed, pathlib.Path(scratch) / str(i))
+        for (case, level), r in zip(runs, pool.map(one, enumerate(runs))):
+            counts[verdict(case, r)[0]] = counts.get(verdict(case, r)[0], 0) + 1
+            print(line(case, level, r), flush=True)
+    print("\n" + ", ".join(f"{n} {word}" for word, n in sorted(counts.items())) + f" of {len(runs)}")
+    return 0 if set(counts) <= {"held", "refused"} else 1
+
+
+if __name__ == "__main__":
+    sys.exit(main())

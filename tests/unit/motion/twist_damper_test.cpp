@@ -1,0 +1,70 @@
+// The law against an oscillator on a spring whose foot it moves: a torso on the springs below it.
+
+#include "adaptation/motion/twist_damper.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include <gtest/gtest.h>
+
+namespace walkman::motion {
+namespace {
+
+constexpr double kDt = 0.005;
+
+/// Largest swing in the last of `seconds`, by semi-implicit steps of 0.1 ms, of one that starts at
+/// `amplitude`.
+double left_of(double amplitude, double hz, double seconds, bool damped) {
+  const double w = 2 * std::numbers::pi * hz;
+  TwistDamper damper;
+  double q = amplitude, v = 0, foot = 0, largest = 0;
+  const int cycles = static_cast<int>(std::lround(seconds / kDt));
+  for (int i = 0; i < cycles; ++i) {
+    const double set_point = damper.step(q, kDt);
+    if (damped) foot = set_point;
+    for (int k = 0; k < 50; ++k) {
+      v -= 1e-4 * w * w * (q - foot);
+      q += 1e-4 * v;
+    }
+    if (i > cycles - 200) largest = std::max(largest, std::abs(q));
+  }
+  return largest;
+}
+
+TEST(TwistDamper, DampsTheSwaysOfATorso) {
+  for (const double hz : {1.2, 1.5, 1.9}) {
+    EXPECT_NEAR(left_of(0.002, hz, 4, false), 0.002, 2e-5) << hz;
+    // Half of T w, 0.3 to 0.48, less what the filters cost; after a second of fading in, 3 s of it.
+    EXPECT_LT(left_of(0.002, hz, 4, true), 0.002 * std::exp(-0.15 * 2 * std::numbers::pi * hz * 2)) << hz;
+  }
+}
+
+TEST(TwistDamper, HasNoSayAtRestAndLittleAltogether) {
+  TwistDamper damper;
+  for (int i = 0; i < 2000; ++i) EXPECT_EQ(damper.step(0.2, kDt), 0);
+  double largest = 0;
+  for (int i = 0; i < 2000; ++i)
+    largest = std::max(largest, std::abs(damper.step(0.01 * std::sin(10 * kDt * i), kDt)));
+  EXPECT_DOUBLE_EQ(largest, TwistDamperOptions{}.max_angle);
+}
+
+TEST(TwistDamper, LeavesAPushToTheBalance) {
+  TwistDamper damper;
+  double twist = 0;
+  for (int i = 0; i < 400; ++i) damper.step(twist, kDt);
+  for (int i = 0; i < 40; ++i) damper.step(twist += kDt * 1.0, kDt);  // 1 rad/s
+  for (int i = 0; i < 40; ++i) damper.step(twist, kDt);
+  // 0.2 s after it a slow twist is answered by a fifth at most, 2 s after it in full.
+  const auto answer = [&] {
+    double angle = 0;
+    for (int i = 0; i < 40; ++i) angle = damper.step(twist += kDt * 0.02, kDt);
+    return -angle;
+  };
+  EXPECT_LT(answer(), 0.6 * 0.08 * 0.02);
+  for (int i = 0; i < 400; ++i) damper.step(twist, kDt);
+  EXPECT_NEAR(answer(), 0.08 * 0.02, 0.1 * 0.08 * 0.02);
+}
+
+}  // namespace
+}  // namespace walkman::motion
