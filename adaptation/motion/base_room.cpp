@@ -1,6 +1,8 @@
 #include "adaptation/motion/base_room.h"
 
+#include <algorithm>
 #include <cmath>
+#include <numbers>
 
 #include <fmt/format.h>
 
@@ -64,10 +66,9 @@ void BaseRoom::keep(WholeBodyIk& ik, int base_link, const Eigen::Isometry3d& X_W
 std::string BaseRoom::describe(int bound) const {
   const Bound& found = bounds_[static_cast<std::size_t>(bound)];
   const char* name = kNames[static_cast<std::size_t>(bound)];
-  constexpr double kDegree = 0.017453292519943295;
   return found.relative
              ? fmt::format("the base is {} as far as it may, {:.1f} degrees", name,
-                           std::asin(found.room / kArm) / kDegree)
+                           std::asin(found.room / kArm) * 180 / std::numbers::pi)
              : fmt::format("the base is as far {} as it may go, {:.0f} mm", name, 1e3 * found.room);
 }
 

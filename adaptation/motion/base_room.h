@@ -31,7 +31,7 @@ class BaseRoom {
 
   /// Adds kBounds rows: each bound is approached at most at `gain` (1/s) times what is left to it.
   void keep(WholeBodyIk& ik, int base_link, const Eigen::Isometry3d& X_WB, double gain) const noexcept;
-  /// Of the row of that number: "the base is as far forward as its legs let it, 60 mm".
+  /// Of the row of that number: "the base is as far forward as it may go, 150 mm".
   [[nodiscard]] std::string describe(int bound) const;
 
  private:

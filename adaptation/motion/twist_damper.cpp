@@ -20,8 +20,7 @@ double TwistDamper::step(double twist, double dt) noexcept {
   last_ = twist;
   if (std::abs(rate_) > options_.push_rate) running_for_ = 0;
   const double faded = std::min(1.0, running_for_ / options_.fade_in);
-  angle_ = std::clamp(-faded * options_.velocity_time * rate_, -options_.max_angle, options_.max_angle);
-  return angle_;
+  return std::clamp(-faded * options_.velocity_time * rate_, -options_.max_angle, options_.max_angle);
 }
 
 }  // namespace walkman::motion

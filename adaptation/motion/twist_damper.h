@@ -21,7 +21,7 @@ class TwistDamper {
  public:
   explicit TwistDamper(const TwistDamperOptions& options = {}) : options_(options) {}
 
-  /// Forgets the past but not the angle: after cycles without a reading.
+  /// Forgets the past: after cycles without a reading.
   void restart() noexcept { running_ = false; }
   /// One cycle of `dt` s. `twist` is how far the torso is turned about the vertical from where the reference
   /// has it, rad. Returns what the joint's set-point is to be off by, rad.
@@ -32,7 +32,6 @@ class TwistDamper {
   bool running_ = false;
   double running_for_ = 0;                        // s
   double last_ = 0, first_stage_ = 0, rate_ = 0;  // rad, rad/s
-  double angle_ = 0;
 };
 
 }  // namespace walkman::motion

@@ -9,6 +9,7 @@
 
 #include "adaptation/regrasp/observer.h"
 #include "adaptation/regrasp/route.h"
+#include "urdf/reader/kinematics.h"
 
 namespace walkman::regrasp {
 namespace {
@@ -37,7 +38,8 @@ Eigen::Isometry3d turned_about_handle(const Eigen::Isometry3d& X_TG, double radi
 std::vector<std::vector<motion::BodyShape>> closing_hand(const RobotModel& model, const HandParts& hand) {
   motion::KinematicTree posed(model, {});
   const int frame = model.link_index(hand.frame);
-  const int sensor = model.link_index(hand.force_torque);
+  const std::vector<std::size_t> links =
+      links_below(model, static_cast<std::size_t>(model.link_index(hand.force_torque)));
   const double travel = model.joints[static_cast<std::size_t>(model.joint_index(hand.motor))].limits.upper;
   std::vector<std::vector<motion::BodyShape>> steps;
   for (int step = 0; step <= kClosingSteps; ++step) {
@@ -45,12 +47,8 @@ std::vector<std::vector<motion::BodyShape>> closing_hand(const RobotModel& model
     posed.update(Eigen::VectorXd::Zero(0));
     steps.emplace_back();
     for (motion::BodyShape shape : motion::body_shapes(model)) {
-      int link = shape.link;
-      while (link >= 0 && link != sensor) {
-        const int carrier = model.links[static_cast<std::size_t>(link)].parent_joint;
-        link = carrier < 0 ? -1 : model.joints[static_cast<std::size_t>(carrier)].parent_link;
-      }
-      if (link < 0) continue;
+      if (std::find(links.begin(), links.end(), static_cast<std::size_t>(shape.link)) == links.end())
+        continue;
       shape.X_LS = posed.X_WL(frame).inverse() * posed.X_WL(shape.link) * shape.X_LS;
       steps.back().push_back(shape);
     }

@@ -4,22 +4,16 @@
 #include <stdexcept>
 #include <utility>
 
+#include "urdf/reader/kinematics.h"
+
 namespace walkman::wrench {
 
 HandWeight::HandWeight(const RobotModel& model, const std::string& sensor_frame)
     : model_(&model), sensor_link_(model.link_index(sensor_frame)) {
-  std::vector<bool> below(model.links.size(), false);
-  below[static_cast<std::size_t>(sensor_link_)] = true;
-  for (std::size_t i = 0; i < model.links.size(); ++i) {
-    const int joint = model.links[i].parent_joint;
-    if (joint >= 0) {
-      const auto parent = static_cast<std::size_t>(model.joints[static_cast<std::size_t>(joint)].parent_link);
-      if (below[parent]) below[i] = true;
-    }
-    if (below[i] && model.links[i].mass > 0) {
-      links_.push_back(static_cast<int>(i));
-      mass_ += model.links[i].mass;
-    }
+  for (const std::size_t i : links_below(model, static_cast<std::size_t>(sensor_link_))) {
+    if (model.links[i].mass <= 0) continue;
+    links_.push_back(static_cast<int>(i));
+    mass_ += model.links[i].mass;
   }
   if (links_.empty()) {
     throw std::runtime_error(model.file.string() + ": nothing with mass hangs below force/torque frame '" +

@@ -96,12 +96,7 @@ TEST(Allocation, AStepMakesNone) {
 
 TEST(Allocation, AStepOfARobotThatStandsMakesNone) {
   const ReferenceRobot& robot = reference_robot();
-  KinematicTree posed(robot.model, robot.joint_names);
-  posed.set_base(robot.X_WB);
-  posed.update(robot.q_home);
-  Stance stance(robot.model);
-  stance.take(posed);
-  HandMotion hand(robot.model, robot.joint_names, stance, robot.right);
+  HandMotion hand(robot.model, robot.joint_names, home_stance(), robot.right);
   hand.reset(robot.q_home);
   expect_no_allocation(hand);
 }

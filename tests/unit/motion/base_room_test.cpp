@@ -11,11 +11,7 @@ namespace {
 /// A standing robot whose hand is sent where its arm does not reach.
 TEST(BaseRoom, HoldsTheBaseOfARobotThatReachesTooFar) {
   const ReferenceRobot& robot = reference_robot();
-  KinematicTree posed(robot.model, robot.joint_names);
-  posed.update(robot.q_home);
-  Stance stance(robot.model);
-  stance.take(posed);
-  HandMotion hand(robot.model, robot.joint_names, stance, robot.right);
+  HandMotion hand(robot.model, robot.joint_names, home_stance(), robot.right);
   const BaseRoomOptions& room = robot.right.base_room;
   for (const Eigen::Vector3d& far : {Eigen::Vector3d(1.6, -0.3, 0), Eigen::Vector3d(0.4, -1.7, 0),
                                      Eigen::Vector3d(0.5, -0.3, -1.0), Eigen::Vector3d(0.3, 1.2, 0.8)}) {

@@ -30,4 +30,14 @@ const ReferenceRobot& reference_robot() {
   return robot;
 }
 
+Stance home_stance() {
+  const ReferenceRobot& robot = reference_robot();
+  KinematicTree posed(robot.model, robot.joint_names);
+  posed.set_base(robot.X_WB);
+  posed.update(robot.q_home);
+  Stance stance(robot.model);
+  stance.take(posed);
+  return stance;
+}
+
 }  // namespace walkman::motion

@@ -6,6 +6,7 @@
 #include <Eigen/Geometry>
 
 #include "adaptation/motion/hand_motion_options.h"
+#include "adaptation/motion/stance.h"
 #include "urdf/reader/robot_model.h"
 
 namespace walkman::motion {
@@ -21,5 +22,8 @@ struct ReferenceRobot {
 
 /// Loaded once a process.
 const ReferenceRobot& reference_robot();
+
+/// It stands in its home posture.
+Stance home_stance();
 
 }  // namespace walkman::motion
