@@ -7,9 +7,12 @@
 #include <fmt/format.h>
 
 #include "adaptation/motion/whole_body_ik.h"
+#include "urdf/reader/kinematics.h"
 
 namespace walkman::motion {
 namespace {
+
+constexpr double kFingerSlack = 0.001;  // m, for a hand that ends a little beside its goal
 
 /// Of each link, a number that it shares with those it does not move against: by the joints that may move, or
 /// by all joints that are not fixed.
@@ -52,9 +55,13 @@ bool is_finger(const KinematicTree& kinematics, const std::vector<int>& solid, i
 }  // namespace
 
 BodyGuard::BodyGuard(const KinematicTree& kinematics, const std::vector<int>& moving, bool base_moves,
-                     const std::string& hand_link,
-                     const std::vector<std::pair<std::string, std::string>>& disabled)
-    : kinematics_(&kinematics), shapes_(body_shapes(kinematics.model())), X_WS_(shapes_.size()) {
+                     int shoulder, const std::string& hand_link,
+                     const std::vector<std::pair<std::string, std::string>>& disabled,
+                     const GuardMargins& margins)
+    : kinematics_(&kinematics),
+      shapes_(body_shapes(kinematics.model())),
+      X_WS_(shapes_.size()),
+      margins_(margins) {
   const RobotModel& model = kinematics.model();
   const std::vector<int> moved = rigid_groups(kinematics, &moving);
   const std::vector<int> solid = rigid_groups(kinematics, nullptr);
@@ -66,9 +73,12 @@ BodyGuard::BodyGuard(const KinematicTree& kinematics, const std::vector<int>& mo
     excused.insert(std::minmax(solid_of(joint.parent_link), solid_of(joint.child_link)));
 
   const int hand = model.link_index(hand_link);
+  const std::vector<std::size_t> arm = links_below(model, static_cast<std::size_t>(shoulder));
   for (std::size_t i = 0; i < shapes_.size(); ++i) {
     extents_.push_back(shapes_[i].extent());
     const int link = shapes_[i].link;
+    const bool of_arm = std::find(arm.begin(), arm.end(), static_cast<std::size_t>(link)) != arm.end();
+    off_obstacles_.push_back(of_arm ? margins.arm : margins.idle);
     const bool moves = base_moves || moved[static_cast<std::size_t>(link)] != moved.front();
     if (moves)
       (is_finger(kinematics, solid, link, hand) ? fingers_ : against_obstacles_)
@@ -142,18 +152,23 @@ Separation BodyGuard::gap_to(std::size_t obstacle, int shape, const Eigen::Isome
   return gap;
 }
 
-bool BodyGuard::fingers_clear(const Eigen::Isometry3d& X_WW, double margin) const noexcept {
+double BodyGuard::finger_margin(const Eigen::Isometry3d& X_WW) const noexcept {
+  double nearest = margins_.idle + kFingerSlack;
   for (const int i : fingers_) {
     const Eigen::Isometry3d X_WS = X_WW * X_WS_[static_cast<std::size_t>(i)];
     for (std::size_t k = 0; k < obstacles_.size(); ++k)
-      if (gap_to(k, i, X_WS).distance < margin) return false;
+      nearest = std::min(nearest, gap_to(k, i, X_WS).distance);
   }
-  return true;
+  return nearest - kFingerSlack;
 }
 
-void BodyGuard::keep_apart(WholeBodyIk& ik, double margin, double gain) const noexcept {
+void BodyGuard::keep_apart(WholeBodyIk& ik, double finger_margin, double gain) const noexcept {
   for (const Nearness& nearness : near()) {
     const Separation& gap = nearness.gap;
+    const bool finger = std::find(fingers_.begin(), fingers_.end(), nearness.shape) != fingers_.end();
+    const double off_obstacle =
+        finger ? finger_margin : off_obstacles_[static_cast<std::size_t>(nearness.shape)];
+    const double margin = nearness.other >= 0 ? margins_.own : off_obstacle;
     const double approach = std::max(0.0, gain * (gap.distance - margin));
     const int link = shapes_[static_cast<std::size_t>(nearness.shape)].link;
     const Eigen::Vector3d p_LP = kinematics_->X_WL(link).inverse(Eigen::Isometry) * gap.p_WA;

@@ -14,6 +14,14 @@ namespace walkman::motion {
 
 class WholeBodyIk;
 
+/// How far what is watched stays apart, m.
+struct GuardMargins {
+  /// The robot's own links: they are known to a fraction of it. At home a shoulder is 19 mm off the head.
+  double own = 0.006;
+  double arm = 0.012;   ///< of the arm that works, from obstacles
+  double idle = 0.022;  ///< of all else, which need not be near
+};
+
 /// An obstacle and what people call it.
 struct NamedObstacle {
   std::string name;
@@ -27,9 +35,11 @@ struct NamedObstacle {
 class BodyGuard {
  public:
   /// Keeps a reference to `kinematics`. `moving` are the degrees of freedom that may move, `base_moves`
-  /// whether the root link does. Throws std::out_of_range for a link in `disabled` that is not there.
-  BodyGuard(const KinematicTree& kinematics, const std::vector<int>& moving, bool base_moves,
-            const std::string& hand_link, const std::vector<std::pair<std::string, std::string>>& disabled);
+  /// whether the root link does; the arm that works goes from the link `shoulder` to `hand_link`. Throws
+  /// std::out_of_range for a link in `disabled` that is not there.
+  BodyGuard(const KinematicTree& kinematics, const std::vector<int>& moving, bool base_moves, int shoulder,
+            const std::string& hand_link, const std::vector<std::pair<std::string, std::string>>& disabled,
+            const GuardMargins& margins);
 
   void set_obstacles(std::vector<NamedObstacle> obstacles) { obstacles_ = std::move(obstacles); }
 
@@ -44,14 +54,14 @@ class BodyGuard {
   /// Finds what is near as `kinematics` is posed now. The fingers of the working hand count with
   /// `with_fingers` alone, and in near() alone.
   void update(bool with_fingers = false) noexcept;
-  /// Whether the working hand's fingers would be `margin` (m) clear of every obstacle if they were moved by
-  /// `X_WW`.
-  [[nodiscard]] bool fingers_clear(const Eigen::Isometry3d& X_WW, double margin) const noexcept;
+  /// How far the working hand's fingers can keep off obstacles (m) on the way to where they are moved by
+  /// `X_WW`: as far as what idles, or less when they end nearer; negative when they end in one.
+  [[nodiscard]] double finger_margin(const Eigen::Isometry3d& X_WW) const noexcept;
   /// Since the last update, nearest first; at most kMostNear.
   [[nodiscard]] std::span<const Nearness> near() const { return {near_.data(), near_count_}; }
-  /// Keeps everything near apart: `margin` m, approached at most at `gain` (1/s) times what is left to it,
+  /// Keeps everything near apart: by its margin, approached at most at `gain` (1/s) times what is left to it,
   /// and not at all when it is closer already. Adds one row for each of near(), in their order.
-  void keep_apart(WholeBodyIk& ik, double margin, double gain) const noexcept;
+  void keep_apart(WholeBodyIk& ik, double finger_margin, double gain) const noexcept;
 
   /// Least distances at the last update, m; what is farther than kFarthest counts as that. Infinite without
   /// obstacles.
@@ -77,6 +87,8 @@ class BodyGuard {
   std::vector<std::pair<int, int>> pairs_;  // of shapes, by the first
   std::vector<int> against_obstacles_;      // shapes
   std::vector<int> fingers_;                // the same for the working hand's
+  GuardMargins margins_;
+  std::vector<double> off_obstacles_;  // margin of each shape, m
   std::vector<NamedObstacle> obstacles_;
   std::array<Nearness, kMostNear> near_;
   std::size_t near_count_ = 0;

@@ -103,7 +103,8 @@ HandMotion::HandMotion(const RobotModel& model, const std::vector<std::string>& 
       active_(active_dofs(kinematics_, both(options_.active_joints, legs_joints_))),
       upright_(targets(options_.upright)),
       posture_(targets(options_.posture)),
-      guard_(kinematics_, active_, stance.has_value(), options_.hand_link, options_.disabled_collisions),
+      guard_(kinematics_, active_, stance.has_value(), shoulder_, options_.hand_link,
+             options_.disabled_collisions, options_.margins),
       base_room_(options_.base_room),
       ik_(kinematics_, stance ? BaseMotion::kFloating : BaseMotion::kFixed, active_, options_.rates),
       static_torques_(Eigen::VectorXd::Zero(kinematics_.dof())),
@@ -182,12 +183,12 @@ void HandMotion::reset(const Eigen::VectorXd& q) {
 void HandMotion::pose() noexcept {
   kinematics_.set_base(state_.X_WB);
   kinematics_.update(state_.q);
-  guard_.update(state_.fingers_guarded);
+  guard_.update(state_.finger_margin > 0);
 }
 
 void HandMotion::set_obstacles(std::vector<NamedObstacle> obstacles) {
   guard_.set_obstacles(std::move(obstacles));
-  guard_.update(state_.fingers_guarded);
+  guard_.update(state_.finger_margin > 0);
 }
 
 void HandMotion::set_passive(const std::string& joint_name, double value) {
@@ -211,7 +212,7 @@ void HandMotion::go_to(const Eigen::Isometry3d& X_WH, const MotionLimits& limits
   state_.waited = 0;
   state_.status = Status::kMoving;
   const Eigen::Isometry3d by = X_WH * this->X_WH().inverse();
-  state_.fingers_guarded = guard_.fingers_clear(by, options_.guard_margin);
+  state_.finger_margin = guard_.finger_margin(by);
 }
 
 double HandMotion::twist_of(const KinematicTree& measured) const noexcept {
@@ -245,7 +246,7 @@ void HandMotion::advance(double dt) noexcept {
   const bool moving = state_.status == Status::kMoving;
 
   ik_.start(state_.q, dt);
-  guard_.keep_apart(ik_, options_.guard_margin, options_.guard_gain);
+  guard_.keep_apart(ik_, state_.finger_margin, options_.guard_gain);
   if (stance_) base_room_.keep(ik_, kRootLink, state_.X_WB, options_.base_gain);
   const Eigen::Matrix<double, 6, 1> still = Eigen::Matrix<double, 6, 1>::Zero();
   if (stance_) {
@@ -254,6 +255,12 @@ void HandMotion::advance(double dt) noexcept {
       ik_.track_pose(stance_->sole_link(foot), Eigen::Vector3d::Zero(), stance_->X_TF(foot), still,
                      options_.feet_gain);
     }
+  }
+  if (stance_) {
+    ik_.next_level(options_.com_damping);
+    state_.balance_time += dt;
+    const PoseTrajectory::Sample com = state_.balance.at(state_.balance_time);
+    ik_.track_com(com.X_W.translation().head<2>(), com.V_W.segment<2>(3), options_.com_gain);
   }
   double progress = 0;
   if (tracks_hand) {
@@ -266,12 +273,6 @@ void HandMotion::advance(double dt) noexcept {
     ik_.next_level(options_.hand_damping);
     ik_.track_pose(hand_, Eigen::Vector3d::Zero(), sample.X_W, sample.V_W, options_.hand_gain);
     state_.path_time += progress * dt;
-  }
-  if (stance_) {
-    ik_.next_level(options_.com_damping);
-    state_.balance_time += dt;
-    const PoseTrajectory::Sample com = state_.balance.at(state_.balance_time);
-    ik_.track_com(com.X_W.translation().head<2>(), com.V_W.segment<2>(3), options_.com_gain);
   }
   // Once the hand is where it should be, the null space comes to rest too: weighing needs an arm that stands
   // still.
@@ -292,7 +293,7 @@ void HandMotion::advance(double dt) noexcept {
     return;
   }
   if (moving) {
-    state_.binding = ik_.binding(stance_ ? 1 : 0);
+    state_.binding = ik_.binding(stance_ ? 2 : 0);
     state_.base_bound = -1;
     if (state_.binding.contact >= 0) {
       const auto row = static_cast<std::size_t>(state_.binding.contact);

@@ -153,7 +153,7 @@ class HandMotion {
     PoseTrajectory balance;  // of the centre of mass, as the translation
     double balance_time = 0;
     double waited = 0;
-    bool fingers_guarded = false;  // they keep off obstacles, for they are clear of them at the goal
+    double finger_margin = 0;      // m off obstacles, none when they end in one
     WholeBodyIk::Binding binding;  // what keeps the hand from its path
     BodyGuard::Nearness contact;   // where that is something near
     int base_bound = -1;           // where it is the base's room

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "adaptation/motion/base_room.h"
+#include "adaptation/motion/body_guard.h"
 #include "adaptation/motion/trajectory.h"
 #include "adaptation/motion/whole_body_ik.h"
 #include "urdf/reader/robot_description.h"
@@ -47,9 +48,7 @@ struct HandMotionOptions {
   /// Damping of upright waist and posture. Large: neither is worth racing joints.
   double comfort_damping = 0.1;
   double guard_gain = 8;  ///< 1/s, see BodyGuard::keep_apart
-  /// m between the robot and the table, and between its own links. At home a shoulder is 19 mm off the head,
-  /// at work 12 mm.
-  double guard_margin = 0.012;
+  GuardMargins margins;
   double position_tolerance = 5e-5;  ///< m, the target counts as reached
   double rotation_tolerance = 5e-5;  ///< rad
   /// The same where the hand comes no nearer: what a grasp can do with.

@@ -76,7 +76,9 @@ GraspPlanner::GraspPlanner(const KnownRobot& known, const std::vector<std::strin
     : known_(known), parameters_(parameters) {
   for (const HandParts& parts : known.description.working_hands()) {
     motion::HandMotionOptions options = motion::hand_motion_options(known, parts);
-    options.guard_margin += kPlannedRoom;
+    options.margins.own += kPlannedRoom / 2;
+    options.margins.arm += kPlannedRoom;
+    options.margins.idle += kPlannedRoom;
     hands_.push_back(std::unique_ptr<Hand>(
         stance
             ? new Hand{motion::HandMotion(known.model, joint_names, *stance, options),
@@ -224,6 +226,7 @@ PlannedGrasp GraspPlanner::plan(const View& view, const Cost& cost) {
         grasp.hand = hand;
         grasp.X_TG = turned_about_handle(X_TUpright, handle.radius, kPitches[turn]);
         grasp.radius = handle.radius;
+        grasp.cost = place.cost;
         std::string refusal;
         const double room = judge(view, *hands_[hand], place, grasp, refusal);
         if (room < 0 && first_refusals[hand].empty()) first_refusals[hand] = refusal;

@@ -24,6 +24,7 @@ struct PlannedGrasp {
   std::size_t hand = 0;  ///< its place in the robot's description
   Eigen::Isometry3d X_TG = Eigen::Isometry3d::Identity();
   double radius = 0;                   ///< of the handle there, m
+  double cost = 0;                     ///< of the place, see GraspPlanner::Cost
   std::vector<Eigen::Isometry3d> way;  ///< from where the hand is to the pose over the grasp
   Eigen::Isometry3d X_TH = Eigen::Isometry3d::Identity();  ///< of the hand when it closes
 };

@@ -20,6 +20,8 @@ constexpr double kHeadStep = 0.01;       // rad
 constexpr double kHeadRoom = 0.0005;     // m; at home the head is 1 mm off the chest
 constexpr double kHeadSpeed = 0.15;      // rad/s
 constexpr double kPeakOverMean = 1.875;  // speed of a fifth-order motion
+constexpr int kMostCorrections = 3;
+constexpr double kPlaced = 0.001, kTurned = 0.005;    // m, rad: as near as a hand has to be
 constexpr std::array kHigher = {0.0, 0.1, 0.2, 0.3};  // m
 constexpr double kOpenTorque = 0.2;  // share of rated: enough to let the ligaments open the hand
 
@@ -217,8 +219,8 @@ bool Manipulator::look_at(const Eigen::Vector3d& p_T) {
   Eigen::VectorXd q = motion_->q_ref();
   posed.update(q);
   const int pan = posed.dof_of(gaze->pan), tilt = posed.dof_of(gaze->tilt);
-  motion::BodyGuard guard(posed, {pan, tilt}, false, session_.hand().frame,
-                          load_disabled_collisions(known_.description.srdf, known_.model));
+  motion::BodyGuard guard(posed, {pan, tilt}, false, 0, session_.hand().frame,
+                          load_disabled_collisions(known_.description.srdf, known_.model), {});
   const int camera = known_.model.link_index(known_.description.optical_frame);
   const Eigen::VectorXd q_from = q;
   // About C's y (down) to the right, about its x (right) upwards; as far as the head keeps off the body.
@@ -258,10 +260,26 @@ void Manipulator::tare() {
   residual_So_S_ = {empty.reading.torque - empty.hand.torque, empty.reading.force - empty.hand.force};
 }
 
+Eigen::Isometry3d Manipulator::reference_for(const Eigen::Isometry3d& X_TH) const {
+  return X_TH * session_.X_TH().inverse() * motion_->X_WH();
+}
+
 void Manipulator::descend(const Eigen::Isometry3d& X_TH) {
-  X_TH_grasp_ = X_TH;
-  move_to(X_TH_grasp_, parameters_.approach_speed);
-  hold(parameters_.hold_time);
+  const motion::MotionLimits slowly = limits(parameters_.approach_speed);
+  const auto can_go = [&](const Eigen::Isometry3d& X_TRef) {
+    return motion_->reachable(std::span(&X_TRef, 1), slowly).status == motion::HandMotion::Status::kReached;
+  };
+  const Eigen::Isometry3d X_TRef = reference_for(X_TH);
+  move_to(can_go(X_TRef) ? X_TRef : X_TH, slowly);
+  for (int correction = 0; correction < kMostCorrections; ++correction) {
+    settle();
+    const Eigen::Isometry3d left = session_.X_TH().inverse() * X_TH;
+    if (left.translation().norm() <= kPlaced && Eigen::AngleAxisd(left.linear()).angle() <= kTurned) break;
+    const Eigen::Isometry3d X_TNext = reference_for(X_TH);
+    if (!can_go(X_TNext)) break;
+    move_to(X_TNext, slowly);
+  }
+  X_TH_grasp_ = motion_->X_WH();
 }
 
 void Manipulator::ascend() {

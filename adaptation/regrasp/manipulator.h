@@ -41,7 +41,8 @@ class Manipulator {
   void approach(const std::vector<Eigen::Isometry3d>& way);
   /// Averages in the air, with the hand empty: the sensor's residual.
   void tare();
-  /// Down to where the hand closes, open.
+  /// Down to where the hand closes, open. Friction and give of the drives leave a hand some mm beside its
+  /// reference: that is moved until the hand as the encoders have it is there.
   void descend(const Eigen::Isometry3d& X_TH);
   /// Straight up from the grasp to the height of the approach.
   void ascend();
@@ -88,6 +89,8 @@ class Manipulator {
   [[nodiscard]] motion::MotionLimits carrying_limits() const;
   /// With the object in the hand: slowly enough not to set it swinging.
   void carry_to(const Eigen::Isometry3d& X_TH);
+  /// The reference that brings the hand to X_TH as long as it is as far beside its reference as now.
+  [[nodiscard]] Eigen::Isometry3d reference_for(const Eigen::Isometry3d& X_TH) const;
   void for_seconds(double seconds, const std::function<void(double share)>& each_cycle);
   [[nodiscard]] Wrench mean_object_load(double seconds);
   struct MeanReading {

@@ -17,6 +17,10 @@ namespace walkman::regrasp {
 namespace {
 
 constexpr int kMostLooks = 3;
+constexpr double kUnseenEdge =
+    0.01;  // m by which a table may reach beyond its points: half a matcher's window
+constexpr double kUnseenSide = 0.4;    // m by which it may reach beyond the image: as far as an elbow swings
+constexpr double kImageSide = 0.03;    // of its width
 constexpr double kCloudTimeout = 5.0;  // s without a new cloud: many frame periods of the camera
 
 /// The CoM line as the hand carries it: relative to Ho, in H.
@@ -32,6 +36,31 @@ double nearest_along(const Eigen::Vector3d& centre, const Eigen::Vector3d& axis,
       axis - axis.dot(direction) * direction;  // part of the axis square to the line
   const double square = across.squaredNorm();
   return square < 1e-9 ? 0 : across.dot(point - centre) / square;
+}
+
+/// The hull of the points seen of a table, as far as the table may reach: its edges a little, and beyond the
+/// sides of the image.
+std::vector<Eigen::Vector3d> whole_table(const std::vector<Eigen::Vector3d>& hull_C,
+                                         const camera::OrganizedCloud& cloud) {
+  double left = std::numeric_limits<double>::infinity(), right = -left;
+  for (const Eigen::Vector3f& p : cloud.points) {
+    if (!std::isfinite(p.x())) continue;
+    const double direction = static_cast<double>(p.x()) / static_cast<double>(p.z());
+    left = std::min(left, direction);
+    right = std::max(right, direction);
+  }
+  const double side = kImageSide * (right - left);
+  Eigen::Vector3d middle_C = Eigen::Vector3d::Zero();
+  for (const Eigen::Vector3d& p : hull_C) middle_C += p / static_cast<double>(hull_C.size());
+  std::vector<Eigen::Vector3d> out;
+  out.reserve(hull_C.size());
+  for (const Eigen::Vector3d& p : hull_C) {
+    Eigen::Vector3d far = p + kUnseenEdge * (p - middle_C).normalized();
+    if (p.x() / p.z() < left + side) far.x() -= kUnseenSide;
+    if (p.x() / p.z() > right - side) far.x() += kUnseenSide;
+    out.push_back(far);
+  }
+  return out;
 }
 
 }  // namespace
@@ -152,7 +181,7 @@ PlannedGrasp Regrasp::Impl::plan(const GraspPlanner::Cost& cost) {
 std::vector<motion::NamedObstacle> Regrasp::Impl::obstacles() const {
   const Eigen::Vector3d up_T = X_TC.linear() * seen.plane.n_C;
   std::vector<Eigen::Vector3d> hull_T;
-  for (const Eigen::Vector3d& p : seen.plane.hull_C) hull_T.push_back(X_TC * p);
+  for (const Eigen::Vector3d& p : whole_table(seen.plane.hull_C, cloud)) hull_T.push_back(X_TC * p);
   std::vector<motion::NamedObstacle> out = {{"the table", motion::ConvexPrism(up_T, hull_T)}};
   for (std::size_t i = 0; i < seen.objects.size(); ++i) {
     if (i == seen.chosen) continue;
@@ -227,6 +256,7 @@ Weighing Regrasp::Impl::weigh() {
   const Eigen::Vector3d right_T = weighing.X_TH.linear().col(0);
   weighing.displacement = nearest_along(Eigen::Vector3d::Zero(), right_T, line->p_PF, line->direction);
   weighing.torque = std::copysign(weighing.F_Ho_T.torque.norm(), weighing.displacement);
+  weighing.torque_about_handle = right_T.dot(weighing.F_Ho_T.torque);
   return weighing;
 }
 
@@ -302,8 +332,8 @@ Report Regrasp::run() {
     r.manipulator.retreat();
     r.look(X_TH_released.translation());
     grasp = r.plan(r.least_torque(carried, X_TH_released));
-    nearest =
-        (grasp.X_TG.translation() - X_TH_released.translation()).norm() <= limits.displacement_threshold;
+    // Nothing that can be grasped is nearer by more than what counts.
+    nearest = grasp.cost > std::abs(weighing.displacement) - limits.displacement_threshold;
   }
 }
 

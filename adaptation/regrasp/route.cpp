@@ -6,8 +6,9 @@
 namespace walkman::regrasp {
 namespace {
 
-// A motion with so much room needs no better one: rad, m. The guards keep 12 mm, of which turning takes some.
-constexpr double kEnoughLimit = 0.05, kEnoughRoom = 0.009;
+// A motion with so much room needs no better one: rad, m. The guards keep 12 mm off obstacles and 6 mm off
+// the robot itself, of which turning takes some.
+constexpr double kEnoughLimit = 0.05, kEnoughRoom = 0.009, kEnoughOwnRoom = 0.0045;
 
 Eigen::Isometry3d moved(const Eigen::Isometry3d& X_T, const Eigen::Vector3d& by) {
   Eigen::Isometry3d out = X_T;
@@ -39,7 +40,8 @@ std::vector<std::vector<Eigen::Isometry3d>> detours(const Eigen::Isometry3d& X_T
 
 /// How wide the way is, as a share of what needs not be wider.
 double width_of(const motion::HandMotion::Reach& reach) {
-  return std::clamp(std::min(reach.own_clearance, reach.obstacle_clearance) / kEnoughRoom, 0.0, 1.0);
+  return std::clamp(std::min(reach.own_clearance / kEnoughOwnRoom, reach.obstacle_clearance / kEnoughRoom),
+                    0.0, 1.0);
 }
 
 }  // namespace

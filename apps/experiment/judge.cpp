@@ -179,6 +179,7 @@ TrueWeighing Judge::judged(const regrasp::Weighing& reported) const {
   TrueWeighing out;
   out.displacement = level_W.dot(p_WCm - X_WH.translation()) / level_W.squaredNorm();
   out.torque = std::copysign(load_.mean().torque.norm(), out.displacement);
+  out.torque_about_handle = right_W.dot(load_.mean().torque);
   const Eigen::Vector3d said_W = X_WT_ * (reported.X_TH * Eigen::Vector3d(reported.displacement, 0, 0));
   out.com_error = right_W.dot(said_W - X_WH.translation()) - out.displacement;
   return out;

@@ -119,6 +119,8 @@ TableRow table_row(const Scene& scene, const Judge& judge) {
   row.d = first.displacement;
   row.tau_after = last.torque;
   row.d_after = last.displacement;
+  row.tau_about_handle = first.torque_about_handle;
+  row.tau_about_handle_after = last.torque_about_handle;
   row.reduction_percent = row.tau == 0 ? 0 : 100 * (1 - std::abs(row.tau_after) / std::abs(row.tau));
   return row;
 }
@@ -128,7 +130,13 @@ TrueRow true_row(const Judge& judge) {
   if (judge.true_weighings().empty()) return row;
   const TrueWeighing& first = judge.true_weighings().front();
   const TrueWeighing& last = judge.true_weighings().back();
-  return {first.torque, first.displacement, last.torque, last.displacement, last.com_error};
+  return {first.torque,
+          first.displacement,
+          last.torque,
+          last.displacement,
+          last.com_error,
+          first.torque_about_handle,
+          last.torque_about_handle};
 }
 
 /// The method came to its end; whether it is what it takes it for, the plant knows.

@@ -27,6 +27,8 @@ struct TableRow {
   double tau_after = 0;  ///< the same two after the last regrasp
   double d_after = 0;
   double reduction_percent = 0;  ///< 100 (1 − |τ'| / |τ|)
+  double tau_about_handle = 0;   ///< the parts of τ and τ' about the handle's axis, N·m
+  double tau_about_handle_after = 0;
 };
 
 /// How a repetition ended. The first three are the method's own words; the truth may deny them.
@@ -40,13 +42,15 @@ enum class Outcome {
   kStopped,   ///< by regrasp::RunStopped
 };
 
-/// What `tau`, `tau_after`, `d` and `d_after` of a row should have been, by the plant.
+/// What `tau`, `d` and the others of these names in a row should have been, by the plant.
 struct TrueRow {
   double tau = 0;        ///< N·m
   double d = 0;          ///< m
   double tau_after = 0;  ///< N·m
   double d_after = 0;    ///< m
   double com_error = 0;  ///< reported less true centre of mass along the handle at the last weighing, m
+  double tau_about_handle = 0;  ///< N·m
+  double tau_about_handle_after = 0;
 };
 
 [[nodiscard]] std::string to_string(Outcome outcome);

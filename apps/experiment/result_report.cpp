@@ -14,27 +14,34 @@ struct Column {
   const char* key;
   double TableRow::*value;
   bool needs_weighing = true;
+  bool in_paper = true;
 };
 
-constexpr std::array<Column, 8> kColumns = {{{"d_r", &TableRow::d_r, false},
-                                             {"d_v", &TableRow::d_v, false},
-                                             {"f_g", &TableRow::f_g},
-                                             {"tau", &TableRow::tau},
-                                             {"d", &TableRow::d},
-                                             {"tau_after", &TableRow::tau_after},
-                                             {"d_after", &TableRow::d_after},
-                                             {"reduction_percent", &TableRow::reduction_percent}}};
+constexpr std::array<Column, 10> kColumns = {
+    {{"d_r", &TableRow::d_r, false},
+     {"d_v", &TableRow::d_v, false},
+     {"f_g", &TableRow::f_g},
+     {"tau", &TableRow::tau},
+     {"d", &TableRow::d},
+     {"tau_after", &TableRow::tau_after},
+     {"d_after", &TableRow::d_after},
+     {"reduction_percent", &TableRow::reduction_percent},
+     {"tau_about_handle", &TableRow::tau_about_handle, true, false},
+     {"tau_about_handle_after", &TableRow::tau_about_handle_after, true, false}}};
 
 struct TrueColumn {
   const char* key;
   double TrueRow::*value;
 };
 
-constexpr std::array<TrueColumn, 5> kTrueColumns = {{{"tau_true", &TrueRow::tau},
-                                                     {"d_true", &TrueRow::d},
-                                                     {"tau_after_true", &TrueRow::tau_after},
-                                                     {"d_after_true", &TrueRow::d_after},
-                                                     {"com_error", &TrueRow::com_error}}};
+constexpr std::array<TrueColumn, 7> kTrueColumns = {
+    {{"tau_true", &TrueRow::tau},
+     {"d_true", &TrueRow::d},
+     {"tau_after_true", &TrueRow::tau_after},
+     {"d_after_true", &TrueRow::d_after},
+     {"tau_about_handle_true", &TrueRow::tau_about_handle},
+     {"tau_about_handle_after_true", &TrueRow::tau_about_handle_after},
+     {"com_error", &TrueRow::com_error}}};
 
 /// The kinds of all repetitions' robots, each as one: `of` names the part and the seed of the largest.
 std::vector<DrawnRobot::Kind> all_kinds(const std::vector<RepetitionResult>& repetitions) {
@@ -228,6 +235,8 @@ nlohmann::json to_json(const ExperimentResult& result) {
   }
   json["mean"]["n"] = mean.n;
   json["paper"] = row_json(result.paper);
+  for (const Column& column : kColumns)
+    if (!column.in_paper) json["paper"].erase(column.key);
   return json;
 }
 

@@ -151,7 +151,7 @@ def one_at_a_time() -> typing.List[Case]:
     cases += [Case(f"x {x} m", x=x) for x in (0.58, 0.64, 0.76, 0.82)]
     cases += [Case(f"y {y} m", y=y) for y in (-0.45, -0.10, 0.0, 0.10, 0.25, 0.45)]
     cases += [Case(f"weights at {a} and {b} m", weights=(a, b)) for a, b in ((0.30, 0.75), (0.38, 0.67), (0.42, 0.56))]
-    cases += [Case(f"CoM {100 * c:+.0f} cm off", bar_share=0.5, weights=(0.525 + c - 0.06, 0.525 + c + 0.06), bar_com=c)
+    cases += [Case(f"CoM {100 * c:+.0f} cm off", bar_share=0.5, weights=(0.525 + c - 0.12, 0.525 + c + 0.12), bar_com=c)
               for c in (-0.30, -0.20, 0.20, 0.30)]
     cases += [
         Case("a box beside its left half", beside=((0.78, 0.10, 0.06, 0.10, 0.12),)),

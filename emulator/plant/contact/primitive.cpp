@@ -360,11 +360,16 @@ Touches cylinder_on_box(const Primitive& a, const btTransform& X_WA, const Primi
   const Face face = face_towards(b, X_WB, axis.direction);
   if (axis.of_a < 0 || (axis.of_a == kSide && face.normal.dot(axis.direction) > kOnFace)) {
     const Underside under = underside(a, X_WA, face.normal);
-    // The line along the side; and where the end is about as low, its rim.
+    // The line along the side; and where the end is about as low, its rim. The end of a long one may dip
+    // below the face's plane beyond the face: its side rests on the face all the same.
     const double rim = (under.left - face.middle).dot(face.normal);
-    Polygon outline = rim < reach ? Polygon{under.low, under.left, under.back, under.right}
-                                  : Polygon{under.low, under.far_end};
-    touches = over_face(outline, face, false, reach);
+    if (rim < reach)
+      touches = over_face({under.low, under.left, under.back, under.right}, face, false, reach);
+    const Touches line = over_face({under.low, under.far_end}, face, false, reach);
+    for (int i = 0; i < line.count && touches.count < 4; ++i) {
+      const Touch& touch = line.at[static_cast<std::size_t>(i)];
+      if (!has_near(touches, touch.p_WB)) add(touches, touch);
+    }
     // Beyond the face's edge the rim between the outline's corners reaches lower than they do.
     if (!over(face, under.low) && touches.count > 0 && touches.count < 4) {
       const Touches at_edge = on_edge(a, X_WA, b, X_WB, reach);

@@ -26,12 +26,14 @@ TEST(ResultReport, HasThePapersFieldsARepetition) {
   result.paper = *paper_row(1);
   const nlohmann::json json = to_json(result);
   for (const char* key : {"seed", "d_r", "d_v", "f_g", "tau", "d", "tau_after", "d_after",
-                          "reduction_percent", "regrasps", "outcome"}) {
+                          "reduction_percent", "tau_about_handle", "tau_about_handle_after", "regrasps",
+                          "outcome"}) {
     EXPECT_TRUE(json["repetitions"][0].contains(key)) << key;
   }
   EXPECT_EQ(json["experiment"], 1);
   EXPECT_EQ(json["paper"]["tau_after"], -0.031);
   EXPECT_EQ(json["paper"]["d"], 0.0736);
+  EXPECT_FALSE(json["paper"].contains("tau_about_handle"));
   EXPECT_FALSE(json["repetitions"][0].contains("reason"));
 }
 

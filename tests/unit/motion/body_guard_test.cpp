@@ -16,7 +16,8 @@ class BodyGuardTest : public testing::Test {
   [[nodiscard]] BodyGuard guard_of(const HandMotionOptions& options) const {
     std::vector<int> moving;
     for (const std::string& joint : options.active_joints) moving.push_back(kinematics.dof_of(joint));
-    return {kinematics, moving, false, options.hand_link, options.disabled_collisions};
+    const int shoulder = robot.model.link_index(options.hand_link[0] == 'r' ? "RShp" : "LShp");
+    return {kinematics, moving, false, shoulder, options.hand_link, options.disabled_collisions, {}};
   }
 
   const ReferenceRobot& robot;
