@@ -255,8 +255,7 @@ void HandMotion::advance(double dt) noexcept {
       ik_.track_pose(stance_->sole_link(foot), Eigen::Vector3d::Zero(), stance_->X_TF(foot), still,
                      options_.feet_gain);
     }
-  }
-  if (stance_) {
+    // Before the hand: a robot that gives its balance up for a place hard to reach steps off its feet.
     ik_.next_level(options_.com_damping);
     state_.balance_time += dt;
     const PoseTrajectory::Sample com = state_.balance.at(state_.balance_time);

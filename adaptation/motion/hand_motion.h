@@ -25,7 +25,7 @@ struct PoseError {
 };
 
 /// Moves the hand of a reference model by whole-body inverse kinematics and turns it into joint set-points.
-/// The base is held, or stands on its feet: then the priorities are feet, hand, centre of mass over the feet,
+/// The base is held, or stands on its feet: then the priorities are feet, centre of mass over them, hand,
 /// upright waist, posture.
 ///
 /// The reference is the model's own state, never the measured one: what the robot does with the set-points

@@ -6,7 +6,7 @@
 
 namespace walkman::motion {
 
-inline constexpr int kMaxLevels = 6;  ///< feet, hand, centre of mass, upright, posture, and one to spare
+inline constexpr int kMaxLevels = 6;  ///< feet, centre of mass, hand, upright, posture, and one to spare
 
 /// Rows of tasks, each contiguous, so that appending one moves none.
 using TaskMatrix =

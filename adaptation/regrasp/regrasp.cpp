@@ -17,6 +17,8 @@ namespace walkman::regrasp {
 namespace {
 
 constexpr int kMostLooks = 3;
+constexpr int kEnoughTries = 2;
+constexpr double kMostLeft = 0.05;  // of the first displacement; the paper's regrasps leave less (table 1)
 constexpr double kUnseenEdge =
     0.01;  // m by which a table may reach beyond its points: half a matcher's window
 constexpr double kUnseenSide = 0.4;    // m by which it may reach beyond the image: as far as an elbow swings
@@ -36,6 +38,14 @@ double nearest_along(const Eigen::Vector3d& centre, const Eigen::Vector3d& axis,
       axis - axis.dot(direction) * direction;  // part of the axis square to the line
   const double square = across.squaredNorm();
   return square < 1e-9 ? 0 : across.dot(point - centre) / square;
+}
+
+/// Whether a regrasp that came near left more of the first torque than regrasps do when they meet their
+/// place.
+bool worth_another(const std::vector<Weighing>& weighings, double torque_threshold) {
+  const Weighing &first = weighings.front(), &last = weighings.back();
+  return weighings.size() > 1 && std::abs(last.displacement) * last.f_g > torque_threshold &&
+         std::abs(last.displacement) > kMostLeft * std::abs(first.displacement);
 }
 
 /// The hull of the points seen of a table, as far as the table may reach: its edges a little, and beyond the
@@ -305,6 +315,7 @@ Report Regrasp::run() {
   });
   Report report;
   bool nearest = false;  // the grasp is the nearest to the CoM line that the handles allow
+  int no_nearer = 0;     // how often it was not nearer than the one before
   while (true) {
     r.observer.on_grasp(grasp.X_TG);
     r.reach_and_grasp(grasp);
@@ -314,7 +325,8 @@ Report Regrasp::run() {
       report.ending = Ending::kMinimumTorque;
       return report;
     }
-    if (nearest || std::abs(weighing.displacement) <= limits.displacement_threshold) {
+    if (nearest || (std::abs(weighing.displacement) <= limits.displacement_threshold &&
+                    !worth_another(report.weighings, limits.torque_threshold))) {
       report.ending = Ending::kMinimumDisplacement;
       return report;
     }
@@ -332,8 +344,11 @@ Report Regrasp::run() {
     r.manipulator.retreat();
     r.look(X_TH_released.translation());
     grasp = r.plan(r.least_torque(carried, X_TH_released));
-    // Nothing that can be grasped is nearer by more than what counts.
-    nearest = grasp.cost > std::abs(weighing.displacement) - limits.displacement_threshold;
+    // Nothing that can be grasped is nearer by more than what counts; from where the hand comes next time
+    // there may be.
+    if (grasp.cost > std::abs(weighing.displacement) - limits.displacement_threshold) ++no_nearer;
+    nearest = no_nearer >= kEnoughTries || (grasp.X_TG.translation() - X_TH_released.translation()).norm() <=
+                                               limits.displacement_threshold;
   }
 }
 

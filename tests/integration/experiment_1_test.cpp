@@ -184,7 +184,7 @@ std::filesystem::path scene_with(const std::string& events) {
 TEST(Experiment1, ACentreOfMassThatIsNotWhereItWasReportedIsWrong) {
   RepetitionOptions o = options(1);
   o.scene = scene_with(
-      "events:\n  - at_s: 29.3\n    push: {link: r_hand_grasp, force_N: [0, 0, -3], point_m: [-0.3, 0, 0], "
+      "events:\n  - at_s: 31.4\n    push: {link: r_hand_grasp, force_N: [0, 0, -3], point_m: [-0.3, 0, 0], "
       "duration_s: 100}\n");
   const RepetitionResult result = run_repetition(o);
   EXPECT_EQ(result.outcome, Outcome::kWrong) << to_string(result.outcome) << ": " << result.reason;

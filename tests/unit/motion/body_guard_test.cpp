@@ -90,5 +90,26 @@ TEST_F(BodyGuardTest, MeasuresTheDistanceToATableBySolidsCorners) {
   EXPECT_NEAR(guard.obstacle_clearance(), lowest - 0.75, 1e-9);
 }
 
+TEST_F(BodyGuardTest, FingersComeAsNearAsTheirGoalIsAndNoNearer) {
+  BodyGuard guard = guard_of(robot.right);
+  const GuardMargins margins;
+  // A floor far below: the lowest point of the fingers by how far it has to come up to be in their way.
+  const auto margin_over = [&](double height, double moved_down) {
+    const std::vector<Eigen::Vector3d> floor = {
+        {-5, -5, height}, {5, -5, height}, {5, 5, height}, {-5, 5, height}};
+    guard.set_obstacles({{"the floor", ConvexPrism(Eigen::Vector3d::UnitZ(), floor)}});
+    guard.update(true);
+    return guard.finger_margin(Eigen::Isometry3d(Eigen::Translation3d(0, 0, -moved_down)));
+  };
+  EXPECT_DOUBLE_EQ(margin_over(0, 0), margins.idle);
+  double lowest = 0;
+  while (margin_over(lowest, 0) > 0) lowest += 1e-3;
+  lowest -= 1e-3;
+  const double room = margin_over(lowest, 0);
+  EXPECT_NEAR(margin_over(lowest - 0.01, 0), room + 0.01, 1e-9);
+  EXPECT_NEAR(margin_over(lowest - 0.01, 0.01), room, 1e-9);
+  EXPECT_LT(margin_over(lowest, 0.01), 0);  // it ends in the floor
+}
+
 }  // namespace
 }  // namespace walkman::motion

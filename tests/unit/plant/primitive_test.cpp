@@ -198,6 +198,24 @@ TEST(Resting, ACylinderLiesOnTheLineBelowItsAxisUpToTheEdge) {
   }
 }
 
+TEST(Resting, ALongCylinderLiesOnBothEdgesOfASoftFaceWithItsEndBelowThePlane) {
+  const double radius = 0.035, half_face = 0.055, overlap = 0.006;
+  for (const double tilt : {0.0, 0.02, 0.04, 0.06, 0.08, 0.1}) {
+    const btQuaternion leaning(btVector3(0, 1, 0), SIMD_HALF_PI + tilt);
+    const Touches touches =
+        touches_of(cylinder(radius, 0.5), at(0, 0, radius / std::cos(tilt) - overlap, leaning),
+                   box(half_face, 0.04, 0.012), at(0, 0, -0.012), 1e-3);
+    ASSERT_EQ(touches.count, 2) << tilt;
+    for (int i = 0; i < 2; ++i) {
+      const Touch& touch = touches.at[static_cast<std::size_t>(i)];
+      EXPECT_NEAR(std::abs(touch.p_WB.x()), half_face, 1e-9);
+      EXPECT_NEAR(touch.distance, -overlap - touch.p_WB.x() * std::tan(tilt), 1e-9) << tilt;
+      EXPECT_NEAR(touch.normal_W.z(), 1, 1e-9);
+    }
+    EXPECT_LT(touches.at[0].p_WB.x() * touches.at[1].p_WB.x(), 0);
+  }
+}
+
 TEST(Resting, ACylinderStandsOnItsRim) {
   const Touches touches = touches_of(cylinder(0.1, 0.2), at(0, 0, 0.2), box(2, 2, 0.5), at(0, 0, -0.5), 1e-3);
   ASSERT_EQ(touches.count, 4);
