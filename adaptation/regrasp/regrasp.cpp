@@ -18,9 +18,8 @@ namespace {
 
 constexpr int kMostLooks = 3;
 constexpr int kEnoughTries = 2;
-constexpr double kMostLeft = 0.05;  // of the first displacement; the paper's regrasps leave less (table 1)
-constexpr double kUnseenEdge =
-    0.01;  // m by which a table may reach beyond its points: half a matcher's window
+constexpr double kMostLeft = 0.05;     // of the first displacement; the paper's regrasps leave less (table 1)
+constexpr double kUnseenEdge = 0.01;   // m by which a table may reach beyond its points
 constexpr double kUnseenSide = 0.4;    // m by which it may reach beyond the image: as far as an elbow swings
 constexpr double kImageSide = 0.03;    // of its width
 constexpr double kCloudTimeout = 5.0;  // s without a new cloud: many frame periods of the camera
