@@ -274,9 +274,10 @@ GraspPlanner::Cost Regrasp::Impl::least_torque(const CarriedLine& carried,
   const Eigen::Vector3d point = X_TH * carried.line_H.p_PF;
   const Eigen::Vector3d direction = X_TH.linear() * carried.line_H.direction;
   return [this, point, direction](const perception::Handle& handle, double along) {
-    const Eigen::Vector3d centre = X_TC * handle.p_CM;
-    const Eigen::Vector3d axis = X_TC.linear() * handle.axis_C;
-    return wrench::torque_about({point, direction}, 1, Eigen::Vector3d(centre + along * axis));
+    // About where the palm lies on the handle: of one that leans, that is not level with its axis.
+    const Eigen::Vector3d n_C = seen.plane.n_C - seen.plane.n_C.dot(handle.axis_C) * handle.axis_C;
+    const Eigen::Vector3d palm_C = handle.p_CM + along * handle.axis_C + handle.radius * n_C.normalized();
+    return wrench::torque_about({point, direction}, 1, Eigen::Vector3d(X_TC * palm_C));
   };
 }
 
