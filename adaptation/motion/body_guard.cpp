@@ -153,7 +153,7 @@ Separation BodyGuard::gap_to(std::size_t obstacle, int shape, const Eigen::Isome
 }
 
 double BodyGuard::finger_margin(const Eigen::Isometry3d& X_WW) const noexcept {
-  double nearest = margins_.idle + kFingerSlack;
+  double nearest = margins_.arm + kFingerSlack;
   for (const int i : fingers_) {
     const Eigen::Isometry3d X_WS = X_WW * X_WS_[static_cast<std::size_t>(i)];
     for (std::size_t k = 0; k < obstacles_.size(); ++k)

@@ -16,8 +16,8 @@ class WholeBodyIk;
 
 /// How far what is watched stays apart, m.
 struct GuardMargins {
-  /// The robot's own links: they are known to a fraction of it. At home a shoulder is 19 mm off the head.
-  double own = 0.006;
+  /// The robot's own links, which are known better than a table. At home a shoulder is 19 mm off the head.
+  double own = 0.009;
   double arm = 0.012;   ///< of the arm that works, from obstacles
   double idle = 0.022;  ///< of all else, which need not be near
 };
@@ -55,7 +55,7 @@ class BodyGuard {
   /// `with_fingers` alone, and in near() alone.
   void update(bool with_fingers = false) noexcept;
   /// How far the working hand's fingers can keep off obstacles (m) on the way to where they are moved by
-  /// `X_WW`: as far as what idles, or less when they end nearer; negative when they end in one.
+  /// `X_WW`: as far as the arm, or less when they end nearer; negative when they end in one.
   [[nodiscard]] double finger_margin(const Eigen::Isometry3d& X_WW) const noexcept;
   /// Since the last update, nearest first; at most kMostNear.
   [[nodiscard]] std::span<const Nearness> near() const { return {near_.data(), near_count_}; }

@@ -6,9 +6,9 @@
 namespace walkman::regrasp {
 namespace {
 
-// A motion with so much room needs no better one: rad, m. The guards keep 12 mm off obstacles and 6 mm off
+// A motion with so much room needs no better one: rad, m. The guards keep 12 mm off obstacles and 9 mm off
 // the robot itself, of which turning takes some.
-constexpr double kEnoughLimit = 0.05, kEnoughRoom = 0.009, kEnoughOwnRoom = 0.0045;
+constexpr double kEnoughLimit = 0.05, kEnoughRoom = 0.009, kEnoughOwnRoom = 0.006;
 
 Eigen::Isometry3d moved(const Eigen::Isometry3d& X_T, const Eigen::Vector3d& by) {
   Eigen::Isometry3d out = X_T;

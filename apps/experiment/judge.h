@@ -18,11 +18,11 @@ namespace walkman::apps {
 /// What one weighing should have reported: by the plant, over the same cycles, with the paper's definitions
 /// (sec. 3.2) in the plant's own poses.
 struct TrueWeighing {
-  double torque = 0;  ///< norm of the load's torque about the true grasp frame, N·m, signed like d
-  double torque_about_handle = 0;  ///< of it the part about the handle's axis
-  double displacement = 0;         ///< d from the true grasp frame to the object's true centre of mass, m
-  double com_error = 0;  ///< reported less true centre of mass along the handle, m: where the hand was
-                         ///< thought to be is in it
+  double torque = 0;        ///< norm of the load's torque about the true grasp frame, N·m, signed like d
+  double displacement = 0;  ///< d from the true grasp frame to the object's true centre of mass, m
+  double com_error = 0;     ///< reported less true centre of mass along the handle, m: where the hand was
+                            ///< thought to be is in it
+  double torque_about_handle = 0;  ///< the part of the torque about the handle's axis, N·m
 };
 
 /// Why what was reported is not so, one sentence; none when it is: the centre of mass within

@@ -101,7 +101,7 @@ TEST_F(BodyGuardTest, FingersComeAsNearAsTheirGoalIsAndNoNearer) {
     guard.update(true);
     return guard.finger_margin(Eigen::Isometry3d(Eigen::Translation3d(0, 0, -moved_down)));
   };
-  EXPECT_DOUBLE_EQ(margin_over(0, 0), margins.idle);
+  EXPECT_DOUBLE_EQ(margin_over(0, 0), margins.arm);
   double lowest = 0;
   while (margin_over(lowest, 0) > 0) lowest += 1e-3;
   lowest -= 1e-3;
