@@ -25,9 +25,9 @@ TEST(ResultReport, HasThePapersFieldsARepetition) {
   result.repetitions = {repetition(1, 0.9, Outcome::kMinimumTorque)};
   result.paper = *paper_row(1);
   const nlohmann::json json = to_json(result);
-  for (const char* key : {"seed", "d_r", "d_v", "f_g", "tau", "d", "tau_after", "d_after",
-                          "reduction_percent", "tau_about_handle", "tau_about_handle_after", "regrasps",
-                          "outcome"}) {
+  for (const char* key :
+       {"seed", "d_r", "d_v", "f_g", "tau", "d", "tau_after", "d_after", "reduction_percent",
+        "tau_about_handle", "tau_about_handle_after", "regrasps", "outcome"}) {
     EXPECT_TRUE(json["repetitions"][0].contains(key)) << key;
   }
   EXPECT_EQ(json["experiment"], 1);
