@@ -17,7 +17,7 @@ class WholeBodyIk;
 /// How far what is watched stays apart, m.
 struct GuardMargins {
   /// The robot's own links, which are known better than a table. At home a shoulder is 19 mm off the head.
-  double own = 0.009;
+  double own = 0.006;
   double arm = 0.012;   ///< of the arm that works, from obstacles
   double idle = 0.022;  ///< of all else, which need not be near
 };

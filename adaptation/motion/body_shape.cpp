@@ -7,7 +7,7 @@
 namespace walkman::motion {
 namespace {
 
-constexpr int kProjections = 24;
+constexpr int kProjections = 64;
 constexpr double kConverged = 3e-4;   // m, between the upper and the lower bound of the distance
 constexpr double kOverlap = 1e-6;     // m, cores closer than this have no direction between them
 constexpr double kSameAxis = 1e-3;    // m, between a cylinder's end and a ball that rounds it
@@ -143,11 +143,17 @@ Separation separation(const BodyShape& a, const Eigen::Isometry3d& X_WA, const B
                       const Eigen::Isometry3d& X_WB) noexcept {
   const Eigen::Isometry3d X_AB = X_WA.inverse(Eigen::Isometry) * X_WB;
   Bound bound{a, X_WA, b, X_WB};
-  Eigen::Vector3d p_A = a.nearest_S(X_AB.translation()), q_A = p_A;
+  Eigen::Vector3d p_A = a.nearest_S(X_AB.translation()), q_A = p_A, ahead_A = p_A;
+  double momentum = 1;
   bool settled = false, apart = true;
   for (int i = 0; i < kProjections && !settled; ++i) {
-    q_A = X_AB * b.nearest_S(X_AB.linear().transpose() * (p_A - X_AB.translation()));
+    const Eigen::Vector3d before_A = p_A;
+    q_A = X_AB * b.nearest_S(X_AB.linear().transpose() * (ahead_A - X_AB.translation()));
     p_A = a.nearest_S(q_A);
+    if ((ahead_A - p_A).dot(p_A - before_A) > 0) momentum = 1;  // beyond the least: starts anew
+    const double next = (1 + std::sqrt(1 + 4 * momentum * momentum)) / 2;
+    ahead_A = p_A + (momentum - 1) / next * (p_A - before_A);
+    momentum = next;
     const Eigen::Vector3d way_A = p_A - q_A;
     const double distance = way_A.norm();
     apart = distance >= kOverlap;

@@ -41,7 +41,8 @@ struct Separation {
 };
 
 /// By alternating projections (Cheney and Goldstein, Proc. AMS 10, 1959), which tend to the closest points of
-/// two convex sets, and by the separating axes of boxes where they have not come there. Every direction gives
+/// two convex sets, with momentum that starts anew where it leads away (O'Donoghue and Candès, Found. Comput.
+/// Math. 15, 2015), and by the separating axes of boxes where they have not come there. Every direction gives
 /// a lower bound of the distance; taken is the largest.
 [[nodiscard]] Separation separation(const BodyShape& a, const Eigen::Isometry3d& X_WA, const BodyShape& b,
                                     const Eigen::Isometry3d& X_WB) noexcept;

@@ -180,7 +180,7 @@ void Manipulator::follow(const Route& route, const Eigen::Isometry3d& X_TH,
                          const motion::MotionLimits& bounds) {
   const auto refuse = [&](const std::string& reason) {
     const Eigen::Vector3d p = X_TH.translation();
-    throw Refused(
+    throw WayBlocked(
         fmt::format("the {} hand cannot reach ({:.3f}, {:.3f}, {:.3f}) m from where the base stood: {}",
                     session_.hand().name, p.x(), p.y(), p.z(), reason));
   };

@@ -18,7 +18,7 @@ namespace walkman::regrasp {
 
 /// Motion primitives of the arm and hand that work: reach, grasp, lift, weigh, lower, release. Poses are of
 /// the hand's grasp frame H in the stance T. Each returns when done and throws Refused when it cannot be
-/// done, besides what the session throws.
+/// done, WayBlocked where that is for the way there, besides what the session throws.
 class Manipulator {
  public:
   Manipulator(const KnownRobot& known, Session& session, const StageTwoParameters& parameters);

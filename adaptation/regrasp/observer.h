@@ -61,6 +61,12 @@ struct Weighing {
   double displacement = 0;  ///< d: from the grasp to the CoM line, m along the handle, positive to the right
 };
 
+/// The hand cannot go on from where it is to where it was to go.
+class WayBlocked : public Refused {
+ public:
+  using Refused::Refused;
+};
+
 /// Reads what the pipeline knows as it learns it; has no way to change it.
 class Observer {
  public:

@@ -5,23 +5,22 @@
 #include <cmath>
 #include <functional>
 #include <future>
-#include <limits>
 
 #include <fmt/format.h>
 
 #include "adaptation/regrasp/grasp_planner.h"
 #include "adaptation/regrasp/manipulator.h"
+#include "adaptation/regrasp/self_filter.h"
+#include "adaptation/regrasp/surroundings.h"
 #include "adaptation/wrench/carried_load.h"
 
 namespace walkman::regrasp {
 namespace {
 
 constexpr int kMostLooks = 3;
+constexpr int kMostPlans = 3;
 constexpr int kEnoughTries = 2;
 constexpr double kMostLeft = 0.05;     // of the first displacement; the paper's regrasps leave less (table 1)
-constexpr double kUnseenEdge = 0.01;   // m by which a table may reach beyond its points
-constexpr double kUnseenSide = 0.4;    // m by which it may reach beyond the image: as far as an elbow swings
-constexpr double kImageSide = 0.03;    // of its width
 constexpr double kCloudTimeout = 5.0;  // s without a new cloud: many frame periods of the camera
 
 /// The CoM line as the hand carries it: relative to Ho, in H.
@@ -47,31 +46,6 @@ bool worth_another(const std::vector<Weighing>& weighings, double torque_thresho
          std::abs(last.displacement) > kMostLeft * std::abs(first.displacement);
 }
 
-/// The hull of the points seen of a table, as far as the table may reach: its edges a little, and beyond the
-/// sides of the image.
-std::vector<Eigen::Vector3d> whole_table(const std::vector<Eigen::Vector3d>& hull_C,
-                                         const camera::OrganizedCloud& cloud) {
-  double left = std::numeric_limits<double>::infinity(), right = -left;
-  for (const Eigen::Vector3f& p : cloud.points) {
-    if (!std::isfinite(p.x())) continue;
-    const double direction = static_cast<double>(p.x()) / static_cast<double>(p.z());
-    left = std::min(left, direction);
-    right = std::max(right, direction);
-  }
-  const double side = kImageSide * (right - left);
-  Eigen::Vector3d middle_C = Eigen::Vector3d::Zero();
-  for (const Eigen::Vector3d& p : hull_C) middle_C += p / static_cast<double>(hull_C.size());
-  std::vector<Eigen::Vector3d> out;
-  out.reserve(hull_C.size());
-  for (const Eigen::Vector3d& p : hull_C) {
-    Eigen::Vector3d far = p + kUnseenEdge * (p - middle_C).normalized();
-    if (p.x() / p.z() < left + side) far.x() -= kUnseenSide;
-    if (p.x() / p.z() > right - side) far.x() += kUnseenSide;
-    out.push_back(far);
-  }
-  return out;
-}
-
 }  // namespace
 
 struct Regrasp::Impl {
@@ -83,19 +57,24 @@ struct Regrasp::Impl {
         camera(range_camera),
         observer(watcher),
         session(known_robot, robot, cycle, watcher),
-        manipulator(known_robot, session, all.stage_two) {}
+        self_filter(known_robot.model),
+        manipulator(known_robot, session, all.stage_two),
+        posed(session.measured()) {}
 
   /// Looks for the object at p_T (m), or for the largest; where it has no handle and is cut by the image's
   /// border, again with the head turned to it.
   void look(const std::optional<Eigen::Vector3d>& p_T);
   void take_cloud();
+  /// Notes how the robot stands.
+  void stand();
   /// What `think` returns; see Thinking.
   template <typename T>
   [[nodiscard]] T await(const std::function<T()>& think);
-  [[nodiscard]] std::vector<motion::NamedObstacle> obstacles() const;
   /// The grasp to go for, with the hand in use that takes it.
   [[nodiscard]] PlannedGrasp plan(const GraspPlanner::Cost& cost);
-  void reach_and_grasp(const PlannedGrasp& grasp);
+  /// Plans a grasp and takes it; where the way turns out blocked, the next one from where the hand came to.
+  PlannedGrasp reach_and_grasp(const GraspPlanner::Cost& cost);
+  void reach(const PlannedGrasp& grasp);
   /// Lowers the object again and throws RunStopped where it is refused.
   [[nodiscard]] Weighing lift_and_weigh();
   [[nodiscard]] Weighing lift_and_hang();
@@ -110,11 +89,16 @@ struct Regrasp::Impl {
   camera::RangeCamera& camera;
   Observer& observer;
   Session session;
+  SelfFilter self_filter;
   Manipulator manipulator;
   std::optional<GraspPlanner> planner;  // since the robot knows how it stands
-  camera::OrganizedCloud cloud;
+  camera::OrganizedCloud cloud;         // as the camera sent it
+  camera::OrganizedCloud outside;       // of it what is not the robot
   perception::StageOneResult seen;
-  Eigen::Isometry3d X_TC = Eigen::Isometry3d::Identity();  // camera while the robot stood still for `cloud`
+  std::vector<motion::NamedObstacle> obstacles;  // in T
+  // While the robot stood still for `cloud`.
+  motion::KinematicTree posed;
+  Eigen::Isometry3d X_TC = Eigen::Isometry3d::Identity();
 };
 
 template <typename T>
@@ -127,16 +111,21 @@ T Regrasp::Impl::await(const std::function<T()>& think) {
   return result.get();
 }
 
+void Regrasp::Impl::stand() {
+  posed = session.measured();
+  X_TC = session.X_TC();
+}
+
 void Regrasp::Impl::take_cloud() {
   Time asked = session.now();
   int recoveries = session.recoveries();
-  X_TC = session.X_TC();
+  stand();
   while (!camera.latest(asked, cloud)) {
     if (std::chrono::duration<double>(session.now() - asked).count() > kCloudTimeout) {
       throw RunStopped(fmt::format("no cloud from the camera for {} s", kCloudTimeout));
     }
     manipulator.hold(session.period());
-    X_TC = session.X_TC();
+    stand();
     if (session.recoveries() == recoveries) continue;
     // The robot may have moved meanwhile.
     manipulator.settle();
@@ -153,8 +142,10 @@ void Regrasp::Impl::look(const std::optional<Eigen::Vector3d>& p_T) {
     take_cloud();
     try {
       seen = await<perception::StageOneResult>([&] {
-        if (!asked_for) return perception::locate(cloud, parameters.stage_one);
-        return perception::locate(cloud, parameters.stage_one, X_TC.inverse() * near_T);
+        outside = cloud;
+        self_filter.remove(posed, X_TC, outside);
+        if (!asked_for) return perception::locate(outside, parameters.stage_one);
+        return perception::locate(outside, parameters.stage_one, X_TC.inverse() * near_T);
       });
     } catch (const perception::NotLocated& e) {
       // What is asked for may be beyond the image's border.
@@ -175,44 +166,35 @@ void Regrasp::Impl::look(const std::optional<Eigen::Vector3d>& p_T) {
     asked_for = true;
   }
   if (!seen.grasp) throw RunStopped("no handle of the hand's size on the object");
-  manipulator.set_obstacles(obstacles());
+  obstacles = await<std::vector<motion::NamedObstacle>>([&] { return surroundings(seen, outside, X_TC); });
+  manipulator.set_obstacles(obstacles);
   observer.on_located(cloud, seen);
 }
 
 PlannedGrasp Regrasp::Impl::plan(const GraspPlanner::Cost& cost) {
-  const GraspPlanner::View view{&seen, X_TC, obstacles(), manipulator.motion().q_ref()};
+  const GraspPlanner::View view{&seen, X_TC, obstacles, manipulator.motion().q_ref()};
   PlannedGrasp grasp = await<PlannedGrasp>([&] { return planner->plan(view, cost); });
   manipulator.use(grasp.hand);
   return grasp;
 }
 
-/// The table, and what else lies on it.
-std::vector<motion::NamedObstacle> Regrasp::Impl::obstacles() const {
-  const Eigen::Vector3d up_T = X_TC.linear() * seen.plane.n_C;
-  std::vector<Eigen::Vector3d> hull_T;
-  for (const Eigen::Vector3d& p : whole_table(seen.plane.hull_C, cloud)) hull_T.push_back(X_TC * p);
-  std::vector<motion::NamedObstacle> out = {{"the table", motion::ConvexPrism(up_T, hull_T)}};
-  for (std::size_t i = 0; i < seen.objects.size(); ++i) {
-    if (i == seen.chosen) continue;
-    std::vector<Eigen::Vector3d> top_T;
-    double highest = -std::numeric_limits<double>::infinity();
-    for (const Eigen::Vector3f& p : seen.objects[i].surface_C) {
-      top_T.push_back(X_TC * p.cast<double>());
-      highest = std::max(highest, up_T.dot(top_T.back()));
-    }
-    for (Eigen::Vector3d& p : top_T) p += (highest - up_T.dot(p)) * up_T;
+PlannedGrasp Regrasp::Impl::reach_and_grasp(const GraspPlanner::Cost& cost) {
+  for (int plans = 1;; ++plans) {
+    const PlannedGrasp grasp = plan(cost);
+    observer.on_grasp(grasp.X_TG);
     try {
-      out.push_back(
-          {fmt::format("the object beside it, {:.0f} cm high", 100 * (highest - up_T.dot(hull_T.front()))),
-           motion::ConvexPrism(up_T, top_T)});
-    } catch (const std::runtime_error&) {  // seen edge on: too narrow to be in the way
+      reach(grasp);
+    } catch (const WayBlocked&) {
+      if (plans == kMostPlans) throw;
+      continue;
     }
+    manipulator.grasp(grasp.radius);
+    return grasp;
   }
-  return out;
 }
 
 /// The sensor's residual is removed just before; whatever booted anew since then may have another.
-void Regrasp::Impl::reach_and_grasp(const PlannedGrasp& grasp) {
+void Regrasp::Impl::reach(const PlannedGrasp& grasp) {
   while (true) {
     session.enter(Phase::kApproach);
     manipulator.approach(grasp.way);
@@ -221,10 +203,9 @@ void Regrasp::Impl::reach_and_grasp(const PlannedGrasp& grasp) {
     manipulator.tare();
     session.enter(Phase::kGrasp);
     manipulator.descend(grasp.X_TH);
-    if (session.recoveries() == recoveries) break;
+    if (session.recoveries() == recoveries) return;
     manipulator.ascend();
   }
-  manipulator.grasp(grasp.radius);
 }
 
 Weighing Regrasp::Impl::lift_and_weigh() {
@@ -310,15 +291,24 @@ Report Regrasp::run() {
   r.manipulator.calibrate();
   r.planner.emplace(r.known, r.session.joint_names(), r.session.stance(), r.parameters);
   r.look(std::nullopt);
-  PlannedGrasp grasp = r.plan([&r](const perception::Handle& handle, double along) {
+  GraspPlanner::Cost cost = [&r](const perception::Handle& handle, double along) {
     return (handle.p_CM + along * handle.axis_C - r.seen.object().p_CCm).norm();
-  });
+  };
   Report report;
+  Eigen::Isometry3d X_TH_released = Eigen::Isometry3d::Identity();
   bool nearest = false;  // the grasp is the nearest to the CoM line that the handles allow
   int no_nearer = 0;     // how often it was not nearer than the one before
   while (true) {
-    r.observer.on_grasp(grasp.X_TG);
-    r.reach_and_grasp(grasp);
+    const PlannedGrasp grasp = r.reach_and_grasp(cost);
+    if (!report.weighings.empty()) {
+      // Nothing that can be grasped is nearer by more than what counts; from where the hand comes next time
+      // there may be.
+      const double last = std::abs(report.weighings.back().displacement);
+      if (grasp.cost > last - limits.displacement_threshold) ++no_nearer;
+      nearest =
+          no_nearer >= kEnoughTries ||
+          (grasp.X_TG.translation() - X_TH_released.translation()).norm() <= limits.displacement_threshold;
+    }
     const Weighing weighing = r.lift_and_weigh();
     report.weighings.push_back(weighing);
     if (std::abs(weighing.torque) <= limits.torque_threshold) {
@@ -339,16 +329,11 @@ Report Regrasp::run() {
     const CarriedLine carried{{R_HT * line->p_PF, R_HT * line->direction}, weighing.F_Ho_T.force.norm()};
 
     r.session.enter(Phase::kLower);
-    const Eigen::Isometry3d X_TH_released = r.manipulator.lower_and_release();
+    X_TH_released = r.manipulator.lower_and_release();
     r.session.enter(Phase::kRetreat);
     r.manipulator.retreat();
     r.look(X_TH_released.translation());
-    grasp = r.plan(r.least_torque(carried, X_TH_released));
-    // Nothing that can be grasped is nearer by more than what counts; from where the hand comes next time
-    // there may be.
-    if (grasp.cost > std::abs(weighing.displacement) - limits.displacement_threshold) ++no_nearer;
-    nearest = no_nearer >= kEnoughTries || (grasp.X_TG.translation() - X_TH_released.translation()).norm() <=
-                                               limits.displacement_threshold;
+    cost = r.least_torque(carried, X_TH_released);
   }
 }
 

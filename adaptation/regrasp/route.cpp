@@ -6,9 +6,11 @@
 namespace walkman::regrasp {
 namespace {
 
-// A motion with so much room needs no better one: rad, m. The guards keep 12 mm off obstacles and 9 mm off
+// A motion with so much room needs no better one: rad, m. The guards keep 12 mm off obstacles and 6 mm off
 // the robot itself, of which turning takes some.
-constexpr double kEnoughLimit = 0.05, kEnoughRoom = 0.009, kEnoughOwnRoom = 0.006;
+constexpr double kEnoughLimit = 0.05, kEnoughRoom = 0.009, kEnoughOwnRoom = 0.005;
+
+constexpr double kOver = 0.15;  // m over where the hand is going, with open fingers
 
 Eigen::Isometry3d moved(const Eigen::Isometry3d& X_T, const Eigen::Vector3d& by) {
   Eigen::Isometry3d out = X_T;
@@ -34,6 +36,10 @@ std::vector<std::vector<Eigen::Isometry3d>> detours(const Eigen::Isometry3d& X_T
     };
     out.push_back({out_there(X_TTo)});
     out.push_back({out_there(X_TFrom), out_there(X_TTo)});
+    // Out, up and in: round the near corner of a table as high as the hand.
+    const Eigen::Isometry3d over = moved(X_TTo, {0, 0, kOver});
+    const Eigen::Isometry3d beside = out_there(X_TFrom);
+    out.push_back({beside, moved(beside, {0, 0, over.translation().z() - beside.translation().z()}), over});
   }
   return out;
 }

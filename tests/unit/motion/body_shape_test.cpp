@@ -63,9 +63,9 @@ double sampled(const BodyShape& a, const Eigen::Isometry3d& X_WA, const BodyShap
   return least;
 }
 
-TEST(BodyShape, SolidsAreNeverNearerThanSaidAndSeldomMuchFarther) {
+TEST(BodyShape, SolidsAreAsFarApartAsSaid) {
   std::mt19937 random(5);
-  int apart = 0, close = 0, together = 0;
+  int apart = 0, together = 0;
   for (int round = 0; round < 300; ++round) {
     BodyShape a, b;
     a.half = {0.08, 0.05, 0.14};
@@ -82,13 +82,11 @@ TEST(BodyShape, SolidsAreNeverNearerThanSaidAndSeldomMuchFarther) {
     }
     if (known < 0.005) continue;  // the samples are 6 mm apart
     ++apart;
-    if (found.distance > known - 0.006) ++close;
-    EXPECT_GT(found.distance, 0.5 * known - 0.01);
+    EXPECT_GT(found.distance, known - 0.006);
     EXPECT_NEAR(found.n_W.norm(), 1, 1e-12);
   }
   EXPECT_GT(apart, 80);
   EXPECT_GT(together, 40);
-  EXPECT_GT(close, 0.95 * apart);
 }
 
 TEST(BodyShape, TheRobotsFingersAreCapsulesAndItsLinksBoxes) {

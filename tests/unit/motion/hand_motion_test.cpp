@@ -67,7 +67,7 @@ class HandMotionTest : public testing::Test {
 
   void expect_safe(const Record& run) {
     EXPECT_GT(run.least_table, 0.009);
-    EXPECT_GT(run.least_own, 0);
+    EXPECT_GT(run.least_own, 0.005);
     EXPECT_GT(run.least_margin, -1e-9);
     EXPECT_LE(run.peak_velocity, 1 + 1e-8);
   }

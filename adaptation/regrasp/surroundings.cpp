@@ -1,0 +1,75 @@
+#include "adaptation/regrasp/surroundings.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include <fmt/format.h>
+
+namespace walkman::regrasp {
+namespace {
+
+constexpr double kUnseenEdge = 0.01;  // m by which a table may reach beyond its points
+constexpr double kUnseenSide = 0.4;   // m by which it may go on where it is hidden: as far as an elbow swings
+// In the image of the plane at 1 m: what is in one row; what belongs to an edge, of which the sampling leaves
+// a point every 2 cm; and how far beside an edge there is something to see, for left of what is 0.6 m away a
+// stereo camera with 7 cm between its eyes is blind so far.
+constexpr float kRow = 0.01F, kOfEdge = 0.03F, kInSight = 0.15F;
+
+/// The hull of a table, in C, as far as it may reach.
+std::vector<Eigen::Vector3d> whole_table(const perception::Plane& table,
+                                         const camera::OrganizedCloud& cloud) {
+  std::vector<Eigen::Vector2f> image;  // of the plane at 1 m, to the right and down
+  image.reserve(cloud.points.size());
+  for (const Eigen::Vector3f& p : cloud.points)
+    if (std::isfinite(p.x())) image.emplace_back(p.head<2>() / p.z());
+  const auto [left, right] = std::minmax_element(image.begin(), image.end(),
+                                                 [](const auto& a, const auto& b) { return a.x() < b.x(); });
+  const float middle = (left->x() + right->x()) / 2;
+  const Eigen::Vector3d right_C = (Eigen::Vector3d::UnitX() - table.n_C.x() * table.n_C).normalized();
+  Eigen::Vector3d middle_C = Eigen::Vector3d::Zero();
+  for (const Eigen::Vector3d& p : table.hull_C) middle_C += p / static_cast<double>(table.hull_C.size());
+  std::vector<Eigen::Vector3d> out;
+  out.reserve(table.hull_C.size());
+  for (const Eigen::Vector3d& p : table.hull_C) {
+    const Eigen::Vector2f at = (p.head<2>() / p.z()).cast<float>();
+    const float outward = at.x() < middle ? -1 : 1;
+    const bool hidden = std::none_of(image.begin(), image.end(), [&](const Eigen::Vector2f& other) {
+      const float beyond = outward * (other.x() - at.x());
+      return beyond > kOfEdge && beyond < kInSight && std::abs(other.y() - at.y()) < kRow;
+    });
+    out.push_back(p + kUnseenEdge * (p - middle_C).normalized());
+    if (hidden) out.back() += static_cast<double>(outward) * kUnseenSide * right_C;
+  }
+  return out;
+}
+
+}  // namespace
+
+std::vector<motion::NamedObstacle> surroundings(const perception::StageOneResult& seen,
+                                                const camera::OrganizedCloud& cloud,
+                                                const Eigen::Isometry3d& X_TC) {
+  const Eigen::Vector3d up_T = X_TC.linear() * seen.plane.n_C;
+  std::vector<Eigen::Vector3d> hull_T;
+  for (const Eigen::Vector3d& p : whole_table(seen.plane, cloud)) hull_T.push_back(X_TC * p);
+  std::vector<motion::NamedObstacle> out = {{"the table", motion::ConvexPrism(up_T, hull_T)}};
+  for (std::size_t i = 0; i < seen.objects.size(); ++i) {
+    if (i == seen.chosen) continue;
+    std::vector<Eigen::Vector3d> top_T;
+    double highest = -std::numeric_limits<double>::infinity();
+    for (const Eigen::Vector3f& p : seen.objects[i].surface_C) {
+      top_T.push_back(X_TC * p.cast<double>());
+      highest = std::max(highest, up_T.dot(top_T.back()));
+    }
+    for (Eigen::Vector3d& p : top_T) p += (highest - up_T.dot(p)) * up_T;
+    try {
+      out.push_back(
+          {fmt::format("the object beside it, {:.0f} cm high", 100 * (highest - up_T.dot(hull_T.front()))),
+           motion::ConvexPrism(up_T, top_T)});
+    } catch (const std::runtime_error&) {  // seen edge on: too narrow to be in the way
+    }
+  }
+  return out;
+}
+
+}  // namespace walkman::regrasp

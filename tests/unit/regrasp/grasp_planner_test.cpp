@@ -1,0 +1,141 @@
+#include "adaptation/regrasp/grasp_planner.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "adaptation/regrasp/observer.h"
+#include "tests/unit/motion/reference_robot.h"
+
+namespace walkman::regrasp {
+namespace {
+
+constexpr double kTable = -0.15;         // m, its top in T, the base's frame
+constexpr double kPlaceDistance = 0.01;  // m
+
+/// A robot whose base is held, at home, and a round bar across a table in front of it.
+class GraspPlannerTest : public testing::Test {
+ protected:
+  GraspPlannerTest()
+      : home(motion::reference_robot()),
+        known(load_robot_description("urdf/walkman.robot.yaml")),
+        planner(known, home.joint_names, std::nullopt, parameters) {
+    motion::KinematicTree posed(known.model, home.joint_names);
+    posed.update(home.q_home);
+    X_TC = posed.X_WL(known.model.link_index(known.description.optical_frame));
+    seen.plane.n_C = X_TC.linear().transpose().col(2);
+    seen.plane.offset = -seen.plane.n_C.dot(in_C({0.8, 0, kTable}));
+    table_T = {{0.45, -0.8, kTable}, {1.25, -0.8, kTable}, {1.25, 0.8, kTable}, {0.45, 0.8, kTable}};
+  }
+
+  Eigen::Vector3d in_C(const Eigen::Vector3d& p_T) const { return X_TC.inverse() * p_T; }
+
+  void put_bar(double x, double y, double radius, double half_length = 0.35) {
+    seen.objects.assign(1, {});
+    perception::SeenObject& bar = seen.objects.front();
+    perception::Handle handle;
+    handle.p_CM = in_C({x, y, kTable + radius});
+    handle.axis_C = X_TC.linear().transpose() * -Eigen::Vector3d::UnitY();
+    handle.radius = radius;
+    handle.from = -half_length;
+    handle.to = half_length;
+    handle.reach = kPlaceDistance;
+    for (double along = -half_length; along <= half_length; along += kPlaceDistance) {
+      handle.places.push_back(along);
+      for (double angle = 0; angle <= 3.2; angle += 0.2)
+        bar.surface_C.push_back(
+            in_C({x + radius * std::cos(angle), y - along, kTable + radius + radius * std::sin(angle)})
+                .cast<float>());
+    }
+    bar.p_CCm = handle.p_CM;
+    bar.handles = {handle};
+  }
+
+  /// A wall of points on the table, along x.
+  void put_wall(double y, double height) {
+    perception::SeenObject& wall = seen.objects.emplace_back();
+    for (double x = 0.60; x < 0.80; x += 0.01)
+      for (double z = 0; z < height; z += 0.01)
+        wall.surface_C.push_back(in_C({x, y, kTable + z}).cast<float>());
+  }
+
+  /// At the bar's place nearest to y.
+  PlannedGrasp plan(double y) {
+    GraspPlanner::View view{&seen, X_TC, {}, home.q_home};
+    view.obstacles = {{"the table", motion::ConvexPrism(Eigen::Vector3d::UnitZ(), table_T)}};
+    return planner.plan(view, [&](const perception::Handle& handle, double along) {
+      return std::abs((X_TC * (handle.p_CM + along * handle.axis_C)).y() - y);
+    });
+  }
+
+  const motion::ReferenceRobot& home;
+  KnownRobot known;
+  MethodParameters parameters;
+  GraspPlanner planner;
+  Eigen::Isometry3d X_TC;
+  perception::StageOneResult seen;
+  std::vector<Eigen::Vector3d> table_T;
+};
+
+TEST_F(GraspPlannerTest, EitherSideIsItsOwnHandsAndThePlaceIsTheOneAskedFor) {
+  for (const double y : {-0.35, 0.35}) {
+    put_bar(0.65, y, 0.035);
+    const PlannedGrasp grasp = plan(y + 0.1);
+    EXPECT_EQ(known.description.hands[grasp.hand].name, y < 0 ? "right" : "left");
+    EXPECT_LT(grasp.cost, 0.002);
+    const Eigen::Vector3d p_TG = grasp.X_TG.translation();
+    EXPECT_NEAR(p_TG.y(), y + 0.1, 0.002);
+    // On the bar's surface, with the handle along x.
+    EXPECT_NEAR(std::hypot(p_TG.x() - 0.65, p_TG.z() - kTable - 0.035), 0.035, 1e-6);
+    EXPECT_NEAR(std::abs(grasp.X_TG.linear().col(0).y()), 1, 1e-6);
+    EXPECT_NEAR((grasp.X_TH.translation() - p_TG).norm(), parameters.stage_two.palm_clearance, 1e-9);
+    EXPECT_NEAR((grasp.way.back().translation() - p_TG).norm(), parameters.stage_two.approach_height, 1e-9);
+  }
+}
+
+TEST_F(GraspPlannerTest, WhatItPlansTheHandCanDo) {
+  put_bar(0.65, -0.3, 0.035);
+  PlannedGrasp grasp = plan(-0.3);
+  motion::HandMotion hand(known.model, home.joint_names, Eigen::Isometry3d::Identity(),
+                          grasp.hand == 0 ? home.right : home.left);
+  hand.reset(home.q_home);
+  hand.set_obstacles({{"the table", motion::ConvexPrism(Eigen::Vector3d::UnitZ(), table_T)}});
+  grasp.way.push_back(grasp.X_TH);
+  for (const Eigen::Isometry3d& X_TH : grasp.way) {
+    hand.go_to(X_TH, {});
+    while (!hand.done()) {
+      hand.step(0.005);
+      EXPECT_GT(hand.own_clearance(), 0.005);
+      EXPECT_GT(hand.obstacle_clearance(), 0.01);
+    }
+    ASSERT_EQ(hand.status(), motion::HandMotion::Status::kReached) << hand.describe();
+  }
+}
+
+TEST_F(GraspPlannerTest, KeepsTheWholeHandOffWhatStandsBesideTheHandle) {
+  put_bar(0.65, -0.3, 0.035);
+  put_wall(-0.3, 0.15);
+  const PlannedGrasp grasp = plan(-0.3);
+  // The palm is some 10 cm wide: beside the wall there is room for half of it.
+  EXPECT_GT(grasp.cost, 0.03);
+  EXPECT_LT(grasp.cost, 0.15);
+}
+
+TEST_F(GraspPlannerTest, OpenFingersDoNotFitRoundABarThatLiesLow) {
+  put_bar(0.65, -0.3, 0.02);
+  EXPECT_THAT([&] { static_cast<void>(plan(-0.3)); },
+              testing::ThrowsMessage<RunStopped>(testing::ContainsRegex(
+                  "right hand: RFinger.* and the table would touch; the left hand: .*")));
+}
+
+TEST_F(GraspPlannerTest, SaysHowFarEachHandIsFromABarOutOfReach) {
+  put_bar(1.6, -0.3, 0.035, 0.02);
+  EXPECT_THAT([&] { static_cast<void>(plan(-0.3)); },
+              testing::ThrowsMessage<RunStopped>(testing::ContainsRegex(
+                  "right hand: .* the hand ends [0-9.]+ mm and .*; the left hand: .* mm")));
+}
+
+}  // namespace
+}  // namespace walkman::regrasp

@@ -1,0 +1,105 @@
+#include "adaptation/regrasp/surroundings.h"
+
+#include <cmath>
+#include <limits>
+
+#include <gtest/gtest.h>
+
+namespace walkman::regrasp {
+namespace {
+
+constexpr double kTableHeight = 0.9, kCameraHeight = 1.6;  // m
+constexpr double kNear = 0.5, kFar = 1.1;                  // m, the table's edges in front of the camera
+constexpr double kHalfWidth = 0.5;                         // m
+constexpr double kDown = 0.7;                              // rad, the camera's pitch
+
+/// A camera over a floor, looking down on a table; T is on the floor below it.
+class SurroundingsTest : public testing::Test {
+ protected:
+  SurroundingsTest() {
+    X_TC.translation().z() = kCameraHeight;
+    Eigen::Matrix3d level;  // z forward, x right, y down
+    level << 0, 0, 1, -1, 0, 0, 0, -1, 0;
+    X_TC.linear() = level * Eigen::AngleAxisd(-kDown, Eigen::Vector3d::UnitX()).toRotationMatrix();
+    const Eigen::Isometry3d X_CT = X_TC.inverse();
+    seen.plane.n_C = X_CT.linear().col(2);
+    for (const double x : {kNear, kFar})
+      for (const double y : {-kHalfWidth, 0.0, kHalfWidth})
+        seen.plane.hull_C.push_back(X_CT * Eigen::Vector3d(x, y, kTableHeight));
+    seen.plane.offset = -seen.plane.n_C.dot(seen.plane.hull_C.front());
+    seen.objects.resize(1);
+    cloud.width = cloud.height = 400;
+  }
+
+  /// What the camera sees between two directions, of the plane at 1 m to its right.
+  void look(double left, double right) {
+    for (int row = 0; row < cloud.height; ++row) {
+      for (int column = 0; column < cloud.width; ++column) {
+        Eigen::Vector3d ray_C(left + (right - left) * column / cloud.width, -0.8 + 1.6 * row / cloud.height,
+                              1);
+        const Eigen::Vector3d ray_T = X_TC.linear() * ray_C;
+        cloud.points.emplace_back().setConstant(std::numeric_limits<float>::quiet_NaN());
+        for (const double height : {kTableHeight, 0.0}) {
+          const double range = (height - kCameraHeight) / ray_T.z();
+          const Eigen::Vector3d p_T = X_TC.translation() + range * ray_T;
+          const bool on_table = p_T.x() > kNear && p_T.x() < kFar && std::abs(p_T.y()) < kHalfWidth;
+          if (range < 0 || (height > 0 && !on_table)) continue;
+          cloud.points.back() = (X_TC.inverse() * p_T).cast<float>();
+          break;
+        }
+      }
+    }
+  }
+
+  double distance(double x, double y) const {
+    return surroundings(seen, cloud, X_TC).at(0).prism.distance({x, y, kTableHeight - 0.05});
+  }
+
+  Eigen::Isometry3d X_TC = Eigen::Isometry3d::Identity();
+  perception::StageOneResult seen;
+  camera::OrganizedCloud cloud;
+};
+
+TEST_F(SurroundingsTest, ATableWithFloorAroundItEndsWhereItEnds) {
+  look(-1.5, 1.5);
+  for (const double side : {-1.0, 1.0}) {
+    EXPECT_LT(distance(0.7, side * kHalfWidth), 0);
+    EXPECT_GT(distance(0.7, side * (kHalfWidth + 0.02)), 0);
+  }
+  EXPECT_GT(distance(kNear - 0.02, 0), 0);
+  EXPECT_GT(distance(kFar + 0.02, 0), 0);
+}
+
+TEST_F(SurroundingsTest, ATableGoesOnBeyondTheImagesSide) {
+  look(-1.5, 0.5);
+  // At y < 0 its near corner is beyond the image and the far one is not.
+  EXPECT_LT(distance(0.55, -kHalfWidth - 0.3), 0);
+  EXPECT_GT(distance(0.7, kHalfWidth + 0.02), 0);
+  EXPECT_GT(distance(kNear - 0.03, -kHalfWidth), 0);
+}
+
+TEST_F(SurroundingsTest, ATableGoesOnBehindTheRobotsOwnHand) {
+  look(-1.5, 1.5);
+  for (Eigen::Vector3f& p : cloud.points)
+    if (p.x() / p.z() < -0.4F) p.setConstant(std::numeric_limits<float>::quiet_NaN());
+  EXPECT_LT(distance(0.7, kHalfWidth + 0.3), 0);
+  EXPECT_GT(distance(0.7, -kHalfWidth - 0.02), 0);
+}
+
+TEST_F(SurroundingsTest, WhatLiesBesideTheObjectIsAColumnAsHighAsItsHighestPoint) {
+  look(-1.5, 1.5);
+  seen.objects.resize(2);
+  const Eigen::Isometry3d X_CT = X_TC.inverse();
+  for (const double x : {0.7, 0.8})
+    for (const double y : {0.1, 0.2})
+      seen.objects[1].surface_C.push_back(
+          (X_CT * Eigen::Vector3d(x, y, kTableHeight + x - 0.7)).cast<float>());
+  const auto all = surroundings(seen, cloud, X_TC);
+  ASSERT_EQ(all.size(), 2);
+  EXPECT_EQ(all[1].name, "the object beside it, 10 cm high");
+  EXPECT_NEAR(all[1].prism.distance({0.75, 0.15, kTableHeight + 0.15}), 0.05, 1e-5);
+  EXPECT_NEAR(all[1].prism.distance({0.65, 0.15, kTableHeight}), 0.05, 1e-5);
+}
+
+}  // namespace
+}  // namespace walkman::regrasp
