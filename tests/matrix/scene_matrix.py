@@ -15,6 +15,7 @@ import math
 import os
 import pathlib
 import re
+import shutil
 import subprocess
 import sys
 import tempfile
@@ -31,6 +32,7 @@ def run(program, urdf, case, level, seed, folder):
     done = subprocess.run([program, "experiment", "1", "--scene", scene, "--seed", str(seed), "--model-error", level,
                            "--json", "--out", folder / "out"],
                           capture_output=True, text=True, check=False)
+    shutil.rmtree(folder)  # its CAN log is hundreds of MB
     try:
         return json.loads(done.stdout)["repetitions"][0]
     except (json.JSONDecodeError, KeyError, IndexError):
@@ -68,7 +70,8 @@ def line(case, level, r):
     number = lambda key, scale, digits: f"{scale * r[key]:.{digits}f}" if isinstance(r.get(key), float) else ""
     error = f"{1e3 * weighing_error(r):.1f}" if isinstance(r.get("d_after"), float) else ""
     cells = [case.name, level, word, number("f_g", 1, 1), number("tau_true", 1, 3), number("tau_after_true", 1, 3),
-             number("tau_about_handle_after_true", 1, 3), error, number("com_error", 1e3, 1), str(r.get("regrasps", "")), number("simulated_seconds", 1, 0), why]
+             number("tau_about_handle_after_true", 1, 3), error, number("com_error", 1e3, 1),
+             str(r.get("regrasps", "")), number("simulated_seconds", 1, 0), why]
     return "| " + " | ".join(cells) + " |"
 
 
@@ -82,15 +85,18 @@ def main():
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--jobs", type=int, default=len(os.sched_getaffinity(0)))
     options = parser.parse_args()
-    cases = [c for c in scenes.one_at_a_time() + scenes.drawn(options.drawn, options.seed) if re.search(options.only, c.name)]
+    cases = [c for c in scenes.one_at_a_time() + scenes.drawn(options.drawn, options.seed)
+             if re.search(options.only, c.name)]
     runs = [(case, level) for case in cases for level in options.model_error]
     counts = {}
-    print("| scene | model error | verdict | f, N | τ, N·m | τ′, N·m | about the handle | CoM error, mm | in the room | regrasps | s | |")
+    print("| scene | model error | verdict | f, N | τ, N·m | τ′, N·m | about the handle | CoM error, mm | in the room | "
+          "regrasps | s | |")
     print("|---|---|---|---|---|---|---|---|---|---|---|---|", flush=True)
     with tempfile.TemporaryDirectory() as scratch, concurrent.futures.ThreadPoolExecutor(options.jobs) as pool:
         def one(numbered):
             i, (case, level) = numbered
-            return run(options.program.resolve(), options.urdf.resolve(), case, level, options.seed, pathlib.Path(scratch) / str(i))
+            return run(options.program.resolve(), options.urdf.resolve(), case, level, options.seed,
+                       pathlib.Path(scratch) / str(i))
         for (case, level), r in zip(runs, pool.map(one, enumerate(runs))):
             counts[verdict(case, r)[0]] = counts.get(verdict(case, r)[0], 0) + 1
             print(line(case, level, r), flush=True)
