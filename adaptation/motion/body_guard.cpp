@@ -114,7 +114,7 @@ void BodyGuard::update(bool with_fingers) noexcept {
     const auto a = static_cast<std::size_t>(i), b = static_cast<std::size_t>(j);
     const double within = extents_[a] + extents_[b] + kFarthest;
     if ((X_WS_[a].translation() - X_WS_[b].translation()).squaredNorm() > within * within) continue;
-    const Nearness found{separation(shapes_[a], X_WS_[a], shapes_[b], X_WS_[b]), i, j, -1};
+    const Nearness found{separation(shapes_[a], X_WS_[a], shapes_[b], X_WS_[b], kFarthest), i, j, -1};
     if (found.gap.distance >= kFarthest) continue;
     own_clearance_ = std::min(own_clearance_, found.gap.distance);
     add(found);

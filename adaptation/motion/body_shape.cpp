@@ -140,7 +140,7 @@ std::vector<BodyShape> body_shapes(const RobotModel& model) {
 }
 
 Separation separation(const BodyShape& a, const Eigen::Isometry3d& X_WA, const BodyShape& b,
-                      const Eigen::Isometry3d& X_WB) noexcept {
+                      const Eigen::Isometry3d& X_WB, double far_enough) noexcept {
   const Eigen::Isometry3d X_AB = X_WA.inverse(Eigen::Isometry) * X_WB;
   Bound bound{a, X_WA, b, X_WB};
   Eigen::Vector3d p_A = a.nearest_S(X_AB.translation()), q_A = p_A, ahead_A = p_A;
@@ -159,7 +159,8 @@ Separation separation(const BodyShape& a, const Eigen::Isometry3d& X_WA, const B
     apart = distance >= kOverlap;
     if (!apart) break;
     bound.offer(X_WA.linear() * (way_A / distance));
-    settled = distance - a.rounding - b.rounding - bound.distance < kConverged;
+    settled =
+        distance - a.rounding - b.rounding - bound.distance < kConverged || bound.distance >= far_enough;
   }
   if (!settled) bound.offer_axes();
   Separation result{bound.distance, bound.n_W, {}, {}};

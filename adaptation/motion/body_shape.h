@@ -1,5 +1,6 @@
 #pragma once
 
+#include <limits>
 #include <vector>
 
 #include <Eigen/Geometry>
@@ -43,8 +44,9 @@ struct Separation {
 /// By alternating projections (Cheney and Goldstein, Proc. AMS 10, 1959), which tend to the closest points of
 /// two convex sets, with momentum that starts anew where it leads away (O'Donoghue and Candès, Found. Comput.
 /// Math. 15, 2015), and by the separating axes of boxes where they have not come there. Every direction gives
-/// a lower bound of the distance; taken is the largest.
+/// a lower bound of the distance; taken is the largest, or the first that is no less than `far_enough` (m).
 [[nodiscard]] Separation separation(const BodyShape& a, const Eigen::Isometry3d& X_WA, const BodyShape& b,
-                                    const Eigen::Isometry3d& X_WB) noexcept;
+                                    const Eigen::Isometry3d& X_WB,
+                                    double far_enough = std::numeric_limits<double>::infinity()) noexcept;
 
 }  // namespace walkman::motion
