@@ -140,7 +140,7 @@ HandMotion::HandMotion(const RobotModel& model, const std::vector<std::string>& 
   for (const int dof : active_) {
     const bool of_arm =
         std::any_of(posture_.begin(), posture_.end(), [&](const Target& t) { return t.dof == dof; });
-    if (!of_arm) ik_.limit_rates(dof, options_.body_rates);
+    if (!of_arm) ik_.limit_rates(dof, dof == twist_dof_ ? options_.twist_rates : options_.body_rates);
   }
   reset(Eigen::VectorXd::Zero(kinematics_.dof()));
 }
