@@ -169,6 +169,30 @@ TEST_F(HandMotionTest, NamesTheTableWhenItIsInTheWay) {
   EXPECT_THAT(hand.describe(), testing::ContainsRegex("the table would touch; the hand ends [0-9]+"));
 }
 
+TEST(HandMotion, TheWaistOfARobotThatStandsTurnsUpToSpeedInAPeriodOfItsSway) {
+  const ReferenceRobot& robot = reference_robot();
+  HandMotion hand(robot.model, robot.joint_names, home_stance(), robot.right);
+  hand.reset(robot.q_home);
+  const int waist = hand.kinematics().dof_of("WaistYaw");
+  int steps = 0, sudden = 0;
+  double fastest = 0;
+  const double height = hand.X_WH().translation().z();
+  for (const double y : {-0.3, -0.7, -0.3}) {
+    hand.go_to(palm_down(0.5, y, height + 0.3), {});
+    while (!hand.done()) {
+      const double before = hand.v_ref()[waist];
+      hand.step(kDt);
+      const double now = hand.v_ref()[waist];
+      fastest = std::max(fastest, std::abs(now));
+      ++steps;
+      // From 0.3 rad/s to rest or back in the 0.6 s of 1.6 Hz.
+      if (std::abs(now - before) / kDt > 0.3 / 0.6 + 1e-6) ++sudden;
+    }
+  }
+  EXPECT_GT(fastest, 0.05);
+  EXPECT_LE(sudden, 0.02 * steps);  // something near may take more
+}
+
 TEST(HandMotion, NamesTheJointThatStopsIt) {
   const ReferenceRobot& robot = reference_robot();
   HandMotion hand(robot.model, robot.joint_names, robot.X_WB, robot.right);
