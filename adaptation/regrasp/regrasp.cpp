@@ -180,7 +180,7 @@ PlannedGrasp Regrasp::Impl::plan(const GraspPlanner::Cost& cost) {
 
 PlannedGrasp Regrasp::Impl::reach_and_grasp(const GraspPlanner::Cost& cost) {
   for (int plans = 1;; ++plans) {
-    const PlannedGrasp grasp = plan(cost);
+    PlannedGrasp grasp = plan(cost);
     observer.on_grasp(grasp.X_TG);
     try {
       reach(grasp);

@@ -40,6 +40,7 @@ def values_in_every_form(limb):
 def tpdos_pair_up(limb):
     sdo = limb.fresh(SENSOR)
     limb.start(SENSOR)
+    limb.wait(1.0)  # the arm hangs still: what is compared is not of the same instant
     limb.bus.drain()
     counters = []
     for _ in range(10):

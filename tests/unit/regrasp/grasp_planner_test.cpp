@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -42,12 +43,16 @@ class GraspPlannerTest : public testing::Test {
     handle.from = -half_length;
     handle.to = half_length;
     handle.reach = kPlaceDistance;
-    for (double along = -half_length; along <= half_length; along += kPlaceDistance) {
+    const int places = static_cast<int>(half_length / kPlaceDistance);
+    for (int place = -places; place <= places; ++place) {
+      const double along = place * kPlaceDistance;
       handle.places.push_back(along);
-      for (double angle = 0; angle <= 3.2; angle += 0.2)
+      for (int step = 0; step <= 16; ++step) {
+        const double angle = std::numbers::pi * step / 16;
         bar.surface_C.push_back(
             in_C({x + radius * std::cos(angle), y - along, kTable + radius + radius * std::sin(angle)})
                 .cast<float>());
+      }
     }
     bar.p_CCm = handle.p_CM;
     bar.handles = {handle};
@@ -56,9 +61,9 @@ class GraspPlannerTest : public testing::Test {
   /// A wall of points on the table, along x.
   void put_wall(double y, double height) {
     perception::SeenObject& wall = seen.objects.emplace_back();
-    for (double x = 0.60; x < 0.80; x += 0.01)
-      for (double z = 0; z < height; z += 0.01)
-        wall.surface_C.push_back(in_C({x, y, kTable + z}).cast<float>());
+    for (int i = 0; i < 20; ++i)
+      for (int k = 0; 0.01 * k < height; ++k)
+        wall.surface_C.push_back(in_C({0.60 + 0.01 * i, y, kTable + 0.01 * k}).cast<float>());
   }
 
   /// At the bar's place nearest to y.
