@@ -32,8 +32,8 @@ struct HandMotionOptions {
   double base_gain = 2;       ///< 1/s, see BaseRoom::keep: its joints' accelerations bound how soon it stops
   JointRates rates;
   JointRates body_rates{0.3, 1.5};  ///< of torso and legs: what they set swinging is heavy
-  /// Of the twist joint. A body that stands sways about the vertical at 1.2 to 1.9 Hz, and a change of speed
-  /// that takes one period of that leaves next to none.
+  /// Of the twist joint. A body that stands sways about the vertical at 1.2 to 1.9 Hz; a ramp of speed as
+  /// long as one period sets off none of that frequency.
   JointRates twist_rates{0.3, 0.5};
   double feet_damping = 1e-9;  ///< see WholeBodyIk::next_level: the feet do not give
   double feet_gain = 100;      ///< 1/s, of the rounding of many steps

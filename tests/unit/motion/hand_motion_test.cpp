@@ -17,16 +17,6 @@ using Status = HandMotion::Status;
 const std::vector<Eigen::Vector3d> kTable = {
     {0.5, -0.8, 0.9}, {1.3, -0.8, 0.9}, {1.3, 0.8, 0.9}, {0.5, 0.8, 0.9}};
 
-/// Palm down, fingers forward.
-Eigen::Isometry3d palm_down(double x, double y, double z) {
-  Eigen::Isometry3d X_WH = Eigen::Isometry3d::Identity();
-  X_WH.linear().col(0) = -Eigen::Vector3d::UnitY();
-  X_WH.linear().col(1) = Eigen::Vector3d::UnitZ();
-  X_WH.linear().col(2) = -Eigen::Vector3d::UnitX();
-  X_WH.translation() << x, y, z;
-  return X_WH;
-}
-
 /// Over the table's near edge: from home straight to places over the table the fingers would come into it.
 const Eigen::Isometry3d kOverTheEdge = palm_down(0.42, -0.35, 1.22);
 

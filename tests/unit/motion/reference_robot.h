@@ -26,4 +26,7 @@ const ReferenceRobot& reference_robot();
 /// It stands in its home posture.
 Stance home_stance();
 
+/// A pose of its hand: palm down, fingers forward.
+Eigen::Isometry3d palm_down(double x, double y, double z);
+
 }  // namespace walkman::motion

@@ -150,12 +150,6 @@ class StandingMotionTest : public StanceTest {
           ConvexPrism(Eigen::Vector3d::UnitZ(),
                       {{0.5, -0.8, -0.15}, {1.3, -0.8, -0.15}, {1.3, 0.8, -0.15}, {0.5, 0.8, -0.15}})}});
   }
-  static Eigen::Isometry3d palm_down(double x, double y, double z) {
-    Eigen::Isometry3d X_TH = Eigen::Isometry3d::Identity();
-    X_TH.linear() << 0, 0, -1, -1, 0, 0, 0, 1, 0;
-    X_TH.translation() << x, y, z;
-    return X_TH;
-  }
   void expect_feet_and_balance() const {
     for (int foot = 0; foot < Stance::kFeet; ++foot) {
       const Eigen::Isometry3d& X_TF = motion.kinematics().X_WL(stance.sole_link(foot));

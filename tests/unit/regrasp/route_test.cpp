@@ -9,16 +9,7 @@ namespace walkman::regrasp {
 namespace {
 
 using motion::HandMotion;
-
-/// Palm down, fingers forward.
-Eigen::Isometry3d palm_down(double x, double y, double z) {
-  Eigen::Isometry3d X_WH = Eigen::Isometry3d::Identity();
-  X_WH.linear().col(0) = -Eigen::Vector3d::UnitY();
-  X_WH.linear().col(1) = Eigen::Vector3d::UnitZ();
-  X_WH.linear().col(2) = -Eigen::Vector3d::UnitX();
-  X_WH.translation() << x, y, z;
-  return X_WH;
-}
+using motion::palm_down;
 
 class RouteTest : public testing::TestWithParam<double> {
  protected:
