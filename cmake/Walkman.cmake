@@ -76,15 +76,16 @@ function(walkman_library name)
   target_compile_options(walkman_${name} PRIVATE -ffunction-sections)
 endfunction()
 
-# walkman_test(NAME SOURCES... LINK targets... [THREADED]): a GoogleTest program; each of its cases is one CTest test. Tests
-# run in the source tree and name files relative to it, so that their objects are the same in every clone. What stands below
-# tests/unit has the label unit, or threaded if it is for the thread sanitizer too, and is built by the target of that name
-# (unit_tests builds both).
+# walkman_test(NAME SOURCES... LINK targets... [THREADED | STATISTICAL]): a GoogleTest program; each of its cases is one CTest
+# test. Tests run in the source tree and name files relative to it, so that their objects are the same in every clone. What
+# stands below tests/unit has the label unit, or threaded if it is for the thread sanitizer too, and is built by the target of
+# that name (unit_tests builds both). What goes through the same code for many seeds has the label statistical instead: a
+# sanitizer would find no more there, at twenty times the cost.
 add_custom_target(unit_tests)
 add_custom_target(threaded_tests)
 add_dependencies(unit_tests threaded_tests)
 function(walkman_test name)
-  cmake_parse_arguments(ARG "THREADED" "TIMEOUT" "SOURCES;LINK" ${ARGN})
+  cmake_parse_arguments(ARG "THREADED;STATISTICAL" "TIMEOUT" "SOURCES;LINK" ${ARGN})
   if(NOT ARG_TIMEOUT)
     set(ARG_TIMEOUT 120)
   endif()
@@ -100,6 +101,8 @@ function(walkman_test name)
   if(ARG_THREADED)
     set(label threaded)
     add_dependencies(threaded_tests ${name})
+  elseif(ARG_STATISTICAL)
+    set(label statistical)
   elseif(CMAKE_CURRENT_SOURCE_DIR MATCHES "/tests/unit/")
     set(label unit)
     add_dependencies(unit_tests ${name})

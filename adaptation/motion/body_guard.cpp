@@ -55,7 +55,7 @@ bool is_finger(const KinematicTree& kinematics, const std::vector<int>& solid, i
 }  // namespace
 
 BodyGuard::BodyGuard(const KinematicTree& kinematics, const std::vector<int>& moving, bool base_moves,
-                     int shoulder, const std::string& hand_link,
+                     int shoulder, const std::string& hand_link, const std::string& twist,
                      const std::vector<std::pair<std::string, std::string>>& disabled,
                      const GuardMargins& margins)
     : kinematics_(&kinematics),
@@ -74,7 +74,15 @@ BodyGuard::BodyGuard(const KinematicTree& kinematics, const std::vector<int>& mo
 
   const int hand = model.link_index(hand_link);
   const std::vector<std::size_t> arm = links_below(model, static_cast<std::size_t>(shoulder));
+  std::vector<std::size_t> on_twist;
+  if (!twist.empty()) {
+    twist_ = model.joint_index(twist);
+    const int carried = model.joints[static_cast<std::size_t>(twist_)].child_link;
+    on_twist = links_below(model, static_cast<std::size_t>(carried));
+  }
   for (std::size_t i = 0; i < shapes_.size(); ++i) {
+    is_turned_.push_back(std::find(on_twist.begin(), on_twist.end(),
+                                   static_cast<std::size_t>(shapes_[i].link)) != on_twist.end());
     extents_.push_back(shapes_[i].extent());
     const int link = shapes_[i].link;
     const bool of_arm = std::find(arm.begin(), arm.end(), static_cast<std::size_t>(link)) != arm.end();
@@ -87,7 +95,7 @@ BodyGuard::BodyGuard(const KinematicTree& kinematics, const std::vector<int>& mo
       const int other = shapes_[j].link;
       if (moved[static_cast<std::size_t>(link)] == moved[static_cast<std::size_t>(other)]) continue;
       if (excused.contains(std::minmax(solid_of(link), solid_of(other)))) continue;
-      pairs_.emplace_back(static_cast<int>(i), static_cast<int>(j));
+      pairs_.push_back({static_cast<int>(i), static_cast<int>(j)});
     }
   }
   update();
@@ -110,11 +118,15 @@ void BodyGuard::update(bool with_fingers) noexcept {
   obstacle_clearance_ = obstacles_.empty() ? std::numeric_limits<double>::infinity() : kFarthest;
   for (std::size_t i = 0; i < shapes_.size(); ++i)
     X_WS_[i] = kinematics_->X_WL(shapes_[i].link) * shapes_[i].X_LS;
-  for (const auto& [i, j] : pairs_) {
-    const auto a = static_cast<std::size_t>(i), b = static_cast<std::size_t>(j);
+  for (Pair& pair : pairs_) {
+    const auto a = static_cast<std::size_t>(pair.shape), b = static_cast<std::size_t>(pair.other);
     const double within = extents_[a] + extents_[b] + kFarthest;
     if ((X_WS_[a].translation() - X_WS_[b].translation()).squaredNorm() > within * within) continue;
-    const Nearness found{separation(shapes_[a], X_WS_[a], shapes_[b], X_WS_[b], kFarthest), i, j, -1};
+    // Links move little between two looks: what kept most of them far apart mostly still does.
+    if (apart_along(shapes_[a], X_WS_[a], shapes_[b], X_WS_[b], pair.n_W) >= kFarthest) continue;
+    const Nearness found{separation(shapes_[a], X_WS_[a], shapes_[b], X_WS_[b], kFarthest), pair.shape,
+                         pair.other, -1};
+    pair.n_W = found.gap.n_W;
     if (found.gap.distance >= kFarthest) continue;
     own_clearance_ = std::min(own_clearance_, found.gap.distance);
     add(found);
@@ -168,7 +180,7 @@ void BodyGuard::keep_apart(WholeBodyIk& ik, double finger_margin, double gain) c
     const bool finger = std::find(fingers_.begin(), fingers_.end(), nearness.shape) != fingers_.end();
     const double off_obstacle =
         finger ? finger_margin : off_obstacles_[static_cast<std::size_t>(nearness.shape)];
-    const double margin = nearness.other >= 0 ? margins_.own : off_obstacle;
+    const double margin = nearness.other >= 0 ? margins_.own + turned(nearness) : off_obstacle;
     const double approach = std::max(0.0, gain * (gap.distance - margin));
     const int link = shapes_[static_cast<std::size_t>(nearness.shape)].link;
     const Eigen::Vector3d p_LP = kinematics_->X_WL(link).inverse(Eigen::Isometry) * gap.p_WA;
@@ -180,6 +192,16 @@ void BodyGuard::keep_apart(WholeBodyIk& ik, double finger_margin, double gain) c
     const Eigen::Vector3d p_KQ = kinematics_->X_WL(other).inverse(Eigen::Isometry) * gap.p_WB;
     ik.keep_apart(link, p_LP, other, p_KQ, gap.n_W, approach);
   }
+}
+
+double BodyGuard::turned(const Nearness& nearness) const noexcept {
+  if (is_turned_[static_cast<std::size_t>(nearness.shape)] ==
+      is_turned_[static_cast<std::size_t>(nearness.other)])
+    return 0;
+  const Joint& joint = kinematics_->model().joints[static_cast<std::size_t>(twist_)];
+  const Eigen::Isometry3d& X_WT = kinematics_->X_WL(joint.child_link);
+  const Eigen::Vector3d axis_W = X_WT.linear() * joint.axis;
+  return margins_.turn * std::abs(nearness.gap.n_W.dot(axis_W.cross(nearness.gap.p_WA - X_WT.translation())));
 }
 
 std::string BodyGuard::describe(const Nearness& nearness) const {

@@ -20,6 +20,9 @@ struct GuardMargins {
   double own = 0.006;
   double arm = 0.012;   ///< of the arm that works, from obstacles
   double idle = 0.022;  ///< of all else, which need not be near
+  /// By which the torso may be turned beside its reference, rad: what stops at the waist's 0.3 rad/s in a
+  /// body that sways about the vertical with a period of 0.6 s.
+  double turn = 0.03;
 };
 
 /// An obstacle and what people call it.
@@ -35,11 +38,12 @@ struct NamedObstacle {
 class BodyGuard {
  public:
   /// Keeps a reference to `kinematics`. `moving` are the degrees of freedom that may move, `base_moves`
-  /// whether the root link does; the arm that works goes from the link `shoulder` to `hand_link`. Throws
-  /// std::out_of_range for a link in `disabled` that is not there.
+  /// whether the root link does; the arm that works goes from the link `shoulder` to `hand_link`. What
+  /// the joint `twist` carries (empty: none) counts as turned about it by margins.turn more than it is,
+  /// either way. Throws std::out_of_range for a link in `disabled` that is not there.
   BodyGuard(const KinematicTree& kinematics, const std::vector<int>& moving, bool base_moves, int shoulder,
-            const std::string& hand_link, const std::vector<std::pair<std::string, std::string>>& disabled,
-            const GuardMargins& margins);
+            const std::string& hand_link, const std::string& twist,
+            const std::vector<std::pair<std::string, std::string>>& disabled, const GuardMargins& margins);
 
   void set_obstacles(std::vector<NamedObstacle> obstacles) { obstacles_ = std::move(obstacles); }
 
@@ -76,6 +80,8 @@ class BodyGuard {
 
  private:
   void add(const Nearness& nearness) noexcept;
+  /// How much nearer the two come when what `twist` carries is turned by margins.turn, m.
+  [[nodiscard]] double turned(const Nearness& nearness) const noexcept;
   /// From an obstacle to a shape there, less than kFarthest or what is enough to know that it is not.
   [[nodiscard]] Separation gap_to(std::size_t obstacle, int shape,
                                   const Eigen::Isometry3d& X_WS) const noexcept;
@@ -84,9 +90,16 @@ class BodyGuard {
   std::vector<BodyShape> shapes_;
   std::vector<double> extents_;
   std::vector<Eigen::Isometry3d> X_WS_;
-  std::vector<std::pair<int, int>> pairs_;  // of shapes, by the first
-  std::vector<int> against_obstacles_;      // shapes
-  std::vector<int> fingers_;                // the same for the working hand's
+  /// Two shapes, and the direction in which they were farthest apart when last looked at.
+  struct Pair {
+    int shape, other;
+    Eigen::Vector3d n_W = Eigen::Vector3d::Zero();
+  };
+  std::vector<Pair> pairs_;             // by the first
+  std::vector<int> against_obstacles_;  // shapes
+  std::vector<int> fingers_;            // the same for the working hand's
+  int twist_ = -1;                      // joint
+  std::vector<bool> is_turned_;         // by it, of each shape
   GuardMargins margins_;
   std::vector<double> off_obstacles_;  // margin of each shape, m
   std::vector<NamedObstacle> obstacles_;

@@ -17,12 +17,6 @@ double along(const Eigen::Isometry3d& X_WS, const BodyShape& shape, const Eigen:
   return shape.reach(X_WS.linear().transpose() * n_W);
 }
 
-/// How far a is from b along n.
-double apart(const BodyShape& a, const Eigen::Isometry3d& X_WA, const BodyShape& b,
-             const Eigen::Isometry3d& X_WB, const Eigen::Vector3d& n_W) {
-  return n_W.dot(X_WA.translation() - X_WB.translation()) - along(X_WA, a, -n_W) - along(X_WB, b, n_W);
-}
-
 /// Offers directions in which two solids may be apart, and keeps the one in which they are farthest.
 struct Bound {
   const BodyShape& a;
@@ -33,7 +27,7 @@ struct Bound {
   Eigen::Vector3d n_W = Eigen::Vector3d::UnitZ();
 
   void offer(const Eigen::Vector3d& direction_W) {
-    const double found = apart(a, X_WA, b, X_WB, direction_W);
+    const double found = apart_along(a, X_WA, b, X_WB, direction_W);
     if (found <= distance) return;
     distance = found;
     n_W = direction_W;
@@ -137,6 +131,11 @@ std::vector<BodyShape> body_shapes(const RobotModel& model) {
     shapes.insert(shapes.end(), balls.begin(), balls.end());
   }
   return shapes;
+}
+
+double apart_along(const BodyShape& a, const Eigen::Isometry3d& X_WA, const BodyShape& b,
+                   const Eigen::Isometry3d& X_WB, const Eigen::Vector3d& n_W) noexcept {
+  return n_W.dot(X_WA.translation() - X_WB.translation()) - along(X_WA, a, -n_W) - along(X_WB, b, n_W);
 }
 
 Separation separation(const BodyShape& a, const Eigen::Isometry3d& X_WA, const BodyShape& b,

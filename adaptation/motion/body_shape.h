@@ -41,6 +41,10 @@ struct Separation {
   Eigen::Vector3d p_WA = Eigen::Vector3d::Zero(), p_WB = p_WA;
 };
 
+/// How far `a` is from `b` along the unit vector `n_W`, m: a lower bound of their distance.
+[[nodiscard]] double apart_along(const BodyShape& a, const Eigen::Isometry3d& X_WA, const BodyShape& b,
+                                 const Eigen::Isometry3d& X_WB, const Eigen::Vector3d& n_W) noexcept;
+
 /// By alternating projections (Cheney and Goldstein, Proc. AMS 10, 1959), which tend to the closest points of
 /// two convex sets, with momentum that starts anew where it leads away (O'Donoghue and Candès, Found. Comput.
 /// Math. 15, 2015), and by the separating axes of boxes where they have not come there. Every direction gives

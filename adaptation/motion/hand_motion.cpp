@@ -104,7 +104,7 @@ HandMotion::HandMotion(const RobotModel& model, const std::vector<std::string>& 
       upright_(targets(options_.upright)),
       posture_(targets(options_.posture)),
       guard_(kinematics_, active_, stance.has_value(), shoulder_, options_.hand_link,
-             options_.disabled_collisions, options_.margins),
+             stance ? options_.twist_joint : "", options_.disabled_collisions, options_.margins),
       base_room_(options_.base_room),
       ik_(kinematics_, stance ? BaseMotion::kFloating : BaseMotion::kFixed, active_, options_.rates),
       static_torques_(Eigen::VectorXd::Zero(kinematics_.dof())),

@@ -153,6 +153,25 @@ void KinematicTree::floating_jacobian(int link, const Eigen::Vector3d& p_LP,
   joint_columns(link, p_WP, J, 6);
 }
 
+void KinematicTree::add_point_rate(int link, const Eigen::Vector3d& p_WP, const Eigen::Vector3d& n_W,
+                                   double share, Eigen::Ref<Eigen::VectorXd> rate) const noexcept {
+  for (int carrier = model_->links[at(link)].parent_joint; carrier >= 0;
+       carrier = model_->links[at(model_->joints[at(carrier)].parent_link)].parent_joint) {
+    const JointState& state = joints_[at(carrier)];
+    if (state.dof < 0) continue;
+    const Eigen::Vector3d moves =
+        state.slides ? state.axis_W : Eigen::Vector3d(state.axis_W.cross(p_WP - state.p_WJ));
+    rate[state.dof] += share * state.scale * n_W.dot(moves);
+  }
+}
+
+void KinematicTree::add_floating_point_rate(int link, const Eigen::Vector3d& p_WP, const Eigen::Vector3d& n_W,
+                                            double share, Eigen::Ref<Eigen::VectorXd> rate) const noexcept {
+  rate.head<3>() += share * (p_WP - X_WB_.translation()).cross(n_W);
+  rate.segment<3>(3) += share * n_W;
+  add_point_rate(link, p_WP, n_W, share, rate.tail(rate.size() - 6));
+}
+
 void KinematicTree::com_columns(Eigen::Ref<Eigen::MatrixXd> J, Eigen::Index first) const noexcept {
   const double mass = total_mass();
   for (std::size_t i = 0; i < joints_.size(); ++i) {

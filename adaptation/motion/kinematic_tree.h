@@ -52,6 +52,13 @@ class KinematicTree {
   /// The same with six leading columns for the base's [angular; linear] velocity in W about its origin,
   /// 6×(6+n).
   void floating_jacobian(int link, const Eigen::Vector3d& p_LP, Eigen::Ref<Eigen::MatrixXd> J) const noexcept;
+  /// Adds `share` times how fast the point p_WP (m), as one of a link's, moves along n_W per joint velocity:
+  /// n.
+  void add_point_rate(int link, const Eigen::Vector3d& p_WP, const Eigen::Vector3d& n_W, double share,
+                      Eigen::Ref<Eigen::VectorXd> rate) const noexcept;
+  /// The same with the base's six first: 6+n.
+  void add_floating_point_rate(int link, const Eigen::Vector3d& p_WP, const Eigen::Vector3d& n_W,
+                               double share, Eigen::Ref<Eigen::VectorXd> rate) const noexcept;
 
   /// Mass of robot and payload, kg.
   [[nodiscard]] double total_mass() const noexcept { return mass_ + payload_mass_; }

@@ -57,19 +57,26 @@ QpStatus PriorityCascade::solve(const InequalityMatrix& C, const InequalityVecto
   }
   for (int i = 0; i < level_count_ && Z_.cols() > 0; ++i) {
     const PriorityLevel& level = levels_[static_cast<std::size_t>(i)];
-    AZ_.noalias() = level.A * Z_;
+    if (i == 0) {  // x = 0, Z = 1
+      AZ_ = level.A;
+      residual_ = -level.b;
+      CZ_ = C;
+      slack_ = d;
+    } else {
+      AZ_.noalias() = level.A * Z_;
+      residual_.noalias() = level.A * x_;
+      residual_ -= level.b;
+      project(C);
+      slack_ = d;
+      slack_.noalias() -= C * x_;
+      // The levels before hold every row up to rounding. Without this, rounding could make a row look
+      // violated that the remaining directions cannot mend.
+      slack_ = slack_.cwiseMin(0.0);
+    }
     G_.setZero(Z_.cols(), Z_.cols());
     G_.selfadjointView<Eigen::Lower>().rankUpdate(AZ_.transpose());
     G_.diagonal().array() += level.damping;
-    residual_.noalias() = level.A * x_;
-    residual_ -= level.b;
     g_.noalias() = AZ_.transpose() * residual_;
-    project(C);
-    slack_ = d;
-    slack_.noalias() -= C * x_;
-    // The levels before hold every row up to rounding. Without this, rounding could make a row look violated
-    // that the remaining directions cannot mend.
-    if (i > 0) slack_ = slack_.cwiseMin(0.0);
     const QpStatus status = program_.solve(G_, g_, CZ_, slack_);
     if (status != QpStatus::kSolved) {
       x_.setZero();

@@ -11,6 +11,9 @@ constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 std::size_t at(int i) { return static_cast<std::size_t>(i); }
 
+/// Without std::hypot's care for squares beyond a double's range, which was a tenth of the solver's time.
+double length_of(double a, double b) { return std::sqrt(a * a + b * b); }
+
 }  // namespace
 
 QpStatus QuadraticProgram::solve(const VariableMatrix& G, const VariableVector& g, const InequalityMatrix& C,
@@ -117,7 +120,7 @@ void QuadraticProgram::rotate_factors(int column, double cosine, double sine) {
 void QuadraticProgram::add_to_active_set(int row, double multiplier) {
   const int k = active_count_;
   for (auto j = static_cast<int>(x_.size()) - 2; j >= k; --j) {
-    const double length = std::hypot(projected_normal_[j], projected_normal_[j + 1]);
+    const double length = length_of(projected_normal_[j], projected_normal_[j + 1]);
     if (length == 0) continue;
     rotate_factors(j, projected_normal_[j] / length, projected_normal_[j + 1] / length);
     projected_normal_[j] = length;
@@ -140,7 +143,7 @@ void QuadraticProgram::drop_from_active_set(int position) {
   }
   // The moved columns have one entry below the diagonal each; rotations of J's columns take it away.
   for (int j = position; j < active_count_; ++j) {
-    const double length = std::hypot(R_(j, j), R_(j + 1, j));
+    const double length = length_of(R_(j, j), R_(j + 1, j));
     if (length == 0) continue;
     const double cosine = R_(j, j) / length;
     const double sine = R_(j + 1, j) / length;

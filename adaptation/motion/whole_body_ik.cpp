@@ -28,6 +28,7 @@ WholeBodyIk::WholeBodyIk(const KinematicTree& kinematics, BaseMotion base, std::
       rates_(active_.size(), rates),
       q_(Eigen::VectorXd::Zero(kinematics.dof())),
       J_full_(6, first_joint_ + kinematics.dof()),
+      rate_(first_joint_ + kinematics.dof()),
       joint_velocity_(Eigen::VectorXd::Zero(kinematics.dof())) {
   if (variables() > kMaxVariables)
     throw std::runtime_error("inverse kinematics: " + std::to_string(variables()) +
@@ -136,24 +137,40 @@ void WholeBodyIk::track_joint(int dof, double position, double gain, double weig
   append(0, 1, velocity);
 }
 
-void WholeBodyIk::keep_clear(int link, const Eigen::Vector3d& p_LP, const Eigen::Vector3d& n_W,
-                             double approach) noexcept {
+void WholeBodyIk::add_rate(int link, const Eigen::Vector3d& p_LP, const Eigen::Vector3d& n_W,
+                           double share) noexcept {
+  const Eigen::Vector3d p_WP = kinematics_->X_WL(link) * p_LP;
+  if (base_ == BaseMotion::kFloating)
+    kinematics_->add_floating_point_rate(link, p_WP, n_W, share, rate_);
+  else
+    kinematics_->add_point_rate(link, p_WP, n_W, share, rate_);
+}
+
+/// With the variables' part of `rate_`.
+void WholeBodyIk::append_inequality(double approach) noexcept {
   const Eigen::Index row = d_.size();
   if (row == kMaxInequalities) return;
-  fill_jacobian(link, p_LP);
   C_.conservativeResize(row + 1, variables());
   d_.conservativeResize(row + 1);
-  C_.row(row).noalias() = n_W.transpose() * J_.bottomRows<3>();
+  C_.row(row).head(first_joint_) = rate_.head(first_joint_);
+  for (std::size_t i = 0; i < active_.size(); ++i)
+    C_(row, first_joint_ + static_cast<int>(i)) = rate_[first_joint_ + active_[i]];
   d_[row] = -approach;
+}
+
+void WholeBodyIk::keep_clear(int link, const Eigen::Vector3d& p_LP, const Eigen::Vector3d& n_W,
+                             double approach) noexcept {
+  rate_.setZero();
+  add_rate(link, p_LP, n_W, 1);
+  append_inequality(approach);
 }
 
 void WholeBodyIk::keep_apart(int link, const Eigen::Vector3d& p_LP, int other, const Eigen::Vector3d& p_KQ,
                              const Eigen::Vector3d& n_W, double approach) noexcept {
-  const Eigen::Index row = d_.size();
-  keep_clear(link, p_LP, n_W, approach);
-  if (d_.size() == row) return;
-  fill_jacobian(other, p_KQ);
-  C_.row(row).noalias() -= n_W.transpose() * J_.bottomRows<3>();
+  rate_.setZero();
+  add_rate(link, p_LP, n_W, 1);
+  add_rate(other, p_KQ, n_W, -1);
+  append_inequality(approach);
 }
 
 void WholeBodyIk::write_joint_bounds(double acceleration) noexcept {

@@ -91,6 +91,9 @@ class WholeBodyIk {
 
  private:
   void fill_jacobian(int link, const Eigen::Vector3d& p_LP) noexcept;
+  /// Adds to `rate_`, see KinematicTree::add_point_rate.
+  void add_rate(int link, const Eigen::Vector3d& p_LP, const Eigen::Vector3d& n_W, double share) noexcept;
+  void append_inequality(double approach) noexcept;
   void append(int first_row, int rows, const Eigen::Matrix<double, 6, 1>& velocity) noexcept;
   /// `acceleration`: as a multiple of the rates'.
   void write_joint_bounds(double acceleration) noexcept;
@@ -108,6 +111,7 @@ class WholeBodyIk {
   Eigen::MatrixXd J_full_;                                                         ///< 6 × (6+n) or 6 × n
   Eigen::Matrix<double, 6, Eigen::Dynamic, Eigen::ColMajor, 6, kMaxVariables> J_;  ///< the variables' columns
   std::vector<double> lower_limit_, upper_limit_;                                  ///< of the active joints
+  Eigen::VectorXd rate_;                                                           ///< 6+n or n
   InequalityMatrix C_;
   InequalityVector d_;
   Eigen::VectorXd joint_velocity_;

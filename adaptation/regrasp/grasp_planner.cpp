@@ -199,7 +199,7 @@ double GraspPlanner::judge(const View& view, Hand& hand, const Place& place, Pla
   limits.linear_velocity = parameters_.stage_two.travel_speed;
   limits.angular_velocity = parameters_.stage_two.angular_speed;
   const std::size_t beyond = way.size() - kWayOver;
-  Route route = find_route(hand.motion, way, limits, 1);
+  Route route = find_route(hand.motion, way, limits, 1, hand.led);
   if (route.reach.status != motion::HandMotion::Status::kReached) {
     refusal = route.reach.reason;
     return kNoGrasp;
@@ -235,14 +235,24 @@ PlannedGrasp GraspPlanner::plan(const View& view, const Cost& cost) {
         best = std::move(grasp);
       }
     }
-    if (best_room >= 0) return best;
+    if (best_room < 0) continue;
+    std::vector<Eigen::Isometry3d>& led = hands_[best.hand]->led;
+    led.assign(best.way.begin(), best.way.end() - kWayOver);
+    best.least_cost = all.front().cost;
+    if (&place != &all.front()) best.refusal = both_hands(first_refusals);
+    return best;
   }
-  std::string refusals;
+  throw RunStopped("no hand can grasp the object; at the best place, straight down, " +
+                   both_hands(first_refusals));
+}
+
+std::string GraspPlanner::both_hands(const std::vector<std::string>& refusals) const {
+  std::string text;
   for (std::size_t hand = 0; hand < hands_.size(); ++hand) {
-    refusals += fmt::format("{}the {} hand: {}", hand == 0 ? "" : "; ", known_.description.hands[hand].name,
-                            first_refusals[hand]);
+    text += fmt::format("{}the {} hand: {}", hand == 0 ? "" : "; ", known_.description.hands[hand].name,
+                        refusals[hand]);
   }
-  throw RunStopped("no hand can grasp the object; at the best place, straight down, " + refusals);
+  return text;
 }
 
 }  // namespace walkman::regrasp

@@ -25,6 +25,8 @@ struct PlannedGrasp {
   Eigen::Isometry3d X_TG = Eigen::Isometry3d::Identity();
   double radius = 0;                   ///< of the handle there, m
   double cost = 0;                     ///< of the place, see GraspPlanner::Cost
+  double least_cost = 0;               ///< of the best place, which it may not be
+  std::string refusal;                 ///< what keeps the hands off the best place, empty when it is that
   std::vector<Eigen::Isometry3d> way;  ///< from where the hand is to the pose over the grasp
   Eigen::Isometry3d X_TH = Eigen::Isometry3d::Identity();  ///< of the hand when it closes
 };
@@ -59,6 +61,7 @@ class GraspPlanner {
   struct Hand {
     motion::HandMotion motion;
     std::vector<std::vector<motion::BodyShape>> closing;  // shapes in H, from open to closed
+    std::vector<Eigen::Isometry3d> led = {};              // via points of its last way
   };
   struct Place {
     int handle;
@@ -67,6 +70,8 @@ class GraspPlanner {
   [[nodiscard]] std::vector<Place> places(const View& view, const Cost& cost) const;
   [[nodiscard]] std::string blocked(const View& view, const Hand& hand, const Place& place,
                                     const Eigen::Isometry3d& X_TEnd) const;
+  /// "the right hand: ...; the left hand: ...".
+  [[nodiscard]] std::string both_hands(const std::vector<std::string>& refusals) const;
   [[nodiscard]] double judge(const View& view, Hand& hand, const Place& place, PlannedGrasp& grasp,
                              std::string& refusal);
 

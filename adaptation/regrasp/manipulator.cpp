@@ -5,6 +5,7 @@
 #include <cmath>
 #include <numbers>
 
+#include <Eigen/Eigenvalues>
 #include <fmt/format.h>
 
 #include "adaptation/motion/grip.h"
@@ -176,6 +177,13 @@ void Manipulator::move_to(const Eigen::Isometry3d& X_TH, const motion::MotionLim
   follow(find_route(*motion_, std::span(&X_TH, 1), bounds, 0), X_TH, bounds);
 }
 
+bool Manipulator::go_straight(const Eigen::Isometry3d& X_TH, const motion::MotionLimits& bounds) {
+  const Route route = straight_route(*motion_, std::span(&X_TH, 1), bounds);
+  if (route.reach.status != motion::HandMotion::Status::kReached) return false;
+  follow(route, X_TH, bounds);
+  return true;
+}
+
 void Manipulator::follow(const Route& route, const Eigen::Isometry3d& X_TH,
                          const motion::MotionLimits& bounds) {
   const auto refuse = [&](const std::string& reason) {
@@ -219,7 +227,7 @@ bool Manipulator::look_at(const Eigen::Vector3d& p_T) {
   Eigen::VectorXd q = motion_->q_ref();
   posed.update(q);
   const int pan = posed.dof_of(gaze->pan), tilt = posed.dof_of(gaze->tilt);
-  motion::BodyGuard guard(posed, {pan, tilt}, false, 0, session_.hand().frame,
+  motion::BodyGuard guard(posed, {pan, tilt}, false, 0, session_.hand().frame, "",
                           load_disabled_collisions(known_.description.srdf, known_.model), {});
   const int camera = known_.model.link_index(known_.description.optical_frame);
   const Eigen::VectorXd q_from = q;
@@ -266,18 +274,12 @@ Eigen::Isometry3d Manipulator::reference_for(const Eigen::Isometry3d& X_TH) cons
 
 void Manipulator::descend(const Eigen::Isometry3d& X_TH) {
   const motion::MotionLimits slowly = limits(parameters_.approach_speed);
-  const auto can_go = [&](const Eigen::Isometry3d& X_TRef) {
-    return motion_->reachable(std::span(&X_TRef, 1), slowly).status == motion::HandMotion::Status::kReached;
-  };
-  const Eigen::Isometry3d X_TRef = reference_for(X_TH);
-  move_to(can_go(X_TRef) ? X_TRef : X_TH, slowly);
+  if (!go_straight(reference_for(X_TH), slowly)) move_to(X_TH, slowly);
   for (int correction = 0; correction < kMostCorrections; ++correction) {
     settle();
     const Eigen::Isometry3d left = session_.X_TH().inverse() * X_TH;
     if (left.translation().norm() <= kPlaced && Eigen::AngleAxisd(left.linear()).angle() <= kTurned) break;
-    const Eigen::Isometry3d X_TNext = reference_for(X_TH);
-    if (!can_go(X_TNext)) break;
-    move_to(X_TNext, slowly);
+    if (!go_straight(reference_for(X_TH), slowly)) break;
   }
   X_TH_grasp_ = motion_->X_WH();
 }
@@ -379,7 +381,7 @@ void Manipulator::add_loaded(double seconds) {
   estimator_.add_loaded(loaded.reading, loaded.count, loaded.hand, loaded.down_S);
 }
 
-Wrench Manipulator::weigh() {
+Manipulator::Load Manipulator::weigh() {
   add_loaded(parameters_.average_time);
   const wrench::LoadEstimator::Object object = estimator_.object();
   if (!(object.misfit < kMostMisfit)) {
@@ -390,8 +392,15 @@ Wrench Manipulator::weigh() {
   }
   const Eigen::Isometry3d& X_TS = session_.X_TS();
   const Eigen::Vector3d down_T = -Eigen::Vector3d::UnitZ();
-  return wrench::shift({(X_TS.linear() * object.moment_S).cross(down_T), object.weight * down_T},
-                       session_.X_TH().translation() - X_TS.translation());
+  const Eigen::Vector3d p_SoHo_T = session_.X_TH().translation() - X_TS.translation();
+  Eigen::Matrix<double, 3, 4> slope;  // of the torque about Ho over weight and moment
+  slope.col(0) = -p_SoHo_T.cross(down_T);
+  for (int i = 0; i < 3; ++i) slope.col(1 + i) = X_TS.linear().col(i).cross(down_T);
+  const Eigen::Matrix3d covariance = slope * object.covariance * slope.transpose();
+  const double largest =
+      Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(covariance, Eigen::EigenvaluesOnly).eigenvalues()[2];
+  return {wrench::shift({(X_TS.linear() * object.moment_S).cross(down_T), object.weight * down_T}, p_SoHo_T),
+          std::sqrt(std::max(0.0, largest))};
 }
 
 void Manipulator::hang() {
@@ -405,8 +414,7 @@ void Manipulator::hang() {
   for (const double share : {1.0, 0.75, 0.5, 0.25}) {
     Eigen::Isometry3d X_TH = raised(X_TH_grasp_, lifted_);
     X_TH.rotate(Eigen::AngleAxisd(share * std::clamp(turn, -most, most), Eigen::Vector3d::UnitX()));
-    if (motion_->reachable(X_TH, carrying_limits()).status != motion::HandMotion::Status::kReached) continue;
-    carry_to(X_TH);
+    if (!go_straight(X_TH, carrying_limits())) continue;
     settle();
     return;
   }

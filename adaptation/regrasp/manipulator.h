@@ -54,10 +54,13 @@ class Manipulator {
   /// Reads the sensor with the hand, and the object in it, turned about the handle to either side, and goes
   /// back to level.
   void turn();
-  /// Reads it level for the averaging time. Returns the load of the object alone about Ho in T, a pure
-  /// weight, that fits these readings and those before. Throws Refused when they are none of a sensor as
-  /// its data sheet has it.
-  [[nodiscard]] Wrench weigh();
+  struct Load {
+    Wrench F_Ho_T;                ///< of the object alone, a pure weight
+    double torque_deviation = 0;  ///< standard deviation of its torque in the direction known worst, N·m
+  };
+  /// Reads it level for the averaging time. Returns the load that fits these readings and those before.
+  /// Throws Refused when they are none of a sensor as its data sheet has it.
+  [[nodiscard]] Load weigh();
   /// After `weigh`: turns the hand about the handle so that the object's centre of mass hangs straight below
   /// it, which takes away the torque across the handle; as far as `hanging_turn` and the arm allow. `weigh`
   /// again afterwards.
@@ -85,6 +88,8 @@ class Manipulator {
   void carry(const Wrench& F_Ho_T);
   void move_to(const Eigen::Isometry3d& X_TH, double speed);
   void move_to(const Eigen::Isometry3d& X_TH, const motion::MotionLimits& bounds);
+  /// Straight there; false, and still where it is, when the way is blocked.
+  [[nodiscard]] bool go_straight(const Eigen::Isometry3d& X_TH, const motion::MotionLimits& bounds);
   void follow(const Route& route, const Eigen::Isometry3d& X_TH, const motion::MotionLimits& bounds);
   [[nodiscard]] motion::MotionLimits carrying_limits() const;
   /// With the object in the hand: slowly enough not to set it swinging.

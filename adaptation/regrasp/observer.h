@@ -54,8 +54,9 @@ class Refused : public RunStopped {
 struct Weighing {
   Wrench F_Ho_T;  ///< load of the object alone: sensor residual and hand weight removed
   Eigen::Isometry3d X_TH = Eigen::Isometry3d::Identity();
-  double f_g = 0;     ///< force along gravity, N, positive downwards
-  double torque = 0;  ///< |τ| about the grasp frame, N·m, signed like the displacement
+  double f_g = 0;               ///< force along gravity, N, positive downwards
+  double torque = 0;            ///< |τ| about the grasp frame, N·m, signed like the displacement
+  double torque_deviation = 0;  ///< its standard deviation in the direction known worst, N·m
   double torque_about_handle =
       0;                    ///< of it the part about the handle's axis, which no place along it changes
   double displacement = 0;  ///< d: from the grasp to the CoM line, m along the handle, positive to the right

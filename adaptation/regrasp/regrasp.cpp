@@ -77,6 +77,8 @@ struct Regrasp::Impl {
   void reach(const PlannedGrasp& grasp);
   /// Lowers the object again and throws RunStopped where it is refused.
   [[nodiscard]] Weighing lift_and_weigh();
+  /// Returns where the hand was when it let go, in T.
+  Eigen::Isometry3d lower_again();
   [[nodiscard]] Weighing lift_and_hang();
   [[nodiscard]] Weighing weigh();
   /// Distance along the handle from where |d_h × f| is least (paper, sec. 3.2), by the torque left.
@@ -212,10 +214,14 @@ Weighing Regrasp::Impl::lift_and_weigh() {
   try {
     return lift_and_hang();
   } catch (const Refused& refusal) {
-    session.enter(Phase::kLower);
-    static_cast<void>(manipulator.lower_and_release());
+    lower_again();
     throw RunStopped(fmt::format("{}; the object was lowered", refusal.what()));
   }
+}
+
+Eigen::Isometry3d Regrasp::Impl::lower_again() {
+  session.enter(Phase::kLower);
+  return manipulator.lower_and_release();
 }
 
 Weighing Regrasp::Impl::lift_and_hang() {
@@ -238,7 +244,9 @@ Weighing Regrasp::Impl::lift_and_hang() {
 Weighing Regrasp::Impl::weigh() {
   session.enter(Phase::kWeigh);
   Weighing weighing;
-  weighing.F_Ho_T = manipulator.weigh();
+  const Manipulator::Load load = manipulator.weigh();
+  weighing.F_Ho_T = load.F_Ho_T;
+  weighing.torque_deviation = load.torque_deviation;
   weighing.X_TH = session.X_TH();
   weighing.f_g = -weighing.F_Ho_T.force.z();
   const auto line = wrench::com_line(weighing.F_Ho_T, parameters.stage_two.min_force);
@@ -315,6 +323,14 @@ Report Regrasp::run() {
       report.ending = Ending::kMinimumTorque;
       return report;
     }
+    if (nearest && std::abs(weighing.displacement) > limits.displacement_threshold &&
+        grasp.cost > grasp.least_cost + limits.displacement_threshold) {
+      r.lower_again();
+      throw RunStopped(fmt::format(
+          "no hand can grasp nearer to the centre of mass, which is {:.0f} mm beside the hand; at the best "
+          "place, straight down, {}; the object was lowered",
+          1e3 * std::abs(weighing.displacement), grasp.refusal));
+    }
     if (nearest || (std::abs(weighing.displacement) <= limits.displacement_threshold &&
                     !worth_another(report.weighings, limits.torque_threshold))) {
       report.ending = Ending::kMinimumDisplacement;
@@ -328,8 +344,7 @@ Report Regrasp::run() {
     const Eigen::Matrix3d R_HT = weighing.X_TH.linear().transpose();
     const CarriedLine carried{{R_HT * line->p_PF, R_HT * line->direction}, weighing.F_Ho_T.force.norm()};
 
-    r.session.enter(Phase::kLower);
-    X_TH_released = r.manipulator.lower_and_release();
+    X_TH_released = r.lower_again();
     r.session.enter(Phase::kRetreat);
     r.manipulator.retreat();
     r.look(X_TH_released.translation());

@@ -56,14 +56,21 @@ double room_of(const motion::HandMotion::Reach& reach) {
   return std::min(std::clamp(reach.limit_margin / kEnoughLimit, 0.0, 1.0), width_of(reach));
 }
 
+Route straight_route(motion::HandMotion& hand, std::span<const Eigen::Isometry3d> way,
+                     const motion::MotionLimits& limits) {
+  return {{way.begin(), way.end()}, hand.reachable(way, limits)};
+}
+
 Route find_route(motion::HandMotion& hand, std::span<const Eigen::Isometry3d> way,
-                 const motion::MotionLimits& limits, double enough) {
+                 const motion::MotionLimits& limits, double enough, std::span<const Eigen::Isometry3d> led) {
   using Status = motion::HandMotion::Status;
-  Route best{{way.begin(), way.end()}, hand.reachable(way, limits)};
+  Route best = straight_route(hand, way, limits);
   bool reached = best.reach.status == Status::kReached;
   if (reached && width_of(best.reach) >= enough) return best;
   const double side = std::copysign(1.0, hand.shoulder().y());
-  for (std::vector<Eigen::Isometry3d>& via : detours(hand.X_WH(), way.front(), side)) {
+  std::vector<std::vector<Eigen::Isometry3d>> vias = detours(hand.X_WH(), way.front(), side);
+  if (!led.empty()) vias.insert(vias.begin(), {led.begin(), led.end()});
+  for (std::vector<Eigen::Isometry3d>& via : vias) {
     via.insert(via.end(), way.begin(), way.end());
     motion::HandMotion::Reach reach = hand.reachable(via, limits);
     if (reach.status != Status::kReached) continue;

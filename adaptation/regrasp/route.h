@@ -19,11 +19,16 @@ struct Route {
 /// 0 .. 1.
 [[nodiscard]] double room_of(const motion::HandMotion::Reach& reach);
 
-/// From where the hand is through the poses `way`: straight to the first of them if nothing comes nearer on
-/// the way than that share of what needs no more, `enough`; otherwise by the via points that keep farthest
-/// away: up, across and down, or round to the arm's own side, away from the trunk. The route's reach is that
-/// of the straight way when none of them helps. Moves nothing; not for cyclic code.
+/// From where the hand is through the poses `way`, run ahead. Moves nothing; not for cyclic code.
+[[nodiscard]] Route straight_route(motion::HandMotion& hand, std::span<const Eigen::Isometry3d> way,
+                                   const motion::MotionLimits& limits);
+
+/// The same; straight to the first of them if nothing comes nearer on the way than that share of what needs
+/// no more, `enough`; otherwise by the via points that keep farthest away: those that `led` nearby before
+/// (none if empty), up, across and down, or round to the arm's own side, away from the trunk. The route's
+/// reach is that of the straight way when none of them helps.
 [[nodiscard]] Route find_route(motion::HandMotion& hand, std::span<const Eigen::Isometry3d> way,
-                               const motion::MotionLimits& limits, double enough);
+                               const motion::MotionLimits& limits, double enough,
+                               std::span<const Eigen::Isometry3d> led = {});
 
 }  // namespace walkman::regrasp

@@ -163,7 +163,9 @@ LoadEstimator::Fit LoadEstimator::fit() const {
 
 LoadEstimator::Object LoadEstimator::object() const {
   const Fit fit = this->fit();
-  return {fit.unknowns[kWeight], fit.unknowns.segment<3>(kMoment), fit.misfit};
+  const MatrixXd own = MatrixXd::Identity(kUnknowns, kUnknowns).rightCols<4>();
+  return {fit.unknowns[kWeight], fit.unknowns.segment<3>(kMoment), fit.misfit,
+          fit.information.ldlt().solve(own).bottomRows<4>()};
 }
 
 }  // namespace walkman::wrench

@@ -54,6 +54,8 @@ class LoadEstimator {
     /// How far readings and data sheet are from what the fit makes of them: root of the sum of squares per
     /// value read, in their standard deviations. About 1 at most when the sensor is what its data sheet says.
     double misfit = 0;
+    /// Of weight (N) and moment (N·m), by data sheet, model and readings.
+    Eigen::Matrix4d covariance = Eigen::Matrix4d::Zero();
   };
   /// The object of this series; needs readings with and without it.
   [[nodiscard]] Object object() const;

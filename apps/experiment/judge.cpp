@@ -22,6 +22,7 @@ constexpr double kLiftedClear = 0.03;  // m above where it lay
 
 constexpr double kTorqueTolerance = 0.1;  // N·m
 constexpr double kTorqueShare = 0.1;      // of the reported torque
+constexpr double kDeviations = 3;         // reported with it
 
 /// Which of the device table's force/torque sensors sits at a frame.
 int sensor_at(const std::string& frame, const DeviceTable& devices) {
@@ -47,7 +48,8 @@ std::optional<std::string> contradiction(const regrasp::Weighing& reported, cons
         1e3 * displacement_threshold);
   }
   const double found = std::abs(truth.torque), said = std::abs(reported.torque);
-  const double tolerance = std::max(kTorqueTolerance, kTorqueShare * said);
+  const double tolerance =
+      std::max({kTorqueTolerance, kTorqueShare * said, kDeviations * reported.torque_deviation});
   if (!(std::abs(found - said) <= tolerance)) {
     return fmt::format(
         "the true torque is {:.3f} N·m and {:.3f} N·m was reported, expected at most {:.3f} N·m between them",

@@ -26,7 +26,8 @@ struct TrueWeighing {
 };
 
 /// Why what was reported is not so, one sentence; none when it is: the centre of mass within
-/// `displacement_threshold` (m) of where it was reported, the torque within 0.1 N·m or 10 % of the reported.
+/// `displacement_threshold` (m) of where it was reported, the torque within 0.1 N·m, 10 % of the reported, or
+/// three of the standard deviations reported with it, whichever is most.
 [[nodiscard]] std::optional<std::string> contradiction(const regrasp::Weighing& reported,
                                                        const TrueWeighing& truth,
                                                        double displacement_threshold);

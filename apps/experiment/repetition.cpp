@@ -121,6 +121,8 @@ TableRow table_row(const Scene& scene, const Judge& judge) {
   row.d_after = last.displacement;
   row.tau_about_handle = first.torque_about_handle;
   row.tau_about_handle_after = last.torque_about_handle;
+  row.tau_deviation = first.torque_deviation;
+  row.tau_deviation_after = last.torque_deviation;
   row.reduction_percent = row.tau == 0 ? 0 : 100 * (1 - std::abs(row.tau_after) / std::abs(row.tau));
   return row;
 }

@@ -29,6 +29,8 @@ struct TableRow {
   double reduction_percent = 0;  ///< 100 (1 − |τ'| / |τ|)
   double tau_about_handle = 0;   ///< the parts of τ and τ' about the handle's axis, N·m
   double tau_about_handle_after = 0;
+  double tau_deviation = 0;  ///< standard deviations of τ and τ' in the direction known worst, N·m
+  double tau_deviation_after = 0;
 };
 
 /// How a repetition ended. The first three are the method's own words; the truth may deny them.

@@ -17,7 +17,7 @@ struct Column {
   bool in_paper = true;
 };
 
-constexpr std::array<Column, 10> kColumns = {
+constexpr std::array<Column, 12> kColumns = {
     {{"d_r", &TableRow::d_r, false},
      {"d_v", &TableRow::d_v, false},
      {"f_g", &TableRow::f_g},
@@ -27,7 +27,9 @@ constexpr std::array<Column, 10> kColumns = {
      {"d_after", &TableRow::d_after},
      {"reduction_percent", &TableRow::reduction_percent},
      {"tau_about_handle", &TableRow::tau_about_handle, true, false},
-     {"tau_about_handle_after", &TableRow::tau_about_handle_after, true, false}}};
+     {"tau_about_handle_after", &TableRow::tau_about_handle_after, true, false},
+     {"tau_deviation", &TableRow::tau_deviation, true, false},
+     {"tau_deviation_after", &TableRow::tau_deviation_after, true, false}}};
 
 struct TrueColumn {
   const char* key;
@@ -260,6 +262,11 @@ std::string to_text(const ExperimentResult& result) {
                         stopped == 0 ? "" : fmt::format(", {} stopped", stopped));
   }
   text += fmt::format("paper       {}\n", row_text(result.paper));
+  if (mean.n > 0) {
+    text +=
+        fmt::format("            tau is known to {:.3f} N·m, tau' to {:.3f} N·m (one standard deviation)\n",
+                    mean.row.tau_deviation, mean.row.tau_deviation_after);
+  }
   return text + robots_text(result.repetitions);
 }
 

@@ -233,6 +233,7 @@ Plant::Plant(const RobotModel& robot, const Scene& scene, const DeviceTable& dev
   p.world.use_mid_step_velocities();
   btContactSolverInfo& info = p.world.getSolverInfo();
   info.m_numIterations = 50;
+  info.m_leastSquaresResidualThreshold = 1e-12;  // (m/s)²: the last sweep changed no velocity by 1 um/s
   info.m_erp2 = 0.2;
   info.m_globalCfm = 0;
   info.m_linearSlop = 1e-5;  // with none, resting contacts vanish and come back every few steps

@@ -86,7 +86,7 @@ LiftResult run_lift(const Scene& scene, const EmulatorOptions& options, const Li
       const Eigen::Isometry3d now = X_WP.inverse() * plant.X_WO(kBar);
       result.slip = std::max(result.slip, (now.translation() - X_PO.translation()).norm());
     };
-    const Wrench read = arm.weigh();
+    const Wrench read = arm.weigh().F_Ho_T;
     const double weight = bar.mass() * motion::kGravity;
     judge(truth.mean(), p_HoCm_W, weight, result.force_error, result.line_error);
     judge(read, p_HoCm_T, weight, result.read_force_error, result.read_line_error);

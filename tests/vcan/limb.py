@@ -137,6 +137,7 @@ class Limb:
         self.await_boot(nodes or NODES)
         if not nodes or RULER in nodes:
             self.lay_ruler()
+        self.wait(0.005)  # a drive is "not ready to switch on", and heeds no controlword, until a step after its boot-up
         self.bus.drain()
         return self.sdo((nodes or NODES)[0])
 

@@ -40,6 +40,7 @@ void ColliderParts::add(const ColliderPart& part) {
   parts_.push_back(part);
   box_middle_C_.push_back((high + low) / 2);
   box_half_.push_back((high - low) / 2);
+  box_radius_.push_back(box_half_.back().length());
   placed_.emplace_back();
 }
 

@@ -49,6 +49,8 @@ class ColliderParts {
 
   [[nodiscard]] const std::vector<ColliderPart>& parts() const { return parts_; }
   [[nodiscard]] const btVector3& box_half(std::size_t part) const { return box_half_[part]; }
+  /// From the box's middle to its corners, m.
+  [[nodiscard]] double box_radius(std::size_t part) const { return box_radius_[part]; }
   /// Poses at the collision object's, reckoned once per `search`.
   [[nodiscard]] const std::vector<Placed>& placed(long search);
 
@@ -56,6 +58,7 @@ class ColliderParts {
   btCollisionObject* object_ = nullptr;
   std::vector<ColliderPart> parts_;
   std::vector<btVector3> box_middle_C_, box_half_;
+  std::vector<double> box_radius_;
   std::vector<Placed> placed_;
   long search_ = -1;
 };

@@ -98,13 +98,17 @@ class Encounter {
     const auto& placed_a = of_a.placed(search);
     const auto& placed_b = of_b.placed(search);
     const btVector3 margin(kReach, kReach, kReach);
+    const auto apart = [&](std::size_t i, std::size_t k) {
+      const double reach = of_a.box_radius(i) + margin.length() + of_b.box_radius(k);
+      if ((placed_b[k].box_middle - placed_a[i].box_middle).length2() > reach * reach) return true;
+      return boxes_apart(btTransform(placed_a[i].X_WC.getBasis(), placed_a[i].box_middle),
+                         of_a.box_half(i) + margin,
+                         btTransform(placed_b[k].X_WC.getBasis(), placed_b[k].box_middle), of_b.box_half(k));
+    };
     for (std::size_t i = 0; i < placed_a.size(); ++i) {
-      const btTransform box_a(placed_a[i].X_WC.getBasis(), placed_a[i].box_middle);
-      const btVector3 half_a = of_a.box_half(i) + margin;
       for (std::size_t k = 0; k < placed_b.size(); ++k) {
-        const btTransform box_b(placed_b[k].X_WC.getBasis(), placed_b[k].box_middle);
         Meeting* const known = meeting_of(i, k);
-        if (boxes_apart(box_a, half_a, box_b, of_b.box_half(k))) {
+        if (apart(i, k)) {
           if (known != nullptr) known->manifold->setNumContacts(0);
           continue;
         }
@@ -251,8 +255,8 @@ void ContactDispatcher::meet(btBroadphasePair& pair, btCollisionDispatcher& disp
   const auto& a = *static_cast<const btCollisionObject*>(pair.m_pProxy0->m_clientObject);
   const auto& b = *static_cast<const btCollisionObject*>(pair.m_pProxy1->m_clientObject);
   if (ColliderParts::of(a) == nullptr || ColliderParts::of(b) == nullptr) return;
-  if (!dispatcher.needsCollision(&a, &b)) return;
   if (pair.m_algorithm == nullptr) {
+    if (!dispatcher.needsCollision(&a, &b)) return;
     btCollisionAlgorithmConstructionInfo construction(&dispatcher, 0);
     void* memory = dispatcher.allocateCollisionAlgorithm(sizeof(EncounterAlgorithm));
     pair.m_algorithm = new (memory) EncounterAlgorithm(construction, dispatcher, a, b);

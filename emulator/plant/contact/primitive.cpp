@@ -18,6 +18,9 @@ constexpr int kBisections = 20;      // of a line of centres: its millionth part
 constexpr double kSamePlace = 1e-4;  // m, along a capsule
 constexpr double kSameTouch = 1e-3;  // m
 
+/// Of a solid's frame, whose axis is z.
+double across_axis(const btVector3& p) { return std::sqrt(p.x() * p.x() + p.y() * p.y()); }
+
 struct MakePrimitive {
   std::optional<Primitive> operator()(const SphereShape& s) const {
     return Primitive{Primitive::Kind::kSphere, s.radius, 0, {0, 0, 0}};
@@ -55,7 +58,7 @@ Nearest nearest_box(const btVector3& half, const btVector3& p) {
 }
 
 Nearest nearest_cylinder(double radius, double half_length, const btVector3& p) {
-  const double across = std::hypot(p.x(), p.y());
+  const double across = across_axis(p);
   const btVector3 radial = across > 0 ? btVector3(p.x() / across, p.y() / across, 0) : btVector3(1, 0, 0);
   const btVector3 axial(0, 0, std::copysign(1.0, p.z()));
   const double beyond_side = across - radius;
@@ -131,7 +134,7 @@ struct Axis {
 double extent(const Primitive& primitive, const btTransform& X_WC, const btVector3& direction_W) {
   const btVector3 d = direction_W * X_WC.getBasis();
   if (primitive.kind == Primitive::Kind::kBox) return d.absolute().dot(primitive.half);
-  return std::abs(d.z()) * primitive.half_length + std::hypot(d.x(), d.y()) * primitive.radius;
+  return std::abs(d.z()) * primitive.half_length + across_axis(d) * primitive.radius;
 }
 
 /// Tries an axis; false when it shows that they are farther apart than `reach`.

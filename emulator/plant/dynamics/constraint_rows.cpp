@@ -279,8 +279,8 @@ void ConstraintRows::shift(const ContactRow& contact, int row, const Eigen::Vect
   auto* stick = static_cast<Stick*>(point.m_userPersistentData);
   if (stick == nullptr) return;
   const double limit = contact.friction * impulses[row];
-  const double held = std::hypot(impulses[row + 1], impulses[row + 2]);
-  const bool slips = held >= limit * (1 - 1e-9);
+  const double held_square = impulses[row + 1] * impulses[row + 1] + impulses[row + 2] * impulses[row + 2];
+  const bool slips = held_square >= limit * limit * (1 - 2e-9);
   if (limit <= 0 || (slips && contact.give == 0)) {
     stick->shift_A.setZero();
     return;

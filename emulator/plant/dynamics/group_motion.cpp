@@ -2,10 +2,16 @@
 
 namespace walkman::plant {
 
-GroupMotion::GroupMotion(const Multibody& body, int last_group) : body_(&body) {
-  const std::size_t count =
-      last_group < 0 ? body.tree().groups().size() : static_cast<std::size_t>(last_group) + 1;
-  for (auto* v : {&angular_, &angular_rate_, &acceleration_}) v->resize(count);
+GroupMotion::GroupMotion(const Multibody& body, const std::vector<int>& groups) : body_(&body) {
+  const std::vector<RigidBodyGroup>& all = body.tree().groups();
+  std::vector<bool> needed(all.size(), false);
+  for (int group : groups) {
+    for (; group > 0; group = all[static_cast<std::size_t>(group)].parent)
+      needed[static_cast<std::size_t>(group)] = true;
+  }
+  for (std::size_t group = 1; group < all.size(); ++group)
+    if (needed[group]) links_.push_back(static_cast<int>(group) - 1);
+  for (auto* v : {&angular_, &angular_rate_, &acceleration_}) v->resize(all.size());
 }
 
 void GroupMotion::update(const std::vector<double>& before, double dt) {
@@ -16,11 +22,13 @@ void GroupMotion::update(const std::vector<double>& before, double dt) {
   angular_rate_[0] = (vector_at(after) - angular_[0]) / dt;
   // A free base's linear velocity is that of its centre of mass, in world axes.
   acceleration_[0] = (vector_at(after + 3) - vector_at(before.data() + 3)) / dt;
-  const int links = static_cast<int>(acceleration_.size()) - 1;
-  for (int i = 0; i < links; ++i) {
+  for (const int i : links_) {
     const btMultibodyLink& link = mb.getLink(i);
-    const auto p = static_cast<std::size_t>(link.m_parent + 1);
-    const auto c = static_cast<std::size_t>(i + 1);
+    const int parent = link.m_parent + 1;
+    const int child = i + 1;
+    const int rate_at = 6 + link.m_dofOffset;
+    const auto p = static_cast<std::size_t>(parent);
+    const auto c = static_cast<std::size_t>(child);
     const btMatrix3x3& R = link.m_cachedWorldTransform.getBasis();
     const btVector3 com = link.m_cachedWorldTransform.getOrigin();
     const btVector3 parent_com =
@@ -28,8 +36,8 @@ void GroupMotion::update(const std::vector<double>& before, double dt) {
     const auto carried = [&](const btVector3& r) {
       return acceleration_[p] + angular_rate_[p].cross(r) + angular_[p].cross(angular_[p].cross(r));
     };
-    const double rate = link.m_dofCount > 0 ? before[static_cast<std::size_t>(6 + link.m_dofOffset)] : 0;
-    const double rate_change = link.m_dofCount > 0 ? (after[6 + link.m_dofOffset] - rate) / dt : 0;
+    const double rate = link.m_dofCount > 0 ? before[static_cast<std::size_t>(rate_at)] : 0;
+    const double rate_change = link.m_dofCount > 0 ? (after[rate_at] - rate) / dt : 0;
     angular_[c] = angular_[p];
     angular_rate_[c] = angular_rate_[p];
     if (link.m_jointType == btMultibodyLink::ePrismatic) {

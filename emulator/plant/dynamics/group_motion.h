@@ -12,8 +12,8 @@ namespace walkman::plant {
 /// accelerations that lead to its end, of each group's M frame. Exact for Bullet's discrete step.
 class GroupMotion {
  public:
-  /// Of the groups up to `last_group`, or of all when it is negative.
-  explicit GroupMotion(const Multibody& body, int last_group = -1);
+  /// Of `groups` and of all that carry them.
+  GroupMotion(const Multibody& body, const std::vector<int>& groups);
 
   /// `before`: generalised velocity at the start of the step; the body holds that of its end, and still the
   /// poses of its start.
@@ -29,6 +29,7 @@ class GroupMotion {
 
  private:
   const Multibody* body_;
+  std::vector<int> links_;  // Bullet's, those that carry before what they carry
   std::vector<btVector3> angular_, angular_rate_, acceleration_;
 };
 

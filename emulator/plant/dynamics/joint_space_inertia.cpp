@@ -182,7 +182,7 @@ void JointSpaceInertia::turn_jacobian(int link, const btVector3& axis, double* r
   for (; k < along.size(); ++k) row[k] = axes_[static_cast<std::size_t>(along[k])].angular.dot(axis);
 }
 
-void JointSpaceInertia::whiten(int link, double* j) const {
+WALKMAN_WIDE_VECTORS void JointSpaceInertia::whiten(int link, double* j) const {
   const std::span<const int> along = path(link);
   for (std::size_t a = along.size(); a-- > 0;) {
     const double* own = row(along[a]);

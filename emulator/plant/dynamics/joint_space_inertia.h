@@ -6,6 +6,15 @@
 
 #include <BulletDynamics/Featherstone/btMultiBody.h>
 
+// Compiles a function for wider vectors too, and chooses as the program starts: the same products and sums in
+// the same order, so the same bits. Sanitizers cannot be started yet when the choice is made.
+#if defined(__x86_64__) && defined(__GLIBC__) && !defined(__SANITIZE_THREAD__) && \
+    !defined(__SANITIZE_ADDRESS__)
+#define WALKMAN_WIDE_VECTORS __attribute__((target_clones("avx2", "default")))
+#else
+#define WALKMAN_WIDE_VECTORS
+#endif
+
 namespace walkman::plant {
 
 /// Joint-space inertia H of a multibody at its cached poses, factorised along its branches: H = Lᵀ L.

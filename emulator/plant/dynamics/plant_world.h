@@ -56,6 +56,9 @@ class PlantWorld : public btMultiBodyDynamicsWorld {
   void addMultiBodyConstraint(btMultiBodyConstraint* constraint) override;
 
  protected:
+  /// Where things would come to unhindered: asked for by rigid bodies that move, and by pictures between
+  /// steps.
+  void predictUnconstraintMotion(btScalar /*dt*/) override {}
   void calculateSimulationIslands() override {}
   void updateActivationState(btScalar /*dt*/) override {}
   void solveConstraints(btContactSolverInfo& info) override;

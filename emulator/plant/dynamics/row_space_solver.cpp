@@ -9,13 +9,22 @@ namespace {
 
 constexpr double kImmovable = 1e-15;  // 1/kg: a held base against a wall; no impulse moves the two apart
 
+void add(double* __restrict sum, const double* __restrict a, double times_a, std::ptrdiff_t count) {
+  for (std::ptrdiff_t i = 0; i < count; ++i) sum[i] += a[i] * times_a;
+}
+
+void add(double* __restrict sum, const double* __restrict a, double times_a, const double* __restrict b,
+         double times_b, std::ptrdiff_t count) {
+  for (std::ptrdiff_t i = 0; i < count; ++i) sum[i] += a[i] * times_a + b[i] * times_b;
+}
+
 }  // namespace
 
-double RowSpaceSolver::wanted(int row) const {
+inline double RowSpaceSolver::wanted(int row) const {
   return impulse_[row] + (target_[row] - velocity_[row] - impulse_[row] * softness_[row]) * inverse_[row];
 }
 
-std::array<double, 2> RowSpaceSolver::wanted_within(int first, int second, double limit) const {
+inline std::array<double, 2> RowSpaceSolver::wanted_within(int first, int second, double limit) const {
   std::array<double, 2> impulses{wanted(first), wanted(second)};
   if (impulses[0] * impulses[0] + impulses[1] * impulses[1] <= limit * limit) return impulses;
   // It slides, and friction acts against the velocity. Were each row scaled by its own inertia, it would act
@@ -33,15 +42,15 @@ std::array<double, 2> RowSpaceSolver::wanted_within(int first, int second, doubl
   return impulses;
 }
 
-double RowSpaceSolver::move(int row, double impulse) {
+inline double RowSpaceSolver::move(int row, double impulse) {
   const double delta = impulse - impulse_[row];
   if (delta == 0) return 0;
   impulse_[row] = impulse;
-  velocity_.noalias() += delassus_.col(row) * delta;
+  add(velocity_.data(), delassus_.col(row).data(), delta, velocity_.size());
   return std::abs(delta) * diagonal_[row];
 }
 
-double RowSpaceSolver::sweep_stops(bool forward) {
+WALKMAN_WIDE_VECTORS double RowSpaceSolver::sweep_stops(bool forward) {
   double worst = 0;
   const int count = rows_.stop_count();
   for (int k = 0; k < count; ++k) {
@@ -51,7 +60,7 @@ double RowSpaceSolver::sweep_stops(bool forward) {
   return worst;
 }
 
-double RowSpaceSolver::sweep_normals() {
+WALKMAN_WIDE_VECTORS double RowSpaceSolver::sweep_normals() {
   double worst = 0;
   const int end = rows_.stop_count() + kContactRows * static_cast<int>(rows_.contacts().size());
   for (int i = rows_.stop_count(); i < end; i += kContactRows)
@@ -59,7 +68,7 @@ double RowSpaceSolver::sweep_normals() {
   return worst;
 }
 
-double RowSpaceSolver::sweep_friction() {
+WALKMAN_WIDE_VECTORS double RowSpaceSolver::sweep_friction() {
   double worst = 0;
   int normal = rows_.stop_count();
   for (const ContactRow& contact : rows_.contacts()) {
@@ -73,13 +82,14 @@ double RowSpaceSolver::sweep_friction() {
     const double change_b = b - impulse_[k];
     impulse_[i] = a;
     impulse_[k] = b;
-    velocity_.noalias() += delassus_.col(i) * change_a + delassus_.col(k) * change_b;
+    add(velocity_.data(), delassus_.col(i).data(), change_a, delassus_.col(k).data(), change_b,
+        velocity_.size());
     worst = std::max({worst, std::abs(change_a) * diagonal_[i], std::abs(change_b) * diagonal_[k]});
   }
   return worst;
 }
 
-double RowSpaceSolver::sweep_turns() {
+WALKMAN_WIDE_VECTORS double RowSpaceSolver::sweep_turns() {
   double worst = 0;
   for (const TurnRow& turn : rows_.turns()) {
     const double normal = impulse_[rows_.stop_count() + kContactRows * turn.contact];

@@ -8,7 +8,7 @@ InertialProbe::InertialProbe(const Multibody& body, int sensor_link)
     : body_(&body),
       sensor_link_(sensor_link),
       group_(static_cast<std::size_t>(body.tree().group_of(sensor_link))),
-      groups_(body, body.tree().group_of(sensor_link)) {
+      groups_(body, {body.tree().group_of(sensor_link)}) {
   const Eigen::Isometry3d X_WS = body.X_WL(sensor_link);
   motion_.q_WS = Eigen::Quaterniond(X_WS.linear());
 }

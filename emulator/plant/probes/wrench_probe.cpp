@@ -3,18 +3,28 @@
 #include "emulator/plant/contact/bullet_types.h"
 
 namespace walkman::plant {
+namespace {
 
-WrenchProbe::WrenchProbe(const Multibody& body, int sensor_link, int first_distal_group)
-    : body_(&body), sensor_link_(sensor_link), motion_(body) {
-  const auto& groups = body.tree().groups();
+/// The group and all that it carries.
+std::vector<int> groups_from(const RigidTree& tree, int first) {
+  const std::vector<RigidBodyGroup>& groups = tree.groups();
   std::vector<bool> distal(groups.size(), false);
+  std::vector<int> found;
   for (std::size_t g = 1; g < groups.size(); ++g) {
     const int parent = groups[g].parent;
-    distal[g] = static_cast<int>(g) == first_distal_group ||
-                (parent >= 0 && distal[static_cast<std::size_t>(parent)]);
-    if (distal[g]) subtree_.push_back(static_cast<int>(g) - 1);
+    distal[g] = static_cast<int>(g) == first || (parent >= 0 && distal[static_cast<std::size_t>(parent)]);
+    if (distal[g]) found.push_back(static_cast<int>(g));
   }
+  return found;
 }
+
+}  // namespace
+
+WrenchProbe::WrenchProbe(const Multibody& body, int sensor_link, int first_distal_group)
+    : body_(&body),
+      sensor_link_(sensor_link),
+      distal_(groups_from(body.tree(), first_distal_group)),
+      motion_(body, distal_) {}
 
 void WrenchProbe::measure(const std::vector<double>& before, double dt, const btVector3& gravity) {
   motion_.update(before, dt);
@@ -23,9 +33,9 @@ void WrenchProbe::measure(const std::vector<double>& before, double dt, const bt
   const btVector3 p_WSo = to_bullet(Eigen::Vector3d(X_WS.translation()));
   btVector3 force(0, 0, 0);
   btVector3 torque(0, 0, 0);
-  for (const int i : subtree_) {
-    const btMultibodyLink& link = mb.getLink(i);
-    const auto c = static_cast<std::size_t>(i) + 1;
+  for (const int group : distal_) {
+    const btMultibodyLink& link = mb.getLink(group - 1);
+    const auto c = static_cast<std::size_t>(group);
     const btMatrix3x3& R = link.m_cachedWorldTransform.getBasis();
     // Bullet's applied force holds the weight as well, which `gravity` accounts for.
     const btVector3 applied = link.m_appliedForce - gravity * link.m_mass;

@@ -32,7 +32,7 @@ class WrenchProbe final : public StepProbe {
  private:
   const Multibody* body_;
   int sensor_link_;
-  std::vector<int> subtree_;  // Bullet link indices
+  std::vector<int> distal_;  // groups that the sensor carries
   GroupMotion motion_;
   Wrench F_So_S_;
 };

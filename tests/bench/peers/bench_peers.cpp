@@ -85,8 +85,8 @@ int run_all(int steps) {
   peers::Twin stood(robot, devices, options);
   stood.hold_posture(robot, devices, 0);
   good = run("Standing on two soles", stood, steps, true) && good;
-  std::printf("MuJoCo %s, Newton, pyramidal cone; Bullet %d, 50 sweeps in row space.\n", mj_versionString(),
-              btGetVersion());
+  std::printf("MuJoCo %s, Newton, pyramidal cone; Bullet %d, at most 50 sweeps in row space.\n",
+              mj_versionString(), btGetVersion());
   if (!good) std::fputs("walkman-peer-bench: a robot fell or touched something\n", stderr);
   return good ? 0 : 1;
 }

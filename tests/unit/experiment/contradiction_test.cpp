@@ -37,6 +37,13 @@ TEST(Contradiction, ATorqueIsAllowedATenthOfANewtonMetreOrTenPercent) {
   EXPECT_TRUE(contradiction(reported(0.03), {std::nan(""), 0, 0}, kThreshold));
 }
 
+TEST(Contradiction, ATorqueIsAllowedThreeOfTheDeviationsReportedWithIt) {
+  regrasp::Weighing heavy = reported(0.03);
+  heavy.torque_deviation = 0.05;
+  EXPECT_FALSE(contradiction(heavy, {0.179, 0, 0}, kThreshold));
+  EXPECT_TRUE(contradiction(heavy, {0.181, 0, 0}, kThreshold));
+}
+
 TEST(Contradiction, ASignIsThatOfTheDisplacementWhichHasABoundOfItsOwn) {
   EXPECT_FALSE(contradiction(reported(0.08), {-0.08, -0.007, 0.014}, kThreshold));
 }

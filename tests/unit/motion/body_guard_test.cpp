@@ -1,5 +1,7 @@
 #include "adaptation/motion/body_guard.h"
 
+#include <random>
+
 #include <gmock/gmock.h>
 
 #include "tests/unit/motion/reference_robot.h"
@@ -17,7 +19,7 @@ class BodyGuardTest : public testing::Test {
     std::vector<int> moving;
     for (const std::string& joint : options.active_joints) moving.push_back(kinematics.dof_of(joint));
     const int shoulder = robot.model.link_index(options.hand_link[0] == 'r' ? "RShp" : "LShp");
-    return {kinematics, moving, false, shoulder, options.hand_link, options.disabled_collisions, {}};
+    return {kinematics, moving, false, shoulder, options.hand_link, "", options.disabled_collisions, {}};
   }
 
   const ReferenceRobot& robot;
@@ -33,6 +35,28 @@ TEST_F(BodyGuardTest, NothingTouchesAtHomeNorAtWork) {
   kinematics.update(q);
   guard.update();
   EXPECT_GT(guard.own_clearance(), 0.005);
+}
+
+// What it remembers of one posture must not hide anything in another.
+TEST_F(BodyGuardTest, SeesTheSameWhereverItLookedBefore) {
+  BodyGuard moved = guard_of(robot.right);
+  std::mt19937 draws(1);
+  for (int posture = 0; posture < 50; ++posture) {
+    Eigen::VectorXd q = robot.q_home;
+    for (const std::string& joint : robot.right.active_joints) {
+      const int dof = kinematics.dof_of(joint);
+      q[dof] =
+          std::uniform_real_distribution(kinematics.limits(dof).lower, kinematics.limits(dof).upper)(draws);
+    }
+    kinematics.update(q);
+    moved.update();
+    BodyGuard fresh = guard_of(robot.right);
+    fresh.update();
+    EXPECT_EQ(moved.own_clearance(), fresh.own_clearance());
+    ASSERT_EQ(moved.near().size(), fresh.near().size());
+    for (std::size_t i = 0; i < fresh.near().size(); ++i)
+      EXPECT_EQ(moved.near()[i].gap.distance, fresh.near()[i].gap.distance);
+  }
 }
 
 // Both arms, by the mirror image of a posture.

@@ -187,6 +187,11 @@ TEST_F(KinematicsAgainstKdl, FloatingJacobianIsTheDerivativeOfThePose) {
   Eigen::MatrixXd J_fixed(6, kinematics.dof());
   kinematics.jacobian(link, p_LP, J_fixed);
   EXPECT_EQ(J_fixed, J.rightCols(kinematics.dof()));
+  const Eigen::Vector3d n_W = Eigen::Vector3d(0.3, -0.5, 0.8).normalized();
+  Eigen::VectorXd rate = Eigen::VectorXd::Ones(6 + kinematics.dof());
+  kinematics.add_floating_point_rate(link, kinematics.X_WL(link) * p_LP, n_W, 2, rate);
+  const Eigen::VectorXd expected = 2 * J.bottomRows<3>().transpose() * n_W;
+  EXPECT_LT((rate - Eigen::VectorXd::Ones(rate.size()) - expected).norm(), 1e-12);
   constexpr double kStep = 1e-6;
   for (int column = 0; column < 6; ++column) {
     const auto pose_at = [&](double step) {

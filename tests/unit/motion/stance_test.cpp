@@ -6,6 +6,7 @@
 #include <gtest/gtest.h>
 #include <kdl/treeidsolver_recursive_newton_euler.hpp>
 
+#include "adaptation/motion/body_guard.h"
 #include "adaptation/motion/hand_motion.h"
 #include "tests/unit/motion/kdl_robot.h"
 #include "tests/unit/motion/reference_robot.h"
@@ -176,6 +177,41 @@ TEST_F(StandingMotionTest, ReachesWithItsFeetInPlaceAndInBalance) {
     const Eigen::AngleAxisd tilt(motion.X_WB().linear());
     EXPECT_LT(tilt.angle(), 0.15);
   }
+}
+
+// The torso swings about the vertical when the waist stops: the arm keeps off hips and legs even while it
+// does. The distance is that of the posture turned about the joint by as much.
+TEST_F(StandingMotionTest, ASwingingTorsoTakesNoArmAgainstTheLegs) {
+  const double swing = GuardMargins{}.turn;
+  KinematicTree swung(robot.model, robot.joint_names);
+  std::vector<int> moving;
+  for (const std::string& name : robot.right.active_joints) moving.push_back(swung.dof_of(name));
+  BodyGuard guard(swung, moving, false, robot.model.link_index("RShp"), robot.right.hand_link, "",
+                  robot.right.disabled_collisions, {});
+  const auto least_after = [&](const std::string& twist) {
+    HandMotionOptions options = robot.right;
+    options.twist_joint = twist;
+    HandMotion at_side(robot.model, robot.joint_names, stance, options);
+    double least = BodyGuard::kFarthest;
+    for (const double x : {-0.05, 0.05, 0.15}) {
+      for (const double z : {-0.35, -0.2, 0.0}) {
+        at_side.reset(robot.q_home);
+        at_side.go_to(palm_down(x, -0.15, z), {});
+        for (int step = 0; step < 6000 && !at_side.done(); ++step) at_side.step(kDt);
+        for (const double turn : {-swing, swing}) {
+          Eigen::VectorXd turned = at_side.q_ref();
+          turned[swung.dof_of("WaistYaw")] += turn;
+          swung.update(turned);
+          guard.update();
+          least = std::min(least, guard.own_clearance());
+        }
+      }
+    }
+    return least;
+  };
+  // Another edge may be the nearest once it is turned, so not all of the margin is left.
+  EXPECT_GT(least_after("WaistYaw"), GuardMargins{}.own / 4);
+  EXPECT_LT(least_after(""), 0) << "no target brings the arm near the legs";
 }
 
 TEST_F(StandingMotionTest, RunsAheadWithoutMovingAnything) {

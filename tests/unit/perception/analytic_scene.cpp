@@ -195,6 +195,19 @@ Eigen::Vector3d on_table(double right, double away, double up) {
   return table_axes() * Eigen::Vector3d(right, away, up - kCameraHeight);
 }
 
+double coverage(const Handle& handle, const Bar& bar, double reach) {
+  const int bins = static_cast<int>(std::lround(bar.length() * 100));
+  int covered = 0;
+  for (int i = 0; i < bins; ++i) {
+    const double low = i * 0.01, high = low + 0.01;
+    covered += std::any_of(handle.places.begin(), handle.places.end(), [&](double place) {
+      const double along = (handle.p_CM + place * handle.axis_C - bar.start).dot(bar.axis());
+      return reach > 0 ? along - reach <= low && along + reach >= high : along >= low && along < high;
+    });
+  }
+  return static_cast<double>(covered) / bins;
+}
+
 AnalyticScene bar_on_table(double yaw, double shift) {
   AnalyticScene scene;
   scene.up = table_axes().col(2);

@@ -1,11 +1,14 @@
 #pragma once
 
+#include <algorithm>
+#include <cmath>
 #include <cstdint>
 #include <optional>
 #include <vector>
 
 #include <Eigen/Geometry>
 
+#include "adaptation/perception/stage_one.h"
 #include "drivers/camera/range_camera.h"
 
 namespace walkman::perception::test {
@@ -66,6 +69,28 @@ struct TestNoise {
 [[nodiscard]] std::vector<float> with_noise(const std::vector<float>& disparity, const TestCamera& camera,
                                             const TestNoise& noise);
 [[nodiscard]] camera::OrganizedCloud to_cloud(const std::vector<float>& disparity, const TestCamera& camera);
+
+/// The cloud of a matcher with noise of `sigma` (px).
+[[nodiscard]] inline camera::OrganizedCloud noisy(const std::vector<float>& disparity, double sigma,
+                                                  std::uint64_t seed) {
+  TestNoise noise;
+  noise.sigma = sigma;
+  noise.seed = seed;
+  return to_cloud(with_noise(disparity, {}, noise), {});
+}
+
+/// Of the handle's axis to the bar's, rad.
+[[nodiscard]] inline double angle_to(const Handle& handle, const Bar& bar) {
+  return std::asin(std::min(1.0, handle.axis_C.cross(bar.axis()).norm()));
+}
+
+/// Of the handle's middle from the bar's axis, m.
+[[nodiscard]] inline double offset_from(const Handle& handle, const Bar& bar) {
+  return (handle.p_CM - bar.start).cross(bar.axis()).norm();
+}
+
+/// Share of the bar's 1 cm bins that hold a shell's place; with `reach` > 0 (m), that a shell's reach covers.
+[[nodiscard]] double coverage(const Handle& handle, const Bar& bar, double reach = 0);
 
 /// The camera 0.7 m above a table, looking down at a bar of 1.05 m and 7 cm at 0.83 m. `yaw` turns the bar in
 /// the table's plane, `shift` moves it along its own axis.

@@ -37,26 +37,6 @@ test::AnalyticScene tube(double radius, double length, double yaw, double right 
   return scene;
 }
 
-double offset_from(const Handle& handle, const Bar& bar) {
-  return (handle.p_CM - bar.start).cross(bar.axis()).norm();
-}
-
-double angle_to(const Handle& handle, const Bar& bar) {
-  return std::asin(std::min(1.0, handle.axis_C.cross(bar.axis()).norm()));
-}
-
-// Share of the bar's 1 cm bins that hold a place.
-double coverage(const Handle& handle, const Bar& bar) {
-  const int bins = static_cast<int>(std::lround(bar.length() * 100));
-  int covered = 0;
-  for (int i = 0; i < bins; ++i)
-    covered += std::any_of(handle.places.begin(), handle.places.end(), [&](double place) {
-      const double along = (handle.p_CM + place * handle.axis_C - bar.start).dot(bar.axis());
-      return along >= i * 0.01 && along < (i + 1) * 0.01;
-    });
-  return static_cast<double>(covered) / bins;
-}
-
 TEST(ThinTube, IsRefusedNotThickened) {
   std::uint64_t seed = 0;
   for (const double diameter : {0.016, 0.020, 0.022, 0.024, 0.026, 0.028})

@@ -101,6 +101,26 @@ TEST_F(SelfCollisionOfTheRobot, ExcusesNeighboursAndOverlapsOnly) {
   EXPECT_TRUE(still->contacts().empty());
 }
 
+// What the motions are told not to watch must be what cannot meet here: anything else is a blind spot.
+TEST_F(SelfCollisionOfTheRobot, TheSrdfExcusesNothingThatCollides) {
+  const auto plant = build();
+  std::set<Pair> excused;
+  for (const AllowedOverlap& pair : plant->allowed_overlaps())
+    excused.insert(std::minmax(pair.link_a, pair.link_b));
+  const auto carrier = [&](const std::string& link) {
+    int at = robot_.link_index(link);
+    while (robot_.links[static_cast<std::size_t>(at)].parent_joint >= 0) {
+      const Joint& joint =
+          robot_.joints[static_cast<std::size_t>(robot_.links[static_cast<std::size_t>(at)].parent_joint)];
+      if (joint.type != JointType::kFixed) break;
+      at = joint.parent_link;
+    }
+    return robot_.links[static_cast<std::size_t>(at)].name;
+  };
+  for (const auto& [a, b] : load_disabled_collisions(WALKMAN_URDF_DIR "/walkman.srdf", robot_))
+    EXPECT_TRUE(excused.contains(std::minmax(carrier(a), carrier(b)))) << a << " " << b;
+}
+
 TEST_F(SelfCollisionOfTheRobot, TheUpperArmStopsAtTheTorso) {
   const Outcome stopped = drive_joint("RShSag", 40, 2.5);
   EXPECT_TRUE(stopped.met.contains(std::minmax<std::string>("DWYTorso", "RShy")));

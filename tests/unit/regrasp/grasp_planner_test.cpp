@@ -90,6 +90,8 @@ TEST_F(GraspPlannerTest, EitherSideIsItsOwnHandsAndThePlaceIsTheOneAskedFor) {
     const PlannedGrasp grasp = plan(y + 0.1);
     EXPECT_EQ(known.description.hands[grasp.hand].name, y < 0 ? "right" : "left");
     EXPECT_LT(grasp.cost, 0.002);
+    EXPECT_EQ(grasp.cost, grasp.least_cost);
+    EXPECT_EQ(grasp.refusal, "");
     const Eigen::Vector3d p_TG = grasp.X_TG.translation();
     EXPECT_NEAR(p_TG.y(), y + 0.1, 0.002);
     // On the bar's surface, with the handle along x.
@@ -126,6 +128,9 @@ TEST_F(GraspPlannerTest, KeepsTheWholeHandOffWhatStandsBesideTheHandle) {
   // The palm is some 10 cm wide: beside the wall there is room for half of it.
   EXPECT_GT(grasp.cost, 0.03);
   EXPECT_LT(grasp.cost, 0.15);
+  EXPECT_LT(grasp.least_cost, 0.002);
+  EXPECT_THAT(grasp.refusal,
+              testing::ContainsRegex("right hand: R.* and what lies beside the handle would touch"));
 }
 
 TEST_F(GraspPlannerTest, OpenFingersDoNotFitRoundABarThatLiesLow) {

@@ -67,6 +67,24 @@ TEST_P(RouteTest, GoesRoundTheEdgeOfATable) {
   }
 }
 
+// A detour is found or missed by millimetres; what led to a place leads to its neighbour too.
+TEST_P(RouteTest, TakesTheWayThatLedNearbyBefore) {
+  put_table(0.97);
+  const Eigen::Isometry3d goal = palm_down(0.65, side() * 0.3, 1.17);
+  const Route before = find_route(hand, std::span(&goal, 1), {}, 0);
+  ASSERT_EQ(before.reach.status, HandMotion::Status::kReached);
+  const std::span<const Eigen::Isometry3d> led(before.way.data(), before.way.size() - 1);
+  ASSERT_FALSE(led.empty());
+  const Eigen::Isometry3d beside = palm_down(0.65, side() * 0.33, 1.17);
+  const Route route = find_route(hand, std::span(&beside, 1), {}, 0, led);
+  ASSERT_EQ(route.reach.status, HandMotion::Status::kReached);
+  ASSERT_EQ(route.way.size(), before.way.size());
+  for (std::size_t i = 0; i < led.size(); ++i) EXPECT_TRUE(route.way[i].isApprox(led[i])) << i;
+  EXPECT_TRUE(route.way.back().isApprox(beside));
+  const Route anew = find_route(hand, std::span(&beside, 1), {}, 0);
+  EXPECT_FALSE(anew.way.size() == route.way.size() && anew.way[led.size() - 1].isApprox(led.back()));
+}
+
 TEST_P(RouteTest, SaysWhatStopsTheStraightWayWhereNoneHelps) {
   put_table(0.90);
   const Eigen::Isometry3d goal = palm_down(0.65, side() * 0.3, 0.85);

@@ -94,6 +94,46 @@ TEST(LoadEstimator, APerfectSensorWeighsExactly) {
   EXPECT_LT(object.misfit, 0.01);
 }
 
+// Sensors and hands drawn as the data sheet and the model are taken to be: over many, errors are as large as
+// said.
+TEST(LoadEstimator, SaysHowSureItIs) {
+  std::mt19937 generator(2);
+  std::normal_distribution<double> normal;
+  const LoadEstimator::DataSheet sheet;
+  constexpr int kSensors = 300;
+  double squares = 0;  // of torques about the hand, in their standard deviations
+  for (int n = 0; n < kSensors; ++n) {
+    Wrist wrist;
+    for (int i = 0; i < 6; ++i) {
+      for (int k = 0; k < 6; ++k) {
+        const double deviation = i == k               ? sheet.gain
+                                 : (i < 3) == (k < 3) ? sheet.cross_talk
+                                 : i < 3              ? sheet.force_per_torque
+                                                      : sheet.torque_per_force;
+        wrist.sensor.matrix(i, k) += deviation * normal(generator);
+      }
+    }
+    wrist.calibrate();
+    const LoadEstimator::Object object = wrist.weigh(kAside);
+    Eigen::Matrix<double, 2, 3> level;  // torques about level axes, the only ones that weight has
+    level.row(0) = kLevel.unitOrthogonal();
+    level.row(1) = kLevel.cross(kLevel.unitOrthogonal());
+    Eigen::Matrix<double, 3, 4> slope;  // about where the hand holds, over weight and moment
+    slope.col(0) = -kBelow.cross(kLevel);
+    for (int i = 0; i < 3; ++i) slope.col(1 + i) = Vector3d::Unit(i).cross(kLevel);
+    Eigen::Vector4d found;
+    found << object.weight, object.moment_S;
+    const Eigen::Vector2d error = level * (slope * found - (kAside - kBelow).cross(kWeight * kLevel));
+    const Eigen::Matrix2d covariance =
+        level * slope * object.covariance * slope.transpose() * level.transpose();
+    squares += error.dot(covariance.inverse() * error);
+  }
+  // Two torques a sensor. The hand is as the model has it, and hangs as its joints say, which is not taken
+  // for granted.
+  EXPECT_LT(squares / (2 * kSensors), 1.2);
+  EXPECT_GT(squares / (2 * kSensors), 0.5);
+}
+
 TEST(LoadEstimator, CrossTalkOfADataSheet) {
   std::mt19937 generator(1);
   constexpr int kSensors = 200;
