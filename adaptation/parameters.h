@@ -71,6 +71,11 @@ struct StageTwoParameters {
   double payload_time = 0.5;        ///< in which the feed-forward takes the object's weight over
   double lift_window = 0.5;         ///< average for that comparison
   double min_force = 1.0;           ///< N, less than this is no object in the hand
+  double watch_time = 1.0;          ///< s that the last grasp is held for, and its load watched
+  // What a sound wrist sensor's reading of a still hand changes by at most: while it is averaged, N/s and
+  // N·m/s, and from before a grasp to after the release, N and N·m.
+  double force_slope = 0.3, torque_slope = 0.01;
+  double force_drift = 0.6, torque_drift = 0.04;
 
   double close_time = 1.2;
   double hold_time = 0.6;       ///< after closing or opening

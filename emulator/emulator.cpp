@@ -78,6 +78,8 @@ Emulator::Emulator(const RobotModel& robot, const DeviceTable& devices, const Sc
 
 Emulator::~Emulator() = default;
 
+void Emulator::begin_phase(std::string_view phase) { impl_->plant.begin_phase(phase); }
+
 void Emulator::advance(Time until) {
   while (impl_->now + kPhysicsStep <= until) impl_->step();
 }

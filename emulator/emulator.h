@@ -48,6 +48,8 @@ class Emulator {
 
   /// Emulates up to `until`, a whole number of physics steps from zero.
   void advance(Time until);
+  /// An onlooker sees the robot begin a phase of its task; a scene's events may wait for it.
+  void begin_phase(std::string_view phase);
   [[nodiscard]] Time now() const;
 
   /// Lets the buses alone go on to `until`, within the physics step under way: what a node answers does not

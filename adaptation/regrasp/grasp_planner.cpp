@@ -147,19 +147,25 @@ std::string GraspPlanner::blocked(const View& view, const Hand& hand, const Plac
   const Eigen::Vector3d axis_T = view.X_TC.linear() * handle.axis_C;
   const auto touched = [&](const std::vector<motion::BodyShape>& shapes, const Eigen::Isometry3d& X_TH,
                            bool table) -> std::string {
+    double least = kFingerRoom;
+    std::string what;
+    const auto found = [&](const motion::BodyShape& shape, const char* other, double room) {
+      if (room >= least) return;
+      least = room;
+      what = fmt::format("{} and {} would touch, {:.1f} mm too near",
+                         known_.model.links[static_cast<std::size_t>(shape.link)].name, other,
+                         1e3 * (kFingerRoom - room));
+    };
     for (const motion::BodyShape& shape : shapes) {
       const Eigen::Isometry3d X_TS = X_TH * shape.X_LS;
-      const std::string& name = known_.model.links[static_cast<std::size_t>(shape.link)].name;
-      const double above =
-          n_T.dot(X_TS.translation()) + offset - shape.reach(-(X_TS.linear().transpose() * n_T));
-      if (table && above < kFingerRoom) return fmt::format("{} and the table would touch", name);
+      if (table)
+        found(shape, "the table",
+              n_T.dot(X_TS.translation()) + offset - shape.reach(-(X_TS.linear().transpose() * n_T)));
       const Eigen::Isometry3d X_ST = X_TS.inverse();
-      for (const Eigen::Vector3d& p_T : others_T) {
-        if (distance(shape, X_ST, p_T) < kFingerRoom)
-          return fmt::format("{} and what lies beside the handle would touch", name);
-      }
+      for (const Eigen::Vector3d& p_T : others_T)
+        found(shape, "what lies beside the handle", distance(shape, X_ST, p_T));
     }
-    return "";
+    return what;
   };
   const auto around_handle = [&](const motion::BodyShape& shape) {
     const Eigen::Vector3d from_axis = (X_TEnd * shape.X_LS).translation() - axis_point_T;
@@ -167,7 +173,11 @@ std::string GraspPlanner::blocked(const View& view, const Hand& hand, const Plac
   };
   for (int step = kDescentSteps; step >= 0; --step) {
     const Eigen::Isometry3d X_TH = X_TEnd * Eigen::Translation3d(0, kLastStretch * step / kDescentSteps, 0);
-    if (std::string what = touched(hand.closing.front(), X_TH, true); !what.empty()) return what;
+    std::string what = touched(hand.closing.front(), X_TH, true);
+    if (what.empty()) continue;
+    // How far it is at the grasp says more than where it begins.
+    std::string there = touched(hand.closing.front(), X_TEnd, true);
+    return there.empty() ? what : there;
   }
   // Closing fingers may slide along the table: they are soft, and a low handle can be held in no other way.
   // Open ones that lie on it would close over a handle, not round it.

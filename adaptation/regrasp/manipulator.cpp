@@ -23,6 +23,9 @@ constexpr double kHeadSpeed = 0.15;      // rad/s
 constexpr double kPeakOverMean = 1.875;  // speed of a fifth-order motion
 constexpr int kMostCorrections = 3;
 constexpr double kPlaced = 0.001, kTurned = 0.005;    // m, rad: as near as a hand has to be
+constexpr double kPutDownStep = 0.003, kPutDownMost = 0.025;  // m
+constexpr double kPutDownLook = 0.2;                          // s
+constexpr double kPutDownShare = 0.5;                         // of its weight that the hand may still carry
 constexpr std::array kHigher = {0.0, 0.1, 0.2, 0.3};  // m
 constexpr double kOpenTorque = 0.2;  // share of rated: enough to let the ligaments open the hand
 
@@ -118,13 +121,15 @@ void Manipulator::calibrate() {
 
 Manipulator::MeanReading Manipulator::mean_reading(double seconds) {
   wrench::WrenchAverage reading, hand;
+  wrench::WrenchTrend trend;
   Eigen::Vector3d down_S = Eigen::Vector3d::Zero();
-  for_seconds(seconds, [&](double) {
+  for_seconds(seconds, [&](double share) {
     reading.add(session_.F_So_S());
+    trend.add(share * seconds, session_.F_So_S());
     hand.add(hand_weight_.F_So_S(session_.measured()));
     down_S -= session_.X_TS().linear().transpose().col(2);
   });
-  return {reading.mean(), hand.mean(), down_S.normalized(), reading.count()};
+  return {reading.mean(), hand.mean(), trend.slope(), down_S.normalized(), reading.count()};
 }
 
 void Manipulator::set_obstacles(const std::vector<motion::NamedObstacle>& obstacles) {
@@ -264,6 +269,7 @@ bool Manipulator::look_at(const Eigen::Vector3d& p_T) {
 
 void Manipulator::tare() {
   estimator_.begin_series();
+  tared_recoveries_ = session_.recoveries();
   const MeanReading empty = add_empty();
   residual_So_S_ = {empty.reading.torque - empty.hand.torque, empty.reading.force - empty.hand.force};
 }
@@ -376,13 +382,23 @@ Manipulator::MeanReading Manipulator::add_empty() {
   return empty;
 }
 
-void Manipulator::add_loaded(double seconds) {
-  const MeanReading loaded = mean_reading(seconds);
+Manipulator::MeanReading Manipulator::add_loaded(double seconds) {
+  MeanReading loaded = mean_reading(seconds);
   estimator_.add_loaded(loaded.reading, loaded.count, loaded.hand, loaded.down_S);
+  return loaded;
 }
 
 Manipulator::Load Manipulator::weigh() {
-  add_loaded(parameters_.average_time);
+  const MeanReading level = add_loaded(parameters_.average_time);
+  weighed_So_S_ = level.reading;
+  if (level.slope.force.norm() > parameters_.force_slope ||
+      level.slope.torque.norm() > parameters_.torque_slope) {
+    throw Refused(fmt::format(
+        "the wrist's reading does not stay what it is: by {:.2f} N and {:.3f} N·m it changes per second while "
+        "the object hangs still, expected less than {:g} and {:g}: the sensor drifts, or the object slips",
+        level.slope.force.norm(), level.slope.torque.norm(), parameters_.force_slope,
+        parameters_.torque_slope));
+  }
   const wrench::LoadEstimator::Object object = estimator_.object();
   if (!(object.misfit < kMostMisfit)) {
     throw Refused(fmt::format(
@@ -420,9 +436,51 @@ void Manipulator::hang() {
   }
 }
 
-Eigen::Isometry3d Manipulator::lower_and_release() {
+bool Manipulator::watch() {
+  // Half of what would make a regrasp worth while.
+  const double torque_change = parameters_.displacement_threshold / 2 * (weighed_So_S_.force - residual_So_S_.force).norm();
+  for (double watched = 0; watched < parameters_.watch_time; watched += parameters_.lift_window) {
+    const Wrench now = mean_reading(parameters_.lift_window).reading;
+    if ((now.force - weighed_So_S_.force).norm() > parameters_.lift_force_change ||
+        (now.torque - weighed_So_S_.torque).norm() > torque_change)
+      return true;
+  }
+  return false;
+}
+
+void Manipulator::take_up() {
+  settle();
+  carry(mean_object_load(parameters_.lift_window));
+  estimator_.change_load();
+}
+
+void Manipulator::check_residual() {
+  if (session_.recoveries() != tared_recoveries_) return;  // one that booted anew has another
+  settle();
+  const MeanReading empty = mean_reading(parameters_.tare_time);
+  const Wrench drift{empty.reading.torque - empty.hand.torque - residual_So_S_.torque,
+                     empty.reading.force - empty.hand.force - residual_So_S_.force};
+  if (drift.force.norm() <= parameters_.force_drift && drift.torque.norm() <= parameters_.torque_drift) return;
+  throw Refused(fmt::format(
+      "the wrist sensor's residual is {:.2f} N and {:.3f} N·m beside what it was before the grasp, expected at "
+      "most {:g} and {:g}: it drifts, and what it weighed is not to be believed",
+      drift.force.norm(), drift.torque.norm(), parameters_.force_drift, parameters_.torque_drift));
+}
+
+/// What has moved in the hand does not stand where it stood with the hand where it was.
+void Manipulator::put_down() {
   carry_to(X_TH_grasp_);
   hold(parameters_.hold_time);
+  const double weight = payload_.mass * motion::kGravity;
+  for (double lower = kPutDownStep; lower <= kPutDownMost; lower += kPutDownStep) {
+    const double force = mean_object_load(parameters_.lift_window).force.norm();
+      if (force < kPutDownShare * weight || !go_straight(raised(X_TH_grasp_, -lower), limits(parameters_.approach_speed)))
+      return;
+  }
+}
+
+Eigen::Isometry3d Manipulator::lower_and_release() {
+  put_down();
   Eigen::Isometry3d X_TH = session_.X_TH();
   for_seconds(parameters_.close_time, [&](double share) {
     session_.set_grip(1 - share, parameters_.grip_torque);

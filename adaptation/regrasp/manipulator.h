@@ -59,15 +59,23 @@ class Manipulator {
     double torque_deviation = 0;  ///< standard deviation of its torque in the direction known worst, N·m
   };
   /// Reads it level for the averaging time. Returns the load that fits these readings and those before.
-  /// Throws Refused when they are none of a sensor as its data sheet has it.
+  /// Throws Refused when they are none of a sensor as its data sheet has it, or do not stay what they are.
   [[nodiscard]] Load weigh();
   /// After `weigh`: turns the hand about the handle so that the object's centre of mass hangs straight below
   /// it, which takes away the torque across the handle; as far as `hanging_turn` and the arm allow. `weigh`
   /// again afterwards.
   void hang();
+  /// After `weigh`: holds for `watch_time`. True, and it holds no longer, when what hangs in the hand has
+  /// become another load.
+  [[nodiscard]] bool watch();
+  /// After `watch` has seen another load: takes that over as `lift` does. `turn` and `weigh` again afterwards.
+  void take_up();
   /// Back down to where it was grasped, and opens the hand. Returns the hand's measured pose just before it
   /// opened.
   [[nodiscard]] Eigen::Isometry3d lower_and_release();
+  /// After a release, over the grasp: reads the empty hand again. Throws Refused when the sensor's residual is
+  /// no longer what it was before the grasp.
+  void check_residual();
 
   /// Turns the camera so that p_T (m) comes to the middle of its image, as far as its joints go and the head
   /// keeps off the body. False, and nothing moves, when that is next to nothing.
@@ -96,16 +104,18 @@ class Manipulator {
   void carry_to(const Eigen::Isometry3d& X_TH);
   /// The reference that brings the hand to X_TH as long as it is as far beside its reference as now.
   [[nodiscard]] Eigen::Isometry3d reference_for(const Eigen::Isometry3d& X_TH) const;
+  void put_down();
   void for_seconds(double seconds, const std::function<void(double share)>& each_cycle);
   [[nodiscard]] Wrench mean_object_load(double seconds);
   struct MeanReading {
     Wrench reading, hand;  // about So in S
+    Wrench slope;          // of the reading, per s
     Eigen::Vector3d down_S;
     int count;
   };
   [[nodiscard]] MeanReading mean_reading(double seconds);
   MeanReading add_empty();
-  void add_loaded(double seconds);
+  MeanReading add_loaded(double seconds);
   /// What the sensor as it is says of the object alone, about Ho in T.
   [[nodiscard]] Wrench object_load() const;
 
@@ -117,10 +127,10 @@ class Manipulator {
   std::vector<motion::NamedObstacle> obstacles_;
   motion::Stabiliser stabiliser_;
   motion::TwistDamper twist_damper_;
-  int stabilised_recoveries_ = 0;
+  int stabilised_recoveries_ = 0, tared_recoveries_ = 0;
   wrench::HandWeight hand_weight_;
   wrench::LoadEstimator estimator_;
-  Wrench residual_So_S_;
+  Wrench residual_So_S_, weighed_So_S_;  // the second: mean reading at the last weighing
   Eigen::Isometry3d X_TH_start_ = Eigen::Isometry3d::Identity();
   Eigen::Isometry3d X_TH_grasp_ = Eigen::Isometry3d::Identity();
   std::vector<Eigen::Isometry3d> way_;  // of the last approach

@@ -24,14 +24,15 @@ enum class Phase {
   kLift,
   kTurn,
   kWeigh,
+  kWatch,
   kLower,
   kRetreat
 };
 
 /// The phases' names, in the order of `Phase`.
-inline constexpr std::array<std::string_view, 12> kPhaseNames = {
+inline constexpr std::array<std::string_view, 13> kPhaseNames = {
     "boot",  "settle", "calibrate", "look",  "approach", "tare",
-    "grasp", "lift",   "turn",      "weigh", "lower",    "retreat"};
+    "grasp", "lift",   "turn",      "weigh", "watch",    "lower", "retreat"};
 
 [[nodiscard]] constexpr std::string_view to_string(Phase phase) {
   return kPhaseNames[static_cast<std::size_t>(phase)];
@@ -60,6 +61,7 @@ struct Weighing {
   double torque_about_handle =
       0;                    ///< of it the part about the handle's axis, which no place along it changes
   double displacement = 0;  ///< d: from the grasp to the CoM line, m along the handle, positive to the right
+  bool changed = false;     ///< the load has become another since the weighing before, in the hand
 };
 
 /// The hand cannot go on from where it is to where it was to go.

@@ -39,10 +39,11 @@ double nearest_along(const Eigen::Vector3d& centre, const Eigen::Vector3d& axis,
 }
 
 /// Whether a regrasp that came near left more of the first torque than regrasps do when they meet their
-/// place.
+/// place, and than it is known to.
 bool worth_another(const std::vector<Weighing>& weighings, double torque_threshold) {
   const Weighing &first = weighings.front(), &last = weighings.back();
-  return weighings.size() > 1 && std::abs(last.displacement) * last.f_g > torque_threshold &&
+  return weighings.size() > 1 &&
+         std::abs(last.displacement) * last.f_g > std::max(torque_threshold, last.torque_deviation) &&
          std::abs(last.displacement) > kMostLeft * std::abs(first.displacement);
 }
 
@@ -61,8 +62,8 @@ struct Regrasp::Impl {
         manipulator(known_robot, session, all.stage_two),
         posed(session.measured()) {}
 
-  /// Looks for the object at p_T (m), or for the largest; where it has no handle and is cut by the image's
-  /// border, again with the head turned to it.
+  /// Looks for the object at p_T (m), or for the largest; where it is cut by the image's border, again with
+  /// the head turned to it.
   void look(const std::optional<Eigen::Vector3d>& p_T);
   void take_cloud();
   /// Notes how the robot stands.
@@ -75,11 +76,19 @@ struct Regrasp::Impl {
   /// Plans a grasp and takes it; where the way turns out blocked, the next one from where the hand came to.
   PlannedGrasp reach_and_grasp(const GraspPlanner::Cost& cost);
   void reach(const PlannedGrasp& grasp);
-  /// Lowers the object again and throws RunStopped where it is refused.
   [[nodiscard]] Weighing lift_and_weigh();
+  /// The same of a load that has become another in the hand.
+  [[nodiscard]] Weighing weigh_other_load();
+  /// Why the last of `weighings`, all of one load, is the end; none when a regrasp follows. `nearest`: the
+  /// grasp was the nearest that the handles allow. Lowers the object and throws RunStopped where that is not
+  /// near enough.
+  [[nodiscard]] std::optional<Ending> ending(const std::vector<Weighing>& weighings, bool nearest,
+                                             const PlannedGrasp& grasp);
+  /// `measure`; lowers the object again and throws RunStopped where that is refused.
+  [[nodiscard]] Weighing or_lower(const std::function<Weighing()>& measure);
   /// Returns where the hand was when it let go, in T.
   Eigen::Isometry3d lower_again();
-  [[nodiscard]] Weighing lift_and_hang();
+  [[nodiscard]] Weighing turn_and_hang(bool changed);
   [[nodiscard]] Weighing weigh();
   /// Distance along the handle from where |d_h × f| is least (paper, sec. 3.2), by the torque left.
   [[nodiscard]] GraspPlanner::Cost least_torque(const CarriedLine& carried,
@@ -152,9 +161,9 @@ void Regrasp::Impl::look(const std::optional<Eigen::Vector3d>& p_T) {
     } catch (const perception::NotLocated& e) {
       // What is asked for may be beyond the image's border.
       if (asked_for && looks < kMostLooks && manipulator.look_at(near_T)) continue;
-      throw RunStopped(e.what());
+      throw RunStopped(p_T ? fmt::format("the object is not where the hand let go of it: {}", e.what()) : e.what());
     }
-    if (seen.grasp || !seen.object().cut_by_image || looks == kMostLooks) break;
+    if (!seen.object().cut_by_image || looks == kMostLooks) break;
     const Eigen::Vector3d middle_T = X_TC * seen.object().p_CCm;
     if (!manipulator.look_at(middle_T)) break;
     // The same object, by a point of it that is seen for certain.
@@ -210,13 +219,28 @@ void Regrasp::Impl::reach(const PlannedGrasp& grasp) {
   }
 }
 
-Weighing Regrasp::Impl::lift_and_weigh() {
+Weighing Regrasp::Impl::or_lower(const std::function<Weighing()>& measure) {
   try {
-    return lift_and_hang();
+    return measure();
   } catch (const Refused& refusal) {
     lower_again();
     throw RunStopped(fmt::format("{}; the object was lowered", refusal.what()));
   }
+}
+
+Weighing Regrasp::Impl::lift_and_weigh() {
+  return or_lower([this] {
+    session.enter(Phase::kLift);
+    manipulator.lift();
+    return turn_and_hang(false);
+  });
+}
+
+Weighing Regrasp::Impl::weigh_other_load() {
+  return or_lower([this] {
+    manipulator.take_up();
+    return turn_and_hang(true);
+  });
 }
 
 Eigen::Isometry3d Regrasp::Impl::lower_again() {
@@ -224,9 +248,7 @@ Eigen::Isometry3d Regrasp::Impl::lower_again() {
   return manipulator.lower_and_release();
 }
 
-Weighing Regrasp::Impl::lift_and_hang() {
-  session.enter(Phase::kLift);
-  manipulator.lift();
+Weighing Regrasp::Impl::turn_and_hang(bool changed) {
   session.enter(Phase::kTurn);
   manipulator.turn();
   Weighing weighing = weigh();
@@ -237,6 +259,7 @@ Weighing Regrasp::Impl::lift_and_hang() {
     manipulator.hang();
     weighing = weigh();
   }
+  weighing.changed = changed;
   observer.on_weighed(weighing);
   return weighing;
 }
@@ -268,6 +291,27 @@ GraspPlanner::Cost Regrasp::Impl::least_torque(const CarriedLine& carried,
     const Eigen::Vector3d palm_C = handle.p_CM + along * handle.axis_C + handle.radius * n_C.normalized();
     return wrench::torque_about({point, direction}, 1, Eigen::Vector3d(X_TC * palm_C));
   };
+}
+
+std::optional<Ending> Regrasp::Impl::ending(const std::vector<Weighing>& weighings, bool nearest,
+                                            const PlannedGrasp& grasp) {
+  const StageTwoParameters& limits = parameters.stage_two;
+  const Weighing& weighing = weighings.back();
+  const double displacement = std::abs(weighing.displacement);
+  if (std::abs(weighing.torque) <= limits.torque_threshold) return Ending::kMinimumTorque;
+  if (nearest && displacement > limits.displacement_threshold &&
+      grasp.cost > grasp.least_cost + limits.displacement_threshold) {
+    lower_again();
+    throw RunStopped(fmt::format(
+        "no hand can grasp nearer to the centre of mass, which is {:.0f} mm beside the hand; at the best "
+        "place, straight down, {}; the object was lowered",
+        1e3 * displacement, grasp.refusal));
+  }
+  if (nearest || (displacement <= limits.displacement_threshold &&
+                  !worth_another(weighings, limits.torque_threshold)))
+    return Ending::kMinimumDisplacement;
+  if (static_cast<int>(weighings.size()) > limits.max_regrasps) return Ending::kRegraspLimit;
+  return std::nullopt;
 }
 
 Regrasp::Regrasp(const KnownRobot& known, robot::Robot& robot, robot::Cycle& cycle,
@@ -303,6 +347,7 @@ Report Regrasp::run() {
     return (handle.p_CM + along * handle.axis_C - r.seen.object().p_CCm).norm();
   };
   Report report;
+  std::vector<Weighing> same;  // of the weighings those of the load as it is now
   Eigen::Isometry3d X_TH_released = Eigen::Isometry3d::Identity();
   bool nearest = false;  // the grasp is the nearest to the CoM line that the handles allow
   int no_nearer = 0;     // how often it was not nearer than the one before
@@ -317,34 +362,28 @@ Report Regrasp::run() {
           no_nearer >= kEnoughTries ||
           (grasp.X_TG.translation() - X_TH_released.translation()).norm() <= limits.displacement_threshold;
     }
-    const Weighing weighing = r.lift_and_weigh();
-    report.weighings.push_back(weighing);
-    if (std::abs(weighing.torque) <= limits.torque_threshold) {
-      report.ending = Ending::kMinimumTorque;
-      return report;
-    }
-    if (nearest && std::abs(weighing.displacement) > limits.displacement_threshold &&
-        grasp.cost > grasp.least_cost + limits.displacement_threshold) {
-      r.lower_again();
-      throw RunStopped(fmt::format(
-          "no hand can grasp nearer to the centre of mass, which is {:.0f} mm beside the hand; at the best "
-          "place, straight down, {}; the object was lowered",
-          1e3 * std::abs(weighing.displacement), grasp.refusal));
-    }
-    if (nearest || (std::abs(weighing.displacement) <= limits.displacement_threshold &&
-                    !worth_another(report.weighings, limits.torque_threshold))) {
-      report.ending = Ending::kMinimumDisplacement;
-      return report;
-    }
-    if (static_cast<int>(report.weighings.size()) > limits.max_regrasps) {
-      report.ending = Ending::kRegraspLimit;
-      return report;
+    Weighing weighing = r.lift_and_weigh();
+    while (true) {
+      report.weighings.push_back(weighing);
+      same.push_back(weighing);
+      const auto ending = r.ending(same, nearest, grasp);
+      if (!ending) break;
+      r.session.enter(Phase::kWatch);
+      if (!r.manipulator.watch()) {
+        report.ending = *ending;
+        return report;
+      }
+      weighing = r.weigh_other_load();
+      same.clear();
+      nearest = false;
+      no_nearer = 0;
     }
     const auto line = wrench::com_line(weighing.F_Ho_T, limits.min_force);
     const Eigen::Matrix3d R_HT = weighing.X_TH.linear().transpose();
     const CarriedLine carried{{R_HT * line->p_PF, R_HT * line->direction}, weighing.F_Ho_T.force.norm()};
 
     X_TH_released = r.lower_again();
+    r.manipulator.check_residual();
     r.session.enter(Phase::kRetreat);
     r.manipulator.retreat();
     r.look(X_TH_released.translation());

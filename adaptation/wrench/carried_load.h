@@ -22,6 +22,21 @@ class WrenchAverage {
   Wrench mean_;
 };
 
+/// How fast a wrench changes in the mean: the slope of the straight line that fits its samples best.
+class WrenchTrend {
+ public:
+  /// `time` in s; samples about one point in one frame.
+  void add(double time, const Wrench& sample);
+
+  /// N/s and N·m/s. Zero with fewer than two samples.
+  [[nodiscard]] Wrench slope() const;
+
+ private:
+  int count_ = 0;
+  double mean_time_ = 0, time_squares_ = 0;  // s, s²: of the deviations from the mean
+  Wrench mean_, products_;                   // sums of deviations of time times those of the wrench
+};
+
 /// Moves a wrench from Po to Qo; p_PQ is Qo relative to Po (m), all in one frame E.
 [[nodiscard]] Wrench shift(const Wrench& F_Po_E, const Eigen::Vector3d& p_PQ_E);
 

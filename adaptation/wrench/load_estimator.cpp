@@ -96,6 +96,10 @@ void LoadEstimator::add_loaded(const Wrench& reading_So_S, int count, const Wren
   series_.push_back({reading_So_S, hand_So_S, down_S, count, true});
 }
 
+void LoadEstimator::change_load() {
+  std::erase_if(series_, [](const Reading& reading) { return reading.loaded; });
+}
+
 /// Over the readings with the object.
 Vector3d LoadEstimator::mean_down() const {
   Vector3d sum = Vector3d::Zero();

@@ -47,6 +47,9 @@ class LoadEstimator {
   void add_loaded(const Wrench& reading_So_S, int count, const Wrench& hand_So_S,
                   const Eigen::Vector3d& down_S);
 
+  /// What is in the hand is another object from now on: readings with the last one go.
+  void change_load();
+
   struct Object {
     double weight = 0;  ///< N
     /// Weight times the centre of mass seen from So, N·m.

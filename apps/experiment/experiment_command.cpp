@@ -33,7 +33,7 @@ struct Options {
 };
 
 /// What the repetitions have come to so far; interrupted as long as one has not.
-ExperimentResult collected(int number, const TableRow& paper,
+ExperimentResult collected(int number, const PaperRow& paper,
                            const std::vector<std::optional<RepetitionResult>>& results) {
   ExperimentResult out;
   out.number = number;
@@ -49,10 +49,10 @@ std::string json_text(const ExperimentResult& result) { return to_json(result).d
 
 int run_experiment(const Options& options) {
   const std::filesystem::path data = data_directory();
-  const std::optional<TableRow> paper = paper_row(options.number);
+  const std::optional<PaperRow> paper = paper_row(options.number);
   if (!paper)
     throw std::runtime_error(
-        fmt::format("experiment {}: there is no such experiment, expected 1", options.number));
+        fmt::format("experiment {}: there is no such experiment, expected 1 to 5", options.number));
   const std::filesystem::path out =
       options.out.empty() ? std::filesystem::path("out") / fmt::format("experiment-{}", options.number)
                           : std::filesystem::path(options.out);

@@ -147,7 +147,7 @@ void Judge::on_stance(bool, const Eigen::Isometry3d& X_TB) {
 void Judge::on_grasp(const Eigen::Isometry3d& X_TG) {
   const Eigen::Isometry3d X_OW = emulator_.plant().X_WO(kObject).inverse();
   const Eigen::Vector3d p_OG = X_OW * (X_WT_ * X_TG.translation());
-  grasp_positions_.push_back(p_OG.x() + scene_.objects[kObject].length / 2);
+  grasp_positions_.push_back(p_OG.x() - scene_.objects[kObject].left_end);
 }
 
 void Judge::on_weighed(const regrasp::Weighing& weighing) {
@@ -179,6 +179,8 @@ TrueWeighing Judge::judged(const regrasp::Weighing& reported) const {
   const Eigen::Vector3d right_W = X_WH.linear().col(0);
   const Eigen::Vector3d level_W(right_W.x(), right_W.y(), 0);
   TrueWeighing out;
+  out.d_r = plant.object(kObject).p_OOcm().x() - scene_.objects[kObject].left_end;
+  out.d_v = grasp_positions_.empty() ? 0 : grasp_positions_.back();
   out.displacement = level_W.dot(p_WCm - X_WH.translation()) / level_W.squaredNorm();
   out.torque = std::copysign(load_.mean().torque.norm(), out.displacement);
   out.torque_about_handle = right_W.dot(load_.mean().torque);

@@ -106,39 +106,58 @@ Outcome outcome_of(regrasp::Ending ending) {
   return Outcome::kStopped;
 }
 
-TableRow table_row(const Scene& scene, const Judge& judge) {
-  TableRow row;
-  const SceneObject& object = scene.objects.front();
-  row.d_r = object.p_OOcm().x() + object.length / 2;
-  if (!judge.grasp_positions().empty()) row.d_v = judge.grasp_positions().front();
-  if (judge.weighings().empty()) return row;
-  const regrasp::Weighing& first = judge.weighings().front();
-  const regrasp::Weighing& last = judge.weighings().back();
-  row.f_g = first.f_g;
-  row.tau = first.torque;
-  row.d = first.displacement;
-  row.tau_after = last.torque;
-  row.d_after = last.displacement;
-  row.tau_about_handle = first.torque_about_handle;
-  row.tau_about_handle_after = last.torque_about_handle;
-  row.tau_deviation = first.torque_deviation;
-  row.tau_deviation_after = last.torque_deviation;
-  row.reduction_percent = row.tau == 0 ? 0 : 100 * (1 - std::abs(row.tau_after) / std::abs(row.tau));
-  return row;
+double reduction(double torque, double after) {
+  return torque == 0 ? 0 : 100 * (1 - std::abs(after) / std::abs(torque));
 }
 
-TrueRow true_row(const Judge& judge) {
-  TrueRow row;
-  if (judge.true_weighings().empty()) return row;
-  const TrueWeighing& first = judge.true_weighings().front();
-  const TrueWeighing& last = judge.true_weighings().back();
-  return {first.torque,
-          first.displacement,
-          last.torque,
-          last.displacement,
-          last.com_error,
-          first.torque_about_handle,
-          last.torque_about_handle};
+/// Of the weighings from `first` to before `end`, at least one.
+JudgedRow judged_row(const Judge& judge, std::size_t first, std::size_t end) {
+  const regrasp::Weighing &before = judge.weighings()[first], &after = judge.weighings()[end - 1];
+  const TrueWeighing &truth = judge.true_weighings()[first], &truth_after = judge.true_weighings()[end - 1];
+  JudgedRow out;
+  out.row = {truth.d_r,
+             truth.d_v,
+             before.f_g,
+             before.torque,
+             before.displacement,
+             after.torque,
+             after.displacement,
+             reduction(before.torque, after.torque),
+             before.torque_about_handle,
+             after.torque_about_handle,
+             before.torque_deviation,
+             after.torque_deviation};
+  out.truth = {truth.torque,
+               truth.displacement,
+               truth_after.torque,
+               truth_after.displacement,
+               truth_after.com_error,
+               truth.torque_about_handle,
+               truth_after.torque_about_handle,
+               reduction(truth.torque, truth_after.torque)};
+  return out;
+}
+
+void fill_rows(const Scene& scene, const Judge& judge, RepetitionResult& result) {
+  const std::vector<regrasp::Weighing>& weighings = judge.weighings();
+  result.weighed = !weighings.empty();
+  if (!result.weighed) {
+    const SceneObject& object = scene.objects.front();
+    result.row.d_r = object.p_OOcm().x() - object.left_end;
+    if (!judge.grasp_positions().empty()) result.row.d_v = judge.grasp_positions().front();
+    return;
+  }
+  const auto changed =
+      std::find_if(weighings.begin(), weighings.end(), [](const auto& weighing) { return weighing.changed; });
+  const auto change = static_cast<std::size_t>(changed - weighings.begin());
+  const JudgedRow first = judged_row(judge, 0, change);
+  result.row = first.row;
+  result.truth = first.truth;
+  if (change < weighings.size()) result.after_change = judged_row(judge, change, weighings.size());
+  // A load that changes in the hand is weighed once more without a regrasp.
+  const auto in_hand =
+      std::count_if(weighings.begin(), weighings.end(), [](const auto& weighing) { return weighing.changed; });
+  result.regrasps = static_cast<int>(weighings.size()) - 1 - static_cast<int>(in_hand);
 }
 
 /// The method came to its end; whether it is what it takes it for, the plant knows.
@@ -227,6 +246,7 @@ RepetitionResult run_repetition(const RepetitionOptions& options) {
   Judge judge(
       world.emulator, world.scene, world.robot,
       [&](std::string_view phase) {
+        world.emulator.begin_phase(phase);
         progress.phase = phase;
         report_progress(world.emulator.now());
       },
@@ -272,13 +292,10 @@ RepetitionResult run_repetition(const RepetitionOptions& options) {
   const std::string unwritten = finish_files(tap, judge);
   if (result.unwritten.empty()) result.unwritten = unwritten;
   report_progress(world.emulator.now());
-  result.row = table_row(world.scene, judge);
-  result.truth = true_row(judge);
-  result.weighed = !judge.weighings().empty();
+  fill_rows(world.scene, judge, result);
   result.recoveries = judge.recoveries();
   result.warnings = judge.warnings();
   for (const UnwantedTouch& touch : judge.touches()) result.touches.push_back(to_string(touch));
-  result.regrasps = std::max(0, static_cast<int>(judge.weighings().size()) - 1);
   result.simulated_seconds = progress.simulated_seconds;
   return result;
 }

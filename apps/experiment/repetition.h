@@ -53,6 +53,7 @@ struct TrueRow {
   double com_error = 0;  ///< reported less true centre of mass along the handle at the last weighing, m
   double tau_about_handle = 0;  ///< N·m
   double tau_about_handle_after = 0;
+  double reduction_percent = 0;  ///< 100 (1 − |τ'| / |τ|)
 };
 
 [[nodiscard]] std::string to_string(Outcome outcome);
@@ -71,11 +72,19 @@ struct DrawnRobot {
   std::vector<Kind> kinds;
 };
 
+/// A row and what it should have been.
+struct JudgedRow {
+  TableRow row;
+  TrueRow truth;
+};
+
 struct RepetitionResult {
   std::uint64_t seed = 0;
   DrawnRobot robot;
   TableRow row;
   TrueRow truth;         ///< means something when `weighed`
+  /// Of the load that became another in the hand: from the first weighing after that.
+  std::optional<JudgedRow> after_change;
   bool weighed = false;  ///< at least one lift was; else only d_r and d_v of the row mean anything
   int regrasps = 0;
   int recoveries = 0;  ///< how often the drivers got back what a fault had taken away

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <map>
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
@@ -36,11 +37,12 @@ struct TrueColumn {
   double TrueRow::*value;
 };
 
-constexpr std::array<TrueColumn, 7> kTrueColumns = {
+constexpr std::array<TrueColumn, 8> kTrueColumns = {
     {{"tau_true", &TrueRow::tau},
      {"d_true", &TrueRow::d},
      {"tau_after_true", &TrueRow::tau_after},
      {"d_after_true", &TrueRow::d_after},
+     {"reduction_percent_true", &TrueRow::reduction_percent},
      {"tau_about_handle_true", &TrueRow::tau_about_handle},
      {"tau_about_handle_after_true", &TrueRow::tau_about_handle_after},
      {"com_error", &TrueRow::com_error}}};
@@ -128,6 +130,27 @@ nlohmann::json row_json(const TableRow& row, const TrueRow& truth) {
   return json;
 }
 
+nlohmann::json paper_json(const TableRow& row) {
+  nlohmann::json json = row_json(row);
+  for (const Column& column : kColumns)
+    if (!column.in_paper) json.erase(column.key);
+  return json;
+}
+
+/// What `row_json` made.
+JudgedRow row_from_json(const nlohmann::json& json) {
+  JudgedRow out;
+  for (const Column& column : kColumns) {
+    const nlohmann::json& value = json.at(column.key);
+    if (!value.is_null()) out.row.*column.value = value.get<double>();
+  }
+  for (const TrueColumn& column : kTrueColumns) {
+    const nlohmann::json& value = json.at(column.key);
+    if (!value.is_null()) out.truth.*column.value = value.get<double>();
+  }
+  return out;
+}
+
 std::string row_text(const TableRow& row) {
   return fmt::format("{:6.3f}  {:6.3f}  {:6.2f}  {:7.3f}  {:8.4f}  {:7.3f}  {:8.4f}  {:6.1f}", row.d_r,
                      row.d_v, row.f_g, row.tau, row.d, row.tau_after, row.d_after, row.reduction_percent);
@@ -140,28 +163,41 @@ constexpr std::array kOutcomes = {Outcome::kMinimumTorque, Outcome::kMinimumDisp
 
 }  // namespace
 
-std::optional<TableRow> paper_row(int experiment) {
-  switch (experiment) {
-    case 1:
-      return TableRow{0.520, 0.450, 12.0, 0.886, 0.0736, -0.031, -0.0020, 96.5};
-    default:
-      return std::nullopt;
-  }
+std::optional<PaperRow> paper_row(int experiment) {
+  // As printed, but for the reduction of experiment 5's first row: its torques give 77.2 %, where 22.8 stands.
+  static const std::map<int, PaperRow> kTable1 = {
+      {1, {{0.520, 0.450, 12.0, 0.886, 0.0736, -0.031, -0.0020, 96.5}, {}}},
+      {2, {{0.565, 0.480, 13.7, 1.323, 0.0969, 0.090, 0.0069, 93.2}, {}}},
+      {3, {{0.600, 0.490, 15.9, 1.734, 0.1086, 0.178, 0.0177, 89.7}, {}}},
+      {4, {{0.645, 0.500, 14.2, 1.617, 0.1138, 0.147, 0.0112, 90.9}, {}}},
+      {5,
+       {{0.360, 0.390, 17.9, -0.648, -0.0362, 0.148, 0.0084, 77.2},
+        TableRow{0.530, 0.390, 14.9, 1.514, 0.1013, 0.112, 0.0082, 92.6}}}};
+  const auto found = kTable1.find(experiment);
+  return found == kTable1.end() ? std::nullopt : std::optional(found->second);
 }
 
 Mean ExperimentResult::mean() const {
-  const auto complete = [](const RepetitionResult& r) { return r.outcome != Outcome::kStopped; };
   Mean mean;
-  mean.n = static_cast<int>(std::count_if(repetitions.begin(), repetitions.end(), complete));
+  const auto add = [](JudgedRow& sum, const TableRow& row, const TrueRow& truth) {
+    for (const Column& column : kColumns) sum.row.*column.value += row.*column.value;
+    for (const TrueColumn& column : kTrueColumns) sum.truth.*column.value += truth.*column.value;
+  };
+  const auto divide = [](JudgedRow& sum, int n) {
+    for (const Column& column : kColumns) sum.row.*column.value /= n;
+    for (const TrueColumn& column : kTrueColumns) sum.truth.*column.value /= n;
+  };
   for (const RepetitionResult& repetition : repetitions) {
-    if (!complete(repetition)) continue;
-    for (const Column& column : kColumns) {
-      mean.row.*column.value += repetition.row.*column.value / static_cast<double>(mean.n);
-    }
-    for (const TrueColumn& column : kTrueColumns) {
-      mean.truth.*column.value += repetition.truth.*column.value / static_cast<double>(mean.n);
-    }
+    if (repetition.outcome == Outcome::kStopped) continue;
+    ++mean.n;
+    add(mean.whole, repetition.row, repetition.truth);
+    if (!repetition.after_change) continue;
+    ++mean.changed;
+    if (!mean.after_change) mean.after_change.emplace();
+    add(*mean.after_change, repetition.after_change->row, repetition.after_change->truth);
   }
+  if (mean.n > 0) divide(mean.whole, mean.n);
+  if (mean.after_change) divide(*mean.after_change, mean.changed);
   return mean;
 }
 
@@ -179,6 +215,8 @@ nlohmann::json to_json(const RepetitionResult& result) {
     }
     for (const TrueColumn& column : kTrueColumns) json[column.key] = nullptr;
   }
+  if (result.after_change)
+    json["after_change"] = row_json(result.after_change->row, result.after_change->truth);
   json["seed"] = result.seed;
   json["model_error"] = robot_json(result.robot);
   json["regrasps"] = result.regrasps;
@@ -194,14 +232,10 @@ nlohmann::json to_json(const RepetitionResult& result) {
 
 RepetitionResult repetition_from_json(const nlohmann::json& json) {
   RepetitionResult result;
-  for (const Column& column : kColumns) {
-    const nlohmann::json& value = json.at(column.key);
-    if (!value.is_null()) result.row.*column.value = value.get<double>();
-  }
-  for (const TrueColumn& column : kTrueColumns) {
-    const nlohmann::json& value = json.at(column.key);
-    if (!value.is_null()) result.truth.*column.value = value.get<double>();
-  }
+  const JudgedRow read = row_from_json(json);
+  result.row = read.row;
+  result.truth = read.truth;
+  if (json.contains("after_change")) result.after_change = row_from_json(json.at("after_change"));
   result.weighed = !json.at("tau").is_null();
   result.seed = json.at("seed").get<std::uint64_t>();
   result.robot = robot_from_json(json.at("model_error"));
@@ -231,14 +265,15 @@ nlohmann::json to_json(const ExperimentResult& result) {
     count = count.is_null() ? 1 : count.get<int>() + 1;
   }
   const Mean mean = result.mean();
-  json["mean"] = row_json(mean.row, mean.truth);
+  json["mean"] = row_json(mean.whole.row, mean.whole.truth);
   if (mean.n == 0) {
     for (auto& value : json["mean"]) value = nullptr;
   }
+  if (mean.after_change)
+    json["mean"]["after_change"] = row_json(mean.after_change->row, mean.after_change->truth);
   json["mean"]["n"] = mean.n;
-  json["paper"] = row_json(result.paper);
-  for (const Column& column : kColumns)
-    if (!column.in_paper) json["paper"].erase(column.key);
+  json["paper"] = paper_json(result.paper.row);
+  if (result.paper.after_change) json["paper"]["after_change"] = paper_json(*result.paper.after_change);
   return json;
 }
 
@@ -254,18 +289,21 @@ std::string to_text(const ExperimentResult& result) {
     text += fmt::format("seed {:<6} {}     {:8d}  {}{}\n", r.seed, row, r.regrasps, to_string(r.outcome),
                         (r.recoveries == 0 ? "" : fmt::format(", {} recovered faults", r.recoveries)) +
                             (r.reason.empty() ? "" : ": " + r.reason));
+    if (r.after_change) text += fmt::format("  changed   {}\n", row_text(r.after_change->row));
   }
   const Mean mean = result.mean();
   const std::size_t stopped = result.repetitions.size() - static_cast<std::size_t>(mean.n);
   if (mean.n > 0) {
-    text += fmt::format("mean        {}                  of {}{}\n", row_text(mean.row), mean.n,
+    text += fmt::format("mean        {}                  of {}{}\n", row_text(mean.whole.row), mean.n,
                         stopped == 0 ? "" : fmt::format(", {} stopped", stopped));
   }
-  text += fmt::format("paper       {}\n", row_text(result.paper));
+  if (mean.after_change) text += fmt::format("  changed   {}\n", row_text(mean.after_change->row));
+  text += fmt::format("paper       {}\n", row_text(result.paper.row));
+  if (result.paper.after_change) text += fmt::format("  changed   {}\n", row_text(*result.paper.after_change));
   if (mean.n > 0) {
     text +=
         fmt::format("            tau is known to {:.3f} N·m, tau' to {:.3f} N·m (one standard deviation)\n",
-                    mean.row.tau_deviation, mean.row.tau_deviation_after);
+                    mean.whole.row.tau_deviation, mean.whole.row.tau_deviation_after);
   }
   return text + robots_text(result.repetitions);
 }

@@ -10,21 +10,27 @@
 
 namespace walkman::apps {
 
-/// Row of the paper's Table 1 (Kanoulas et al., average of ten repetitions) for an experiment; none for a
-/// number it does not have there. Signs as printed.
-[[nodiscard]] std::optional<TableRow> paper_row(int experiment);
+/// What the paper's Table 1 (Kanoulas et al., average of ten repetitions) has for an experiment.
+struct PaperRow {
+  TableRow row;
+  std::optional<TableRow> after_change;  ///< its second row, where the load changes
+};
+
+/// None for a number that the table does not have. Signs as printed.
+[[nodiscard]] std::optional<PaperRow> paper_row(int experiment);
 
 /// Mean over the repetitions that ran to their end, whatever end: all but the stopped ones.
 struct Mean {
   int n = 0;  ///< how many these are; 0: the rows mean nothing
-  TableRow row;
-  TrueRow truth;
+  JudgedRow whole;
+  int changed = 0;  ///< in how many the load changed
+  std::optional<JudgedRow> after_change;
 };
 
 struct ExperimentResult {
   int number = 1;
   std::vector<RepetitionResult> repetitions;  ///< those that came to a result
-  TableRow paper;
+  PaperRow paper;
   bool interrupted = false;  ///< not every repetition asked for came to a result
 
   [[nodiscard]] Mean mean() const;

@@ -50,7 +50,8 @@ SeriesElasticActuator actuator_of(const ActuatorParameters& of_class, const Driv
   const double torque_zero = errors.torque_zero * of_class.peak_torque;
   return {own, SensorCalibration{of_class.spring_constant,
                                  errors.encoder_zero + torque_zero / of_class.spring_constant,
-                                 errors.encoder_zero}};
+                                 errors.encoder_zero},
+          errors.gear};
 }
 
 /// Which of the two kinds a drive of the device table is, and its place among them.
@@ -284,6 +285,8 @@ void Plant::advance_drive(int drive, double wanted_torque, bool locked) {
   const double position = p.body->bullet().getJointPos(joint.bullet_link) + rate * since_step;
   joint.torque_sum += joint.actuator.advance(position, rate, wanted_torque, locked, kSubStep);
 }
+
+void Plant::begin_phase(std::string_view phase) { impl_->events->begin_phase(phase, impl_->steps); }
 
 void Plant::step() {
   Impl& p = *impl_;

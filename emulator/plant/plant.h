@@ -4,6 +4,7 @@
 #include <map>
 #include <memory>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include <Eigen/Geometry>
@@ -57,6 +58,8 @@ class Plant {
   [[nodiscard]] const ActuatorReadings& readings(int drive) const;
   /// One control sub-step of a drive: motor torque wanted, N·m; holding brake.
   void advance_drive(int drive, double wanted_torque, bool locked);
+  /// An onlooker sees the robot begin a phase of its task: what the scene has for then is played.
+  void begin_phase(std::string_view phase);
   /// Moves the world on by one step with the torques of the last `kSubSteps` sub-steps.
   void step();
 

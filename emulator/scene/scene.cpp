@@ -1,6 +1,6 @@
 #include "emulator/scene/scene.h"
 
-#include <cmath>
+#include <algorithm>
 #include <limits>
 #include <map>
 #include <set>
@@ -60,10 +60,7 @@ AttachedWeight read_weight(const YamlMap& map, const SceneObject& object, Names&
   AttachedWeight weight;
   weight.name = names.take(map);
   weight.model = load_with_mass(map, packages);
-  weight.position = map.number("from_left_end_m");
-  if (weight.position < 0 || weight.position > object.length)
-    map.fail("from_left_end_m",
-             fmt::format("{} m is off the object, expected 0 to {} m", weight.position, object.length));
+  read_place(map, object, weight);
   return weight;
 }
 
@@ -75,15 +72,12 @@ SceneObject read_object(const YamlMap& map, Names& names, const PackagePath& pac
   read_contact(map, object.model);
   object.X_WO = map.pose();
   const Extent extent = extent_along_x(object.model);
-  constexpr double kOffCentre = 1e-3;
   if (!(extent.min < extent.max)) map.fail("urdf", "the object has no collision geometry");
-  if (std::abs(extent.min + extent.max) > 2 * kOffCentre)
-    map.fail("urdf",
-             fmt::format("the object reaches from x = {:.4g} to {:.4g} m, expected its frame in the middle",
-                         extent.min, extent.max));
+  object.left_end = extent.min;
   object.length = extent.max - extent.min;
   if (map.has("weights"))
-    for (const YamlMap& weight : map.list("weights", {"name", "urdf", "from_left_end_m"}))
+    for (const YamlMap& weight :
+         map.list("weights", {"name", "urdf", "from_left_end_m", "link", "xyz_m", "rpy_rad"}))
       object.weights.push_back(read_weight(weight, object, names, packages));
   return object;
 }
@@ -126,11 +120,23 @@ double read_spread(const YamlMap& map, const std::string& key) {
   return value;
 }
 
+/// The file as a mapping that extends the file that it `extends`, and so on; `by`: the files that led to it.
+YamlMap read_layers(const std::filesystem::path& file, std::vector<std::filesystem::path> by) {
+  YamlMap map(file.string(), parse_yaml_file(file), "",
+              {"extends", "robot", "fixed_bodies", "objects", "jitter", "model_error", "seed", "events"});
+  if (!map.has("extends")) return map;
+  const std::filesystem::path base = map.existing_file("extends");
+  by.push_back(std::filesystem::weakly_canonical(file));
+  if (std::find(by.begin(), by.end(), std::filesystem::weakly_canonical(base)) != by.end())
+    map.fail("extends", fmt::format("{} extends this file, too", base.string()));
+  map.extend(read_layers(base, std::move(by)));
+  return map;
+}
+
 }  // namespace
 
 Scene load_scene(const std::filesystem::path& yaml_file, const PackagePath& packages) {
-  const YamlMap top(yaml_file.string(), parse_yaml_file(yaml_file), "",
-                    {"robot", "fixed_bodies", "objects", "jitter", "model_error", "seed", "events"});
+  const YamlMap top = read_layers(yaml_file, {});
   Scene scene;
   scene.file = yaml_file;
   Names names;

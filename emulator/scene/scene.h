@@ -16,6 +16,8 @@
 
 namespace walkman {
 
+class YamlMap;
+
 /// What carries the robot's root link.
 enum class BaseKind {
   kFixed,     ///< held in space
@@ -32,23 +34,26 @@ struct HoistRope {
   std::optional<double> length;         ///< m; unset: 5 cm more than the ends are apart at start
 };
 
-/// A weight clamped on an object: a URDF of its own, fixed at a distance along the object's x axis from its
-/// left end (the end at negative x).
+/// A weight clamped on an object: a URDF of its own, fixed to one of the object's links.
 struct AttachedWeight {
   std::string name;
   RobotModel model;
-  double position = 0;  ///< m from the object's left end
+  int link = 0;                                            ///< of the object
+  Eigen::Isometry3d X_LA = Eigen::Isometry3d::Identity();  ///< of its root link on that link
 };
 
-/// A movable object of the scene. `length` is its extent along its own x axis.
+/// A movable object of the scene.
 struct SceneObject {
   std::string name;
   int line = 0;  ///< where the scene file describes it
   RobotModel model;
   Eigen::Isometry3d X_WO = Eigen::Isometry3d::Identity();  ///< initial pose, W as below
-  double length = 0;                                       ///< m
+  double left_end = 0;  ///< where it begins on its own x axis, m
+  double length = 0;    ///< its extent along that, m
   std::vector<AttachedWeight> weights;
 
+  /// A place on the object's own x axis, `distance` (m) from its left end.
+  [[nodiscard]] Eigen::Isometry3d X_OX(double distance) const;
   /// Pose of a weight's root link in the object's frame.
   [[nodiscard]] Eigen::Isometry3d X_OA(const AttachedWeight& weight) const;
   [[nodiscard]] double mass() const;  ///< with weights, kg
@@ -84,14 +89,18 @@ struct Scene {
   std::vector<SceneObject> objects;
   PoseJitter jitter;
   std::uint64_t seed = 1;
-  std::vector<SceneEvent> events;  ///< in order of time
+  std::vector<SceneEvent> events;  ///< those at a time first, in its order
 };
 
-/// Reads a scene file. Paths in it are relative to the file. Unknown keys, wrong types, non-finite numbers
+/// Reads a scene file and those that it `extends`. Paths in a file are relative to it. Unknown keys, wrong types, non-finite numbers
 /// and impossible weights (off the object) are errors. Throws std::runtime_error: one sentence with file,
 /// line, key, what was found and what was expected.
 /// `packages`: where the meshes of its bodies are looked up.
 [[nodiscard]] Scene load_scene(const std::filesystem::path& yaml_file, const PackagePath& packages = {});
+
+/// Reads where `map` has a weight: `from_left_end_m`, on the object's x axis, or `xyz_m` on the object's
+/// `link`, the root without one, turned by `rpy_rad` if given. Throws as `load_scene`.
+void read_place(const YamlMap& map, const SceneObject& object, AttachedWeight& weight);
 
 /// Draws the repetition's object poses: deterministic in (scene, seed).
 void apply_jitter(Scene& scene, std::uint64_t seed);

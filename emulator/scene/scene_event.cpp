@@ -46,12 +46,17 @@ PushEvent read_push(const YamlMap& map) {
 
 MoveWeightEvent read_move(const YamlMap& map, const std::vector<SceneObject>& objects) {
   const SceneObject& object = named(map, "object", objects, "object");
-  MoveWeightEvent move{object.name, named(map, "weight", object.weights, "weight").name,
-                       map.number("from_left_end_m")};
-  if (move.position < 0 || move.position > object.length)
-    map.fail("from_left_end_m",
-             fmt::format("{} m is off the object, expected 0 to {} m", move.position, object.length));
-  return move;
+  AttachedWeight weight = named(map, "weight", object.weights, "weight");
+  read_place(map, object, weight);
+  return {object.name, weight.name, weight.link, weight.X_LA};
+}
+
+PhaseBegin read_phase(const YamlMap& map) {
+  PhaseBegin begin;
+  begin.phase = map.text("phase");
+  if (map.has("occurrence")) begin.occurrence = static_cast<int>(map.integer("occurrence", 1, 1'000'000));
+  if (map.has("after_s")) begin.after = map.number("after_s", 0, kLongest);
+  return begin;
 }
 
 RemoveWeightEvent read_removal(const YamlMap& map, const std::vector<SceneObject>& objects) {
@@ -64,9 +69,15 @@ const std::vector<std::string> kKinds = {"push", "move_weight", "remove_weight"}
 SceneEvent read_event(const YamlMap& map, const std::vector<SceneObject>& objects) {
   SceneEvent event;
   event.line = map.line();
-  event.at = map.number("at_s");
-  if (event.at < 0 || event.at > kLongest)
-    map.fail("at_s", fmt::format("{} s, expected 0 to {:g} s", event.at, kLongest));
+  if (map.has("at_s") == map.has("in_phase"))
+    map.fail(map.has("at_s") ? "at_s" : "", "expected either at_s or in_phase");
+  if (map.has("in_phase")) {
+    event.phase = read_phase(map.map("in_phase", {"phase", "occurrence", "after_s"}));
+  } else {
+    event.at = map.number("at_s");
+    if (event.at < 0 || event.at > kLongest)
+      map.fail("at_s", fmt::format("{} s, expected 0 to {:g} s", event.at, kLongest));
+  }
   const auto given = std::count_if(kKinds.begin(), kKinds.end(), [&](const auto& k) { return map.has(k); });
   if (given != 1)
     map.fail("", fmt::format("{} of {} given, expected one", given == 0 ? "none" : "more than one",
@@ -74,7 +85,8 @@ SceneEvent read_event(const YamlMap& map, const std::vector<SceneObject>& object
   if (map.has("push")) {
     event.what = read_push(map.map("push", {"link", "force_N", "point_m", "duration_s"}));
   } else if (map.has("move_weight")) {
-    event.what = read_move(map.map("move_weight", {"object", "weight", "from_left_end_m"}), objects);
+    event.what = read_move(map.map("move_weight", {"object", "weight", "from_left_end_m", "link", "xyz_m", "rpy_rad"}),
+                           objects);
   } else {
     event.what = read_removal(map.map("remove_weight", {"object", "weight"}), objects);
   }
@@ -84,7 +96,7 @@ SceneEvent read_event(const YamlMap& map, const std::vector<SceneObject>& object
 }  // namespace
 
 const std::vector<std::string>& event_keys() {
-  static const std::vector<std::string> keys = {"at_s", "push", "move_weight", "remove_weight"};
+  static const std::vector<std::string> keys = {"at_s", "in_phase", "push", "move_weight", "remove_weight"};
   return keys;
 }
 
@@ -92,15 +104,17 @@ std::vector<SceneEvent> read_events(const std::vector<YamlMap>& maps,
                                     const std::vector<SceneObject>& objects) {
   std::vector<std::pair<SceneEvent, const YamlMap*>> read;
   for (const YamlMap& map : maps) read.emplace_back(read_event(map, objects), &map);
-  std::stable_sort(read.begin(), read.end(),
-                   [](const auto& a, const auto& b) { return a.first.at < b.first.at; });
+  std::stable_sort(read.begin(), read.end(), [](const auto& a, const auto& b) {
+    const bool a_last = a.first.phase.has_value(), b_last = b.first.phase.has_value();
+    return a_last != b_last ? b_last : a.first.at < b.first.at;
+  });
   std::set<std::string> gone;  // weights' names are unique in a scene
   std::vector<SceneEvent> events;
   for (const auto& [event, map] : read) {
     const auto* move = std::get_if<MoveWeightEvent>(&event.what);
     const auto* removal = std::get_if<RemoveWeightEvent>(&event.what);
     const std::string weight = move != nullptr ? move->weight : removal != nullptr ? removal->weight : "";
-    if (gone.contains(weight))
+    if (!event.phase && gone.contains(weight))
       map->fail("", fmt::format("weight \"{}\" is taken off before {} s", weight, event.at));
     if (removal != nullptr) gone.insert(weight);
     events.push_back(event);

@@ -1,10 +1,11 @@
 #pragma once
 
+#include <optional>
 #include <string>
 #include <variant>
 #include <vector>
 
-#include <Eigen/Core>
+#include <Eigen/Geometry>
 
 namespace walkman {
 
@@ -19,10 +20,11 @@ struct PushEvent {
   double duration = 0;                                ///< s
 };
 
-/// A weight of an object slid along it to another place.
+/// A weight of an object put on another place of it.
 struct MoveWeightEvent {
   std::string object, weight;
-  double position = 0;  ///< m from the object's left end
+  int link = 0;  ///< of the object
+  Eigen::Isometry3d X_LA = Eigen::Isometry3d::Identity();
 };
 
 /// A weight taken off its object; it is gone from then on.
@@ -30,15 +32,24 @@ struct RemoveWeightEvent {
   std::string object, weight;
 };
 
-/// Something that happens to the world by itself, at a time of the emulated clock.
+/// The nth time that whoever commands the robot begins a phase of its task.
+struct PhaseBegin {
+  std::string phase;
+  int occurrence = 1;
+  double after = 0;  ///< s from then
+};
+
+/// Something that happens to the world by itself, at a time of the emulated clock, or when an onlooker sees
+/// the robot begin something.
 struct SceneEvent {
-  double at = 0;  ///< s
+  double at = 0;  ///< s; without a phase
   int line = 0;   ///< where the scene file describes it
   std::variant<PushEvent, MoveWeightEvent, RemoveWeightEvent> what;
+  std::optional<PhaseBegin> phase = {};  ///< takes the place of the time
 };
 
 /// Reads `events` of a scene whose objects are `objects`. The result is in order of time, those of one time
-/// in the file's order. Throws as `load_scene`; which links the robot has is not known here.
+/// in the file's order, those of phases last. Throws as `load_scene`; which links the robot has is not known here.
 [[nodiscard]] std::vector<SceneEvent> read_events(const std::vector<YamlMap>& maps,
                                                   const std::vector<SceneObject>& objects);
 

@@ -239,7 +239,7 @@ void Drawing::imu(const std::string& frame) {
 
 void Drawing::drives() {
   const bool drawn = any(ErrorKind::kSpring) || any(ErrorKind::kFriction) || any(ErrorKind::kJointZero) ||
-                     any(ErrorKind::kTorqueZero);
+                     any(ErrorKind::kTorqueZero) || any(ErrorKind::kGearError);
   if (!drawn) return;
   for (const std::string& name : parts_.driven_joints()) {
     DriveErrors& drive = robot_.errors.drives[name];
@@ -247,6 +247,9 @@ void Drawing::drives() {
     drive.friction = factor(scalar(ErrorKind::kFriction, name));
     drive.encoder_zero = scalar(ErrorKind::kJointZero, name);
     drive.torque_zero = scalar(ErrorKind::kTorqueZero, name);
+    const double share = std::sqrt(0.5);
+    drive.gear = {share * scalar(ErrorKind::kGearError, name + " sine"),
+                  share * scalar(ErrorKind::kGearError, name + " cosine")};
     robot_.model.joints[static_cast<std::size_t>(robot_.model.joint_index(name))].damping *= drive.friction;
   }
 }

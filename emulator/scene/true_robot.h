@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <map>
 #include <string>
@@ -22,6 +23,8 @@ struct DriveErrors {
   double friction = 1;      ///< factor on that of motor and gear
   double encoder_zero = 0;  ///< link encoder's reading less the true angle, rad
   double torque_zero = 0;   ///< reading of the unloaded spring, share of the peak torque
+  /// Of the gear's transmission error over twice the motor's angle: sine and cosine, rad on the joint's side.
+  std::array<double, 2> gear = {0, 0};
 };
 
 /// What of a robot differs from its model beside its links and joints.

@@ -53,6 +53,8 @@ def weighing_error(r):
 def verdict(case, r):
     """"held", "short", "refused", "stopped" or "wrong", and why."""
     if r["outcome"] == "stopped":
+        if r.get("touches"):
+            return "wrong", f"touched before it stopped: {r['touches'][0]}"
         return ("refused" if re.search(case.refusal or "$^", r["reason"]) else "stopped"), r["reason"]
     if r["outcome"] not in ("minimum torque", "minimum displacement"):
         return "wrong", f"{r['outcome']}: {r.get('reason', '')}"

@@ -141,7 +141,7 @@ def one_at_a_time() -> typing.List[Case]:
     degrees = math.pi / 180
     cases = [Case(f"mass {m} kg", mass=m) for m in (0.5, 0.8, 2.0, 3.0, 4.0)]
     # The open fingers reach 7 cm below the palm: they would lie on the table beside what is lower than that.
-    low = lambda height: "Finger.* and the table would touch" if height < 0.068 else ""
+    low = lambda height: "(Finger|Thumb).* and the table would touch" if height < 0.068 else ""
     cases += [Case(f"diameter {100 * d:g} cm", diameter=d, refusal=low(d + CLAMP_OVER_BAR)) for d in (0.04, 0.05, 0.06, 0.08, 0.09)]
     cases += [Case(f"bare, diameter {100 * d:g} cm", diameter=d, weights=(), bar_com=-0.08, refusal=low(d))
               for d in (0.04, 0.055, 0.07, 0.09)]

@@ -1,5 +1,6 @@
 #include "urdf/reader/yaml_map.h"
 
+#include <algorithm>
 #include <array>
 #include <charconv>
 #include <optional>
@@ -78,14 +79,15 @@ void YamlMap::fail_at(const YAML::Node& node, const std::string& place, const st
 }
 
 void YamlMap::fail(const std::string& key, const std::string& reason) const {
-  fail_at(!key.empty() && has(key) ? node_[key] : node_, place_of(key), reason);
+  const YamlMap& owner = key.empty() ? *this : this->owner(key);
+  owner.fail_at(!key.empty() && owner.has_own(key) ? owner.node_[key] : owner.node_, owner.place_of(key), reason);
 }
 
-bool YamlMap::is_mapping(const std::string& key) const { return node_[key].IsMap(); }
+bool YamlMap::is_mapping(const std::string& key) const { return owner(key).node_[key].IsMap(); }
 
 YAML::Node YamlMap::at(const std::string& key) const {
   if (!has(key)) fail_at(node_, place_, fmt::format("the key \"{}\" is missing", key));
-  return node_[key];
+  return owner(key).node_[key];
 }
 
 std::string YamlMap::text(const std::string& key) const {
@@ -192,7 +194,8 @@ Eigen::Isometry3d YamlMap::pose() const {
 }
 
 std::filesystem::path YamlMap::existing_file(const std::string& key) const {
-  std::filesystem::path path = (std::filesystem::path(file_).parent_path() / text(key)).lexically_normal();
+  std::filesystem::path path =
+      (std::filesystem::path(owner(key).file_).parent_path() / text(key)).lexically_normal();
   std::error_code error;
   if (!std::filesystem::is_regular_file(path, error))
     fail(key, fmt::format("there is no file {}", path.string()));
@@ -200,16 +203,42 @@ std::filesystem::path YamlMap::existing_file(const std::string& key) const {
 }
 
 YamlMap YamlMap::map(const std::string& key, std::vector<std::string> keys) const {
-  return {file_, at(key), place_of(key), std::move(keys)};
+  const YAML::Node node = at(key);
+  const YamlMap& owner = this->owner(key);
+  YamlMap map(owner.file_, node, owner.place_of(key), keys);
+  if (&owner == this && base_ && base_->has(key) && base_->is_mapping(key))
+    map.extend(base_->map(key, std::move(keys)));
+  return map;
 }
 
 std::vector<YamlMap> YamlMap::list(const std::string& key, const std::vector<std::string>& keys) const {
   const YAML::Node node = at(key);
   if (!node.IsSequence()) fail(key, fmt::format("found {}, expected a list", kind_of(node)));
+  const YamlMap& owner = this->owner(key);
   std::vector<YamlMap> maps;
   for (std::size_t i = 0; i < node.size(); ++i)
-    maps.emplace_back(file_, node[i], fmt::format("{}[{}]", place_of(key), i), keys);
-  return maps;
+    maps.emplace_back(owner.file_, node[i], fmt::format("{}[{}]", owner.place_of(key), i), keys);
+  if (&owner != this || !base_ || !base_->has(key)) return maps;
+  const auto named = [](const std::vector<YamlMap>& all) {
+    return std::all_of(all.begin(), all.end(), [](const YamlMap& map) { return map.has("name"); });
+  };
+  const std::vector<YamlMap> before = base_->list(key, keys);
+  if (!named(before) || !named(maps)) return maps;
+  const auto find = [](std::vector<YamlMap>& all, const YamlMap& like) {
+    return std::find_if(all.begin(), all.end(),
+                        [&](const YamlMap& map) { return map.text("name") == like.text("name"); });
+  };
+  // No entry is assigned to another: yaml-cpp would give both the same content.
+  std::vector<YamlMap> all;
+  std::vector<YamlMap> bases = before;
+  for (const YamlMap& base : before) {
+    const auto changed = find(maps, base);
+    all.push_back(changed == maps.end() ? base : *changed);
+    if (changed != maps.end()) all.back().extend(base);
+  }
+  for (const YamlMap& map : maps)
+    if (find(bases, map) == bases.end()) all.push_back(map);
+  return all;
 }
 
 }  // namespace walkman

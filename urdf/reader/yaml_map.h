@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -23,7 +24,12 @@ class YamlMap {
   /// have.
   YamlMap(std::string file, const YAML::Node& node, std::string place, std::vector<std::string> keys);
 
-  [[nodiscard]] bool has(const std::string& key) const { return static_cast<bool>(node_[key]); }
+  /// From now on keys that are not there are those of `base`, a mapping of the same kind in another file.
+  /// Mappings in both are one, with the keys of both; so are entries of the same `name` in both lists of a
+  /// key, where further entries follow those of `base`. Lists without names are the one or the other.
+  void extend(const YamlMap& base) { base_ = std::make_shared<const YamlMap>(base); }
+
+  [[nodiscard]] bool has(const std::string& key) const { return has_own(key) || (base_ && base_->has(key)); }
   /// The key is there and holds a mapping.
   [[nodiscard]] bool is_mapping(const std::string& key) const;
   [[nodiscard]] std::string text(const std::string& key) const;
@@ -53,6 +59,11 @@ class YamlMap {
   [[noreturn]] void fail(const std::string& key, const std::string& reason) const;
 
  private:
+  [[nodiscard]] bool has_own(const std::string& key) const { return static_cast<bool>(node_[key]); }
+  /// The mapping that `key` is written in, this one or what it extends.
+  [[nodiscard]] const YamlMap& owner(const std::string& key) const {
+    return has_own(key) || !base_ || !base_->has(key) ? *this : base_->owner(key);
+  }
   void read_numbers(const std::string& key, double* out, std::size_t count) const;
   [[nodiscard]] YAML::Node at(const std::string& key) const;
   [[nodiscard]] std::string place_of(const std::string& key) const;
@@ -63,6 +74,7 @@ class YamlMap {
   YAML::Node node_;
   std::string place_;
   std::vector<std::string> keys_;
+  std::shared_ptr<const YamlMap> base_;  // what it extends
 };
 
 }  // namespace walkman

@@ -29,6 +29,7 @@ constexpr Key kKeys[] = {
     {"coulomb_friction", &ActuatorParameters::coulomb_friction, false},
     {"static_friction", &ActuatorParameters::static_friction, false},
     {"stribeck_speed", &ActuatorParameters::stribeck_speed, true},
+    {"gear_ratio", &ActuatorParameters::gear_ratio, true},
     {"backlash", &ActuatorParameters::backlash, false},
     {"spring_constant", &ActuatorParameters::spring_constant, true},
     {"spring_damping", &ActuatorParameters::spring_damping, false},

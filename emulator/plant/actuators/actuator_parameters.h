@@ -24,6 +24,7 @@ struct ActuatorParameters {
   double stribeck_speed = 0;    ///< rad/s, where most of the difference of the two is gone
 
   // Transmission.
+  double gear_ratio = 1;       ///< turns of the motor per turn of the joint
   double backlash = 0;         ///< whole free play between gear and spring, rad
   double spring_constant = 0;  ///< series spring, N·m/rad
   double spring_damping = 0;   ///< N·m·s/rad

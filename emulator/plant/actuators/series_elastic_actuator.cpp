@@ -25,25 +25,38 @@ SeriesElasticActuator::SeriesElasticActuator(const ActuatorParameters& parameter
       motor_(parameters) {}
 
 SeriesElasticActuator::SeriesElasticActuator(const ActuatorParameters& parameters,
-                                             const SensorCalibration& calibration)
+                                             const SensorCalibration& calibration,
+                                             const std::array<double, 2>& gear_error)
     : parameters_(parameters),
       transmission_(Transmission::kSpring),
       calibration_(calibration),
+      gear_error_(gear_error),
       motor_(parameters) {}
 
-double SeriesElasticActuator::transmitted(double link_position, double link_velocity) const {
-  const double difference = motor_.position() - link_position;
+SeriesElasticActuator::GearError SeriesElasticActuator::gear_error() const {
+  const auto [sine, cosine] = gear_error_;
+  if (sine == 0 && cosine == 0) return {};
+  const double waves = 2 * parameters_.gear_ratio;  // per rad of the joint
+  const double s = std::sin(waves * motor_.position()), c = std::cos(waves * motor_.position());
+  return {sine * s + cosine * c, waves * (sine * c - cosine * s)};
+}
+
+double SeriesElasticActuator::transmitted(const GearError& gear, double link_position,
+                                          double link_velocity) const {
+  const double difference = motor_.position() + gear.value - link_position;
   const double play = parameters_.backlash / 2;
   const double deflection = difference - std::clamp(difference, -play, play);
   if (deflection == 0 && play > 0) return 0;
   const double torque = parameters_.spring_constant * deflection +
-                        parameters_.spring_damping * (motor_.velocity() - link_velocity);
+                        parameters_.spring_damping * ((1 + gear.slope) * motor_.velocity() - link_velocity);
   return transmission_ == Transmission::kTendon ? std::max(0.0, torque) : torque;
 }
 
 void SeriesElasticActuator::reset(double link_position, double torque) {
   const double play = std::copysign(torque == 0 ? 0 : parameters_.backlash / 2, torque);
-  motor_.reset(link_position + torque / parameters_.spring_constant + play);
+  const double given_out = link_position + torque / parameters_.spring_constant + play;
+  motor_.reset(given_out);
+  motor_.reset(given_out - gear_error().value);
   readings_ = {};
   readings_.motor_position =
       on_lattice(motor_.position() + calibration_.motor_zero, parameters_.motor_encoder_step);
@@ -55,9 +68,12 @@ void SeriesElasticActuator::reset(double link_position, double torque) {
 
 double SeriesElasticActuator::advance(double link_position, double link_velocity, double wanted_torque,
                                       bool locked, double dt) {
-  motor_.advance(wanted_torque, transmitted(link_position, link_velocity), locked, dt);
+  const GearError before = gear_error();
+  // The spring's work on the gear's output is its work on the motor.
+  motor_.advance(wanted_torque, (1 + before.slope) * transmitted(before, link_position, link_velocity), locked,
+                 dt);
   read_sensors(link_position, dt);
-  return transmitted(link_position, link_velocity);
+  return transmitted(gear_error(), link_position, link_velocity);
 }
 
 void SeriesElasticActuator::read_sensors(double link_position, double dt) {

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <array>
+
 #include "emulator/plant/actuators/motor.h"
 
 namespace walkman::plant {
@@ -34,7 +36,9 @@ class SeriesElasticActuator {
  public:
   explicit SeriesElasticActuator(const ActuatorParameters& parameters,
                                  Transmission transmission = Transmission::kSpring);
-  SeriesElasticActuator(const ActuatorParameters& parameters, const SensorCalibration& calibration);
+  /// `gear_error`: sine and cosine of its transmission error over twice the motor's angle, rad.
+  SeriesElasticActuator(const ActuatorParameters& parameters, const SensorCalibration& calibration,
+                        const std::array<double, 2>& gear_error);
 
   /// At rest at `link_position` with the spring loaded by `torque` (N·m on the link).
   void reset(double link_position, double torque);
@@ -50,12 +54,19 @@ class SeriesElasticActuator {
   [[nodiscard]] const ActuatorParameters& parameters() const { return parameters_; }
 
  private:
-  [[nodiscard]] double transmitted(double link_position, double link_velocity) const;
+  /// What the gear gives out beside the motor's position through its ratio, rad, and how fast that changes
+  /// with it.
+  struct GearError {
+    double value = 0, slope = 0;
+  };
+  [[nodiscard]] GearError gear_error() const;
+  [[nodiscard]] double transmitted(const GearError& gear, double link_position, double link_velocity) const;
   void read_sensors(double link_position, double dt);
 
   ActuatorParameters parameters_;
   Transmission transmission_;
   SensorCalibration calibration_;
+  std::array<double, 2> gear_error_ = {0, 0};
   Motor motor_;
   ActuatorReadings readings_;
 };

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <stdexcept>
 #include <utility>
 
@@ -11,6 +12,8 @@
 
 namespace walkman::plant {
 namespace {
+
+constexpr long kNotYet = std::numeric_limits<long>::max();
 
 /// The first step that begins at or after `time`.
 long step_at(double time, double step) {
@@ -27,56 +30,71 @@ int pushed_link(const Scene& scene, const SceneEvent& event, const PushEvent& pu
                                        did_you_mean(push.link, names)));
 }
 
+/// Which object an event on weights names; the scene's reader has seen that it is there, with the weight.
+std::size_t object_of(const Scene& scene, const SceneEvent& event) {
+  const auto* move = std::get_if<MoveWeightEvent>(&event.what);
+  const auto* removal = std::get_if<RemoveWeightEvent>(&event.what);
+  const std::string& name = move != nullptr ? move->object : removal->object;
+  for (std::size_t i = 0; i < scene.objects.size(); ++i)
+    if (scene.objects[i].name == name) return i;
+  throw std::runtime_error(
+      fmt::format("{}:{}: there is no object \"{}\"", scene.file.string(), event.line, name));
+}
+
 }  // namespace
 
 EventPlayer::EventPlayer(const Scene& scene, const RobotModel& robot, Multibody& body, double step,
                          std::function<void(std::size_t, const std::vector<AttachedWeight>&)> reweigh)
-    : body_(body), reweigh_(std::move(reweigh)) {
+    : body_(body), step_(step), reweigh_(std::move(reweigh)) {
   for (const SceneObject& object : scene.objects) weights_.push_back(object.weights);
   for (const SceneEvent& event : scene.events) {
-    const long first = step_at(event.at, step);
+    Planned planned{event, event.phase ? kNotYet : step_at(event.at, step),
+                    event.phase ? event.phase->occurrence : 0};
     if (const auto* push = std::get_if<PushEvent>(&event.what)) {
-      const long steps = std::max(1L, std::lround(push->duration / step));
-      pushes_.push_back(
-          {first, first + steps, pushed_link(scene, event, *push, robot), push->force_W, push->p_LP});
+      planned.link = pushed_link(scene, event, *push, robot);
     } else {
-      add_change(scene, first, event);
+      planned.object = object_of(scene, event);
     }
+    planned_.push_back(planned);
   }
 }
 
-void EventPlayer::add_change(const Scene& scene, long step, const SceneEvent& event) {
-  const auto* move = std::get_if<MoveWeightEvent>(&event.what);
-  const auto* removal = std::get_if<RemoveWeightEvent>(&event.what);
-  const std::string& name = move != nullptr ? move->object : removal->object;
-  const std::string& weight_name = move != nullptr ? move->weight : removal->weight;
-  const auto found = std::find_if(scene.objects.begin(), scene.objects.end(),
-                                  [&](const SceneObject& candidate) { return candidate.name == name; });
-  if (found == scene.objects.end())
-    throw std::runtime_error(
-        fmt::format("{}:{}: there is no object \"{}\"", scene.file.string(), event.line, name));
-  const auto object = static_cast<std::size_t>(found - scene.objects.begin());
-  std::vector<AttachedWeight>& weights = weights_[object];
-  const auto weight = std::find_if(weights.begin(), weights.end(), [&](const AttachedWeight& candidate) {
-    return candidate.name == weight_name;
-  });
-  if (weight == weights.end())
-    throw std::runtime_error(fmt::format("{}:{}: object \"{}\" has no weight \"{}\"", scene.file.string(),
-                                         event.line, name, weight_name));
+void EventPlayer::begin_phase(std::string_view phase, long step) {
+  for (Planned& planned : planned_) {
+    if (!planned.event.phase || planned.event.phase->phase != phase || planned.waits_for == 0) continue;
+    if (--planned.waits_for == 0) planned.first = step + step_at(planned.event.phase->after, step_);
+  }
+}
+
+void EventPlayer::change_weights(const Planned& planned) {
+  const auto* move = std::get_if<MoveWeightEvent>(&planned.event.what);
+  const std::string& name =
+      move != nullptr ? move->weight : std::get<RemoveWeightEvent>(planned.event.what).weight;
+  std::vector<AttachedWeight>& weights = weights_[planned.object];
+  const auto weight = std::find_if(weights.begin(), weights.end(),
+                                   [&](const AttachedWeight& candidate) { return candidate.name == name; });
+  if (weight == weights.end()) return;  // taken off before
   if (move != nullptr) {
-    weight->position = move->position;
+    weight->link = move->link;
+    weight->X_LA = move->X_LA;
   } else {
     weights.erase(weight);
   }
-  changes_.push_back({step, object, weights});
+  reweigh_(planned.object, weights);
 }
 
 void EventPlayer::play(long step) {
-  for (; next_change_ < changes_.size() && changes_[next_change_].step <= step; ++next_change_)
-    reweigh_(changes_[next_change_].object, changes_[next_change_].weights);
-  for (const Push& push : pushes_) {
-    if (step < push.first || step >= push.end) continue;
-    body_.push_at(body_.tree().group_of(push.link), push.force_W, body_.X_WL(push.link) * push.p_LP);
+  for (Planned& planned : planned_) {
+    if (planned.done || step < planned.first) continue;
+    if (const auto* push = std::get_if<PushEvent>(&planned.event.what)) {
+      planned.done = step >= planned.first + std::max(1L, std::lround(push->duration / step_));
+      if (planned.done) continue;
+      body_.push_at(body_.tree().group_of(planned.link), push->force_W,
+                    body_.X_WL(planned.link) * push->p_LP);
+    } else {
+      change_weights(planned);
+      planned.done = true;
+    }
   }
 }
 

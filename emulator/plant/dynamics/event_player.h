@@ -1,6 +1,7 @@
 #pragma once
 
 #include <functional>
+#include <string_view>
 #include <vector>
 
 #include "emulator/plant/dynamics/multibody.h"
@@ -8,7 +9,8 @@
 
 namespace walkman::plant {
 
-/// Plays a scene's events: each begins with the first step at or after its time.
+/// Plays a scene's events: each begins with the first step at or after its time, or after the beginning of the
+/// phase that it waits for.
 class EventPlayer {
  public:
   /// `reweigh` is called with an object's index and its weights as they are from now on. Throws
@@ -16,28 +18,27 @@ class EventPlayer {
   EventPlayer(const Scene& scene, const RobotModel& robot, Multibody& body, double step,
               std::function<void(std::size_t, const std::vector<AttachedWeight>&)> reweigh);
 
+  /// Whoever commands the robot begins this phase before step `step`.
+  void begin_phase(std::string_view phase, long step);
   /// What happens in step `step`, counted from 0: forces for it, changes before it.
   void play(long step);
 
  private:
-  struct Push {
-    long first, end;  // steps
-    int link;
-    Eigen::Vector3d force_W, p_LP;
+  struct Planned {
+    SceneEvent event;
+    long first;            // step; none yet while it waits for its phase
+    int waits_for = 0;     // beginnings of that
+    int link = -1;         // that is pushed
+    std::size_t object{};  // whose weight it is
+    bool done = false;
   };
-  struct Change {
-    long step;
-    std::size_t object;
-    std::vector<AttachedWeight> weights;
-  };
-  void add_change(const Scene& scene, long step, const SceneEvent& event);
+  void change_weights(const Planned& planned);
 
   Multibody& body_;
+  double step_;  // s
   std::function<void(std::size_t, const std::vector<AttachedWeight>&)> reweigh_;
-  std::vector<Push> pushes_;
-  std::vector<Change> changes_;  // in order of time
-  std::size_t next_change_ = 0;
-  std::vector<std::vector<AttachedWeight>> weights_;  // of each object, after the changes so far read
+  std::vector<Planned> planned_;                      // in order of time, those of phases last
+  std::vector<std::vector<AttachedWeight>> weights_;  // of each object, as they are now
 };
 
 }  // namespace walkman::plant

@@ -15,9 +15,9 @@ RobotModel with_weights(const SceneObject& object) {
     const int first_joint = static_cast<int>(model.joints.size());
     Joint clamp;
     clamp.name = weight.name + "_clamp";
-    clamp.parent_link = 0;
+    clamp.parent_link = weight.link;
     clamp.child_link = first_link;
-    clamp.X_PJ = object.X_OA(weight);
+    clamp.X_PJ = weight.X_LA;
     for (Link link : weight.model.links) {
       link.name = weight.name + "/" + link.name;
       link.parent_joint = link.parent_joint < 0 ? first_joint : link.parent_joint + first_joint + 1;

@@ -127,6 +127,11 @@ TEST(ParameterDefaults, ShippedFileHoldsEveryKeyOfStageTwoAtItsDefault) {
   EXPECT_EQ(file.payload_time, code.payload_time);
   EXPECT_EQ(file.lift_window, code.lift_window);
   EXPECT_EQ(file.min_force, code.min_force);
+  EXPECT_EQ(file.watch_time, code.watch_time);
+  EXPECT_EQ(file.force_slope, code.force_slope);
+  EXPECT_EQ(file.torque_slope, code.torque_slope);
+  EXPECT_EQ(file.force_drift, code.force_drift);
+  EXPECT_EQ(file.torque_drift, code.torque_drift);
   EXPECT_EQ(file.close_time, code.close_time);
   EXPECT_EQ(file.hold_time, code.hold_time);
   EXPECT_EQ(file.grip_torque, code.grip_torque);
@@ -137,7 +142,7 @@ TEST(ParameterDefaults, ShippedFileHoldsEveryKeyOfStageTwoAtItsDefault) {
   EXPECT_EQ(file.angular_speed, code.angular_speed);
   EXPECT_EQ(file.carry_time, code.carry_time);
   EXPECT_EQ(file.hanging_turn, code.hanging_turn);
-  EXPECT_EQ(YAML::LoadFile(shipped.string())["stage_two"].size(), 36U);
+  EXPECT_EQ(YAML::LoadFile(shipped.string())["stage_two"].size(), 41U);
 }
 
 TEST(ParameterDefaults, AreThePapersWhereItGivesThem) {

@@ -36,7 +36,7 @@ TEST(Experiment1, MovingTheLeftWeightGivesThePapersOtherCentresOfMass) {
   const double paper[] = {0.520, 0.565, 0.600, 0.645};
   SceneObject bar = experiment_1().objects.front();
   for (int i = 0; i < 4; ++i) {
-    bar.weights.front().position = 0.10 * (i + 1);
+    bar.weights.front().X_LA = bar.X_OX(0.10 * (i + 1));
     EXPECT_NEAR(bar.p_OOcm().x() + bar.length / 2, paper[i], 0.0035) << i;
   }
 }
@@ -59,7 +59,7 @@ TEST(Experiment1, BarLiesAcrossTheTableOnItsWeights) {
   EXPECT_NEAR(centre.x() - size.x() / 2, 0.50, 1e-12);
   const PoseJitter& jitter = experiment_1().jitter;
   for (const AttachedWeight& weight : bar.weights) {
-    const double arm = weight.position - bar.length / 2;
+    const double arm = bar.X_OA(weight).translation().x();
     const Eigen::Vector3d p_W = bar.X_WO * Eigen::Vector3d(arm, 0, 0);
     const double reach = jitter.yaw * std::abs(arm) + clamp.size.y() / 2;
     EXPECT_GT(p_W.x() - jitter.x - reach, centre.x() - size.x() / 2) << weight.name;
@@ -93,6 +93,26 @@ TEST(Experiment1, WeightIsASteelClamp) {
   EXPECT_NEAR(I(2, 2), I(1, 1), 1e-12);
 }
 
+TEST(ExtendedScene, HasWhatItSaysAndElseItsBase) {
+  const Scene scene = load_scene(kData / "extended_scene.yaml");
+  const Scene& base = experiment_1();
+  EXPECT_EQ(scene.robot.urdf, base.robot.urdf);
+  EXPECT_EQ(scene.model_error.level, "calibrated");
+  EXPECT_EQ(scene.jitter.x, base.jitter.x);
+  EXPECT_EQ(scene.jitter.yaw, 0);
+  ASSERT_EQ(scene.fixed.size(), 3U);
+  EXPECT_EQ(scene.fixed[2].name, "box");
+  ASSERT_EQ(scene.objects.size(), 1U);
+  const SceneObject& bar = scene.objects.front();
+  EXPECT_TRUE(bar.X_WO.isApprox(base.objects.front().X_WO, 1e-15));
+  ASSERT_EQ(bar.weights.size(), 3U);
+  EXPECT_NEAR(bar.X_OA(bar.weights[0]).translation().x(), 0.20 - 0.525, 1e-8);
+  EXPECT_NEAR(bar.X_OA(bar.weights[1]).translation().x(), 0.95 - 0.525, 1e-8);
+  EXPECT_EQ(bar.weights[2].name, "third_weight");
+  EXPECT_NEAR(bar.X_OA(bar.weights[2]).translation().y(), 0.05, 1e-12);
+  EXPECT_NEAR(bar.X_OA(bar.weights[2]).linear()(1, 0), std::sin(1.5), 1e-12);
+}
+
 TEST(SceneEvents, ComeInOrderOfTimeWithAllTheySay) {
   const Scene scene = load_scene(kData / "scene_events.yaml");
   ASSERT_EQ(scene.events.size(), 4U);
@@ -105,7 +125,7 @@ TEST(SceneEvents, ComeInOrderOfTimeWithAllTheySay) {
   const auto& elbow = std::get<PushEvent>(scene.events[1].what);
   EXPECT_EQ(elbow.p_LP, Eigen::Vector3d(0, 0.1, 0));
   EXPECT_EQ(scene.events[1].line, 20);
-  EXPECT_EQ(std::get<MoveWeightEvent>(scene.events[2].what).position, 0.4);
+  EXPECT_NEAR(std::get<MoveWeightEvent>(scene.events[2].what).X_LA.translation().x(), 0.4 - 1.05 / 2, 1e-8);
   EXPECT_EQ(std::get<RemoveWeightEvent>(scene.events[3].what).weight, "left_weight");
 }
 

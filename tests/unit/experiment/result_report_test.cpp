@@ -61,7 +61,7 @@ TEST(ResultReport, MeanSaysOfHowManyItIsAndEveryOutcomeIsCounted) {
                         repetition(2, 1.0, Outcome::kMinimumDisplacement),
                         repetition(3, 99, Outcome::kStopped)};
   EXPECT_EQ(result.mean().n, 2);
-  EXPECT_DOUBLE_EQ(result.mean().row.tau, 0.9);
+  EXPECT_DOUBLE_EQ(result.mean().whole.row.tau, 0.9);
   EXPECT_FALSE(result.succeeded());
   const nlohmann::json json = to_json(result);
   EXPECT_EQ(json["mean"]["n"], 2);
@@ -139,6 +139,33 @@ TEST(ResultReport, TextSaysWhichErrorsTheRobotsHadAndWhereTheLargestWas) {
   const std::string text = to_text(result);
   EXPECT_THAT(text, HasSubstr("model error: calibrated; 117.90 to 118.10 kg"));
   EXPECT_THAT(text, HasSubstr("0.00354     -0.004  RWrj2, seed 5"));  // rms of 3 and 4
+}
+
+TEST(ResultReport, ALoadThatChangedHasARowOfItsOwn) {
+  ExperimentResult result;
+  result.repetitions = {repetition(1, 0.9, Outcome::kMinimumTorque), repetition(2, 0.7, Outcome::kMinimumTorque)};
+  result.repetitions[0].after_change = JudgedRow{{0.53, 0.39, 12, 1.5, 0.1}, {1.6, 0.11}};
+  result.paper = *paper_row(5);
+  const nlohmann::json json = to_json(result);
+  EXPECT_EQ(json["repetitions"][0]["after_change"]["tau"], 1.5);
+  EXPECT_EQ(json["repetitions"][0]["after_change"]["tau_true"], 1.6);
+  EXPECT_FALSE(json["repetitions"][1].contains("after_change"));
+  EXPECT_EQ(json["mean"]["tau"], 0.8);
+  EXPECT_EQ(json["mean"]["after_change"]["tau"], 1.5);  // of one
+  EXPECT_EQ(json["paper"]["after_change"]["tau"], 1.514);
+  EXPECT_EQ(repetition_from_json(json["repetitions"][0]).after_change->truth.d, 0.11);
+  EXPECT_THAT(to_text(result), HasSubstr("changed"));
+}
+
+// Table 1, columns as printed; the reduction of each row is that of its own torques.
+TEST(PaperTable, ReductionsAreThoseOfTheTorques) {
+  for (int number = 1; number <= 5; ++number) {
+    const PaperRow paper = paper_row(number).value();
+    std::vector<TableRow> rows = {paper.row};
+    if (paper.after_change) rows.push_back(*paper.after_change);
+    for (const TableRow& row : rows)
+      EXPECT_NEAR(row.reduction_percent, 100 * (1 - std::abs(row.tau_after / row.tau)), 0.1) << number;
+  }
 }
 
 TEST(PaperTable, HasNoRowForAnExperimentThatIsNotThere) { EXPECT_FALSE(paper_row(99)); }

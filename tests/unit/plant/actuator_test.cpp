@@ -1,5 +1,6 @@
 // The series elastic actuator against the equations of motion of its parts.
 
+#include <algorithm>
 #include <cmath>
 
 #include <gtest/gtest.h>
@@ -50,6 +51,44 @@ TEST(SeriesElasticActuator, BrakeHoldsTheMotorWhileTheSpringStillBends) {
   actuator.reset(0.2, 0);
   EXPECT_NEAR(actuator.advance(0.21, 0, 50, true, kStep), -13, 1e-9);
   EXPECT_DOUBLE_EQ(actuator.motor().position(), 0.2);
+}
+
+TEST(SeriesElasticActuator, GearErrorsComeTwicePerTurnOfTheMotor) {
+  ActuatorParameters p = plain();
+  p.gear_ratio = 100;
+  const double amplitude = 1.5e-4;
+  // A held motor against a held link: what the spring is bent by beyond the ratio is the gear's error.
+  for (const double angle : {0.0, 0.001, 0.004, 0.0123, 0.2}) {
+    SeriesElasticActuator actuator(p, {p.spring_constant, 0, 0}, {0.6 * amplitude, 0.8 * amplitude});
+    actuator.reset(angle, 0);
+    const double motor = actuator.motor().position();
+    const double torque = actuator.advance(angle, 0, 0, true, kStep);
+    EXPECT_NEAR(torque, 0, 1300 * amplitude * 0.04) << angle;  // it starts at rest, but for the error's slope
+    const double error = 0.6 * amplitude * std::sin(200 * motor) + 0.8 * amplitude * std::cos(200 * motor);
+    EXPECT_NEAR(actuator.advance(motor, 0, 0, true, kStep), 1300 * error, 1e-9) << angle;
+  }
+}
+
+TEST(SeriesElasticActuator, GearErrorsTakeNoEnergyAndGiveNone) {
+  ActuatorParameters p = plain();
+  p.gear_ratio = 100;
+  const double sine = 1e-4, cosine = -5e-5;
+  SeriesElasticActuator actuator(p, {p.spring_constant, 0, 0}, {sine, cosine});
+  actuator.reset(0, 65);  // swings over ten waves of the error
+  const auto energy = [&] {
+    const double x = actuator.motor().position(), v = actuator.motor().velocity();
+    const double bent = x + sine * std::sin(200 * x) + cosine * std::cos(200 * x);
+    return 0.5 * 0.3 * v * v + 0.5 * 1300 * bent * bent;
+  };
+  const double before = energy();
+  double least = before, most = before;
+  for (int i = 0; i < 40'000; ++i) {
+    actuator.advance(0, 0, 0, false, kStep / 10);
+    least = std::min(least, energy());
+    most = std::max(most, energy());
+  }
+  EXPECT_NEAR(least / before, 1, 0.01);
+  EXPECT_NEAR(most / before, 1, 0.01);
 }
 
 TEST(SeriesElasticActuator, BacklashPassesNoTorqueInside) {

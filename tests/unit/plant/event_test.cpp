@@ -69,7 +69,7 @@ TEST_F(Events, AWristSensorReadsAPushBeyondIt) {
 }
 
 TEST_F(Events, AWeightThatMovesTakesTheCentreOfMassAlong) {
-  scene_.events = {{0.5, 0, MoveWeightEvent{"bar", "left_weight", 0.40}}};
+  scene_.events = {{0.5, 0, MoveWeightEvent{"bar", "left_weight", 0, scene_.objects[0].X_OX(0.40)}}};
   const auto plant = build();
   run(*plant, 500);
   const Eigen::Isometry3d before = plant->X_WO(0);
@@ -97,9 +97,36 @@ TEST_F(Events, AWeightThatIsTakenOffWeighsNothing) {
   EXPECT_NEAR(held_up_by_table(*plant), 0.7 * kGravity, 0.02 * 0.7 * kGravity);
 }
 
+TEST_F(Events, AWeightWaitsForThePhaseItsEventNames) {
+  scene_.events = {{0, 0, RemoveWeightEvent{"bar", "right_weight"}, PhaseBegin{"lift", 2, 0.01}}};
+  const auto plant = build();
+  plant->begin_phase("lower");
+  plant->begin_phase("lift");
+  run(*plant, 100);
+  EXPECT_EQ(plant->object(0).weights.size(), 2U);
+  plant->begin_phase("lift");
+  run(*plant, 10);
+  EXPECT_EQ(plant->object(0).weights.size(), 2U);
+  run(*plant, 1);
+  EXPECT_EQ(plant->object(0).weights.size(), 1U);
+  plant->begin_phase("lift");
+  run(*plant, 100);
+  EXPECT_EQ(plant->object(0).weights.size(), 1U);
+}
+
+TEST_F(Events, AWeightBesideTheAxisPullsTheCentreOfMassThere) {
+  const Eigen::Isometry3d X_LA(Eigen::Translation3d(0.2, 0.05, -0.03));
+  scene_.events = {{0.5, 0, MoveWeightEvent{"bar", "left_weight", 0, X_LA}}};
+  const auto plant = build();
+  const Eigen::Vector3d before = plant->object(0).p_OOcm();
+  run(*plant, 501);
+  const Eigen::Vector3d moved = X_LA.translation() - Eigen::Vector3d(0.10 - 0.525, 0, 0);
+  EXPECT_NEAR((plant->object(0).p_OOcm() - before - 0.5 / 1.2 * moved).norm(), 0, 1e-9);
+}
+
 TEST_F(Events, AMovingObjectGoesOnAsItMoved) {
   scene_.fixed.clear();
-  scene_.events = {{0.1, 0, MoveWeightEvent{"bar", "left_weight", 0.40}}};
+  scene_.events = {{0.1, 0, MoveWeightEvent{"bar", "left_weight", 0, scene_.objects[0].X_OX(0.40)}}};
   const auto plant = build();
   run(*plant, 100);
   const double before = plant->X_WO(0).translation().z();

@@ -2,6 +2,8 @@
 
 #include "adaptation/wrench/carried_load.h"
 
+#include <random>
+
 #include <cmath>
 
 #include <Eigen/Geometry>
@@ -54,6 +56,24 @@ TEST(Shift, AgreesWithTheWrenchMeasuredThere) {
   const Wrench there = weight_at(p - q, 2);
   EXPECT_NEAR((moved.torque - there.torque).norm(), 0, 1e-12);
   EXPECT_EQ(moved.force, there.force);
+}
+
+TEST(WrenchTrend, IsTheSlopeOfTheLineThatFitsBest) {
+  EXPECT_EQ(WrenchTrend().slope().force.norm(), 0);
+  WrenchTrend trend;
+  std::mt19937 random(7);
+  std::normal_distribution<double> noise(0, 0.01);
+  // Uncertainty of a slope: sigma over the root of the sum of squared times from their mean.
+  const int count = 400;
+  const double seconds = 2;
+  for (int i = 0; i < count; ++i) {
+    const double t = 100 + seconds * i / count;
+    trend.add(t, {{0.3 - 0.02 * t, noise(random), 0.005 * t}, {1.5 * t, -t, 4}});
+  }
+  EXPECT_NEAR((trend.slope().force - Eigen::Vector3d(1.5, -1, 0)).norm(), 0, 1e-9);
+  EXPECT_NEAR(trend.slope().torque.x(), -0.02, 1e-9);
+  EXPECT_NEAR(trend.slope().torque.z(), 0.005, 1e-9);
+  EXPECT_NEAR(trend.slope().torque.y(), 0, 4 * 0.01 / (seconds * std::sqrt(count / 12.0)));
 }
 
 TEST(WrenchAverage, IsTheMeanOfEachComponent) {
