@@ -151,14 +151,27 @@ class EmulatedForceTorque final : public EmulatedDevice {
   EmulatedForceTorque(const DeviceSurroundings& s, const Device& device, std::uint16_t /*bus_number*/)
       : plant_(s.plant),
         sensor_(place_of(device, s.table, {DeviceKind::kForceTorque})),
+        stream_(sensor_stream(device, s.options.seed)),
         node_(force_torque_parameters(device, force_torque_kind(s, device), s.options)) {}
 
   [[nodiscard]] nodes::CanopenSlave& node() noexcept override { return node_; }
   void sample() noexcept override { node_.sample(plant_.F_So_S(sensor_)); }
+  [[nodiscard]] bool take(const SensorFaultEvent& fault) override {
+    nodes::ReadingFault::Parameters parameters;
+    parameters.matrix = fault.matrix;
+    parameters.drift = fault.drift;
+    parameters.seed = stream_();
+    if (fault.bit)
+      parameters.bit = {static_cast<std::size_t>(fault.bit->channel), fault.bit->number, fault.bit->stuck,
+                        fault.bit->share};
+    node_.set_fault(parameters);
+    return true;
+  }
 
  private:
   const plant::Plant& plant_;
   int sensor_;
+  std::mt19937_64 stream_;
   nodes::ForceTorqueNode node_;
 };
 

@@ -19,6 +19,8 @@ class EmulatedDevice {
   virtual void control(double /*dt*/) noexcept {}
   /// The plant has moved by one step: takes a sample. Sensors only.
   virtual void sample() noexcept {}
+  /// From now on its readings have this fault. Force/torque sensors only; false for what is none.
+  [[nodiscard]] virtual bool take(const SensorFaultEvent& /*fault*/) { return false; }
 };
 
 /// What devices are made from; everything must outlive them.

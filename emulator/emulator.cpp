@@ -3,9 +3,14 @@
 #include <algorithm>
 #include <fstream>
 #include <iterator>
+#include <stdexcept>
+#include <variant>
+
+#include <fmt/format.h>
 
 #include "emulator/datasheets/device_files.h"
 #include "emulator/emulated_device.h"
+#include "urdf/reader/nearest_name.h"
 
 namespace walkman {
 namespace {
@@ -29,13 +34,30 @@ struct Emulator::Impl {
        const std::map<std::string, plant::ActuatorParameters>& actuators);
 
   void step();
+  void pass_on(const SensorFaultEvent& fault);
   const RobotModel& model;
   plant::Plant plant;
   MultiSense multisense;
   std::vector<std::unique_ptr<bus::CanBus>> buses;
   std::vector<std::unique_ptr<EmulatedDevice>> devices;  // in the order of the device table
+  std::vector<std::string> names;                        // the same
   Time now{};
 };
+
+/// A fault of a sensor that is not there would never be seen.
+void require_sensors(const Scene& scene, const DeviceTable& table) {
+  std::vector<std::string> known;
+  for (const Bus& bus : table.buses)
+    for (const Device& device : bus.devices)
+      if (device.kind == DeviceKind::kForceTorque) known.push_back(device.name);
+  for (const SceneEvent& event : scene.events) {
+    const auto* fault = std::get_if<SensorFaultEvent>(&event.what);
+    if (fault == nullptr || std::find(known.begin(), known.end(), fault->sensor) != known.end()) continue;
+    throw std::runtime_error(fmt::format("{}:{}: events sensor_fault.sensor: there is no force/torque sensor \"{}\"{}",
+                                         scene.file.string(), event.line, fault->sensor,
+                                         did_you_mean(fault->sensor, known)));
+  }
+}
 
 Emulator::Impl::Impl(const RobotModel& robot, const DeviceTable& table, const Scene& scene,
                      const EmulatorOptions& options,
@@ -44,6 +66,7 @@ Emulator::Impl::Impl(const RobotModel& robot, const DeviceTable& table, const Sc
       plant(robot, scene, table, actuators, options.robot_errors),
       multisense(robot, scene, robot.link_index(scene.robot.optical_frame), options.camera,
                  options.camera_rate_hz, options.seed) {
+  require_sensors(scene, table);
   const DeviceSurroundings surroundings{table, robot, options, actuators, hash_of(scene.robot.urdf), plant};
   for (const Bus& wiring : table.buses) {
     buses.push_back(std::make_unique<bus::CanBus>(
@@ -51,11 +74,17 @@ Emulator::Impl::Impl(const RobotModel& robot, const DeviceTable& table, const Sc
         bus::BusOptions{wiring.bit_rate, wiring.fd, wiring.data_bit_rate, options.bus_timing}));
     for (const Device& device : wiring.devices) {
       devices.push_back(make_device(surroundings, device, static_cast<std::uint16_t>(buses.size())));
+      names.push_back(device.name);
       nodes::CanopenSlave& node = devices.back()->node();
       if (wiring.fd) node.use_fd();
       buses.back()->attach(node);
     }
   }
+}
+
+void Emulator::Impl::pass_on(const SensorFaultEvent& fault) {
+  for (std::size_t i = 0; i < names.size(); ++i)
+    if (names[i] == fault.sensor) static_cast<void>(devices[i]->take(fault));
 }
 
 void Emulator::Impl::step() {
@@ -64,6 +93,7 @@ void Emulator::Impl::step() {
   for (int sub_step = 0; sub_step < plant::Plant::kSubSteps; ++sub_step)
     for (const auto& device : devices) device->control(kSubStep);
   plant.step();
+  for (const SensorFaultEvent& fault : plant.take_sensor_faults()) pass_on(fault);
   for (const auto& device : devices) device->sample();
   now = next;
   multisense.advance(now, plant);

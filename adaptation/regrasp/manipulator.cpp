@@ -482,6 +482,10 @@ void Manipulator::put_down() {
 Eigen::Isometry3d Manipulator::lower_and_release() {
   put_down();
   Eigen::Isometry3d X_TH = session_.X_TH();
+  // Without the load the hand rises to where it closed: a palm that is pressed on what is round rolls it away.
+  motion::MotionLimits rising = limits(parameters_.approach_speed);
+  rising.duration = parameters_.close_time;
+  motion_->go_to(X_TH_grasp_, rising);
   for_seconds(parameters_.close_time, [&](double share) {
     session_.set_grip(1 - share, parameters_.grip_torque);
     motion_->set_payload((1 - share) * payload_.mass, payload_.p_HCm);

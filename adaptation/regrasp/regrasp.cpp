@@ -39,11 +39,11 @@ double nearest_along(const Eigen::Vector3d& centre, const Eigen::Vector3d& axis,
 }
 
 /// Whether a regrasp that came near left more of the first torque than regrasps do when they meet their
-/// place, and than it is known to.
+/// place.
 bool worth_another(const std::vector<Weighing>& weighings, double torque_threshold) {
   const Weighing &first = weighings.front(), &last = weighings.back();
   return weighings.size() > 1 &&
-         std::abs(last.displacement) * last.f_g > std::max(torque_threshold, last.torque_deviation) &&
+         std::abs(last.displacement) * last.f_g > torque_threshold &&
          std::abs(last.displacement) > kMostLeft * std::abs(first.displacement);
 }
 
@@ -307,10 +307,13 @@ std::optional<Ending> Regrasp::Impl::ending(const std::vector<Weighing>& weighin
         "place, straight down, {}; the object was lowered",
         1e3 * displacement, grasp.refusal));
   }
-  if (nearest || (displacement <= limits.displacement_threshold &&
-                  !worth_another(weighings, limits.torque_threshold)))
+  const bool last = static_cast<int>(weighings.size()) > limits.max_regrasps;
+  if (displacement <= limits.displacement_threshold) {
+    if (worth_another(weighings, limits.torque_threshold) && !last) return std::nullopt;
     return Ending::kMinimumDisplacement;
-  if (static_cast<int>(weighings.size()) > limits.max_regrasps) return Ending::kRegraspLimit;
+  }
+  if (nearest) return Ending::kMinimumDisplacement;
+  if (last) return Ending::kRegraspLimit;
   return std::nullopt;
 }
 

@@ -288,6 +288,10 @@ void Plant::advance_drive(int drive, double wanted_torque, bool locked) {
 
 void Plant::begin_phase(std::string_view phase) { impl_->events->begin_phase(phase, impl_->steps); }
 
+std::vector<SensorFaultEvent> Plant::take_sensor_faults() {
+  return impl_->events->take_sensor_faults();
+}
+
 void Plant::step() {
   Impl& p = *impl_;
   btMultiBody& body = p.body->bullet();

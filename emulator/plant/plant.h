@@ -60,6 +60,8 @@ class Plant {
   void advance_drive(int drive, double wanted_torque, bool locked);
   /// An onlooker sees the robot begin a phase of its task: what the scene has for then is played.
   void begin_phase(std::string_view phase);
+  /// Faults of sensors that the scene has had begin since the last question; the plant has no electronics.
+  [[nodiscard]] std::vector<SensorFaultEvent> take_sensor_faults();
   /// Moves the world on by one step with the torques of the last `kSubSteps` sub-steps.
   void step();
 

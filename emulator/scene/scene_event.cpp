@@ -64,7 +64,49 @@ RemoveWeightEvent read_removal(const YamlMap& map, const std::vector<SceneObject
   return {object.name, named(map, "weight", object.weights, "weight").name};
 }
 
-const std::vector<std::string> kKinds = {"push", "move_weight", "remove_weight"};
+const std::vector<std::string> kChannels = {"Fx", "Fy", "Fz", "Tx", "Ty", "Tz"};
+
+int channel_of(const YamlMap& map, const std::string& key, const std::string& name) {
+  const auto found = std::find(kChannels.begin(), kChannels.end(), name);
+  if (found == kChannels.end())
+    map.fail(key, fmt::format("found \"{}\", expected {}", name, fmt::join(kChannels, ", ")));
+  return static_cast<int>(found - kChannels.begin());
+}
+
+SensorFaultEvent::Bit read_bit(const YamlMap& map) {
+  SensorFaultEvent::Bit bit;
+  bit.channel = channel_of(map, "channel", map.text("channel"));
+  bit.number = static_cast<int>(map.integer("number", 0, 15));
+  if (map.has("stuck_at") == map.has("flipped_share"))
+    map.fail("", "expected either stuck_at or flipped_share");
+  if (map.has("stuck_at")) bit.stuck = map.integer("stuck_at", 0, 1) == 1;
+  if (map.has("flipped_share")) bit.share = map.number("flipped_share", 0, 1);
+  return bit;
+}
+
+SensorFaultEvent read_sensor_fault(const YamlMap& map) {
+  SensorFaultEvent fault;
+  fault.sensor = map.text("sensor");
+  if (map.has("gain")) {
+    const auto gain = map.six_numbers("gain");
+    for (std::size_t i = 0; i < gain.size(); ++i)
+      fault.matrix(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(i)) = gain[i];
+  }
+  if (map.has("swap")) {
+    const std::vector<std::string> names = map.texts("swap");
+    if (names.size() != 2) map.fail("swap", "expected two channels");
+    fault.matrix.row(channel_of(map, "swap", names[0])).swap(fault.matrix.row(channel_of(map, "swap", names[1])));
+  }
+  if (map.has("drift_per_s")) {
+    const auto drift = map.six_numbers("drift_per_s");
+    for (std::size_t i = 0; i < drift.size(); ++i) fault.drift[static_cast<Eigen::Index>(i)] = drift[i];
+  }
+  if (map.has("bit"))
+    fault.bit = read_bit(map.map("bit", {"channel", "number", "stuck_at", "flipped_share"}));
+  return fault;
+}
+
+const std::vector<std::string> kKinds = {"push", "move_weight", "remove_weight", "sensor_fault"};
 
 SceneEvent read_event(const YamlMap& map, const std::vector<SceneObject>& objects) {
   SceneEvent event;
@@ -87,6 +129,9 @@ SceneEvent read_event(const YamlMap& map, const std::vector<SceneObject>& object
   } else if (map.has("move_weight")) {
     event.what = read_move(map.map("move_weight", {"object", "weight", "from_left_end_m", "link", "xyz_m", "rpy_rad"}),
                            objects);
+  } else if (map.has("sensor_fault")) {
+    event.what =
+        read_sensor_fault(map.map("sensor_fault", {"sensor", "gain", "swap", "drift_per_s", "bit"}));
   } else {
     event.what = read_removal(map.map("remove_weight", {"object", "weight"}), objects);
   }
@@ -96,7 +141,8 @@ SceneEvent read_event(const YamlMap& map, const std::vector<SceneObject>& object
 }  // namespace
 
 const std::vector<std::string>& event_keys() {
-  static const std::vector<std::string> keys = {"at_s", "in_phase", "push", "move_weight", "remove_weight"};
+  static const std::vector<std::string> keys = {"at_s", "in_phase", "push",
+                                                "move_weight", "remove_weight", "sensor_fault"};
   return keys;
 }
 

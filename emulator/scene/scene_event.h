@@ -32,6 +32,23 @@ struct RemoveWeightEvent {
   std::string object, weight;
 };
 
+/// A force/torque sensor's readings are no longer what they should be. Channels: Fx, Fy, Fz in N, then Tx, Ty,
+/// Tz in N·m.
+struct SensorFaultEvent {
+  std::string sensor;  ///< its frame
+  /// Reading over what it should be; then the drift adds up, per s.
+  Eigen::Matrix<double, 6, 6> matrix = Eigen::Matrix<double, 6, 6>::Identity();
+  Eigen::Matrix<double, 6, 1> drift = Eigen::Matrix<double, 6, 1>::Zero();
+  /// A bit of a channel's integer on the wire.
+  struct Bit {
+    int channel = 0;
+    int number = 0;             ///< 0 the lowest
+    std::optional<bool> stuck;  ///< at that; else it is flipped
+    double share = 1;           ///< of the samples in which it is
+  };
+  std::optional<Bit> bit;
+};
+
 /// The nth time that whoever commands the robot begins a phase of its task.
 struct PhaseBegin {
   std::string phase;
@@ -44,7 +61,7 @@ struct PhaseBegin {
 struct SceneEvent {
   double at = 0;  ///< s; without a phase
   int line = 0;   ///< where the scene file describes it
-  std::variant<PushEvent, MoveWeightEvent, RemoveWeightEvent> what;
+  std::variant<PushEvent, MoveWeightEvent, RemoveWeightEvent, SensorFaultEvent> what;
   std::optional<PhaseBegin> phase = {};  ///< takes the place of the time
 };
 

@@ -176,6 +176,12 @@ std::array<double, 2> YamlMap::number_pair(const std::string& key) const {
   return pair;
 }
 
+std::array<double, 6> YamlMap::six_numbers(const std::string& key) const {
+  std::array<double, 6> numbers{};
+  read_numbers(key, numbers.data(), numbers.size());
+  return numbers;
+}
+
 Eigen::Vector3d YamlMap::vector3(const std::string& key) const {
   Eigen::Vector3d result;
   read_numbers(key, result.data(), 3);

@@ -43,6 +43,7 @@ class YamlMap {
   /// Written in hexadecimal as the field does: 0x6041.
   [[nodiscard]] std::uint32_t hexadecimal(const std::string& key, std::uint32_t min, std::uint32_t max) const;
   [[nodiscard]] std::array<double, 2> number_pair(const std::string& key) const;  ///< finite
+  [[nodiscard]] std::array<double, 6> six_numbers(const std::string& key) const;  ///< finite
   [[nodiscard]] Eigen::Vector3d vector3(const std::string& key) const;            ///< finite
   /// Pose from `xyz_m` and `rpy_rad` (roll, pitch, yaw about fixed axes, in this order).
   [[nodiscard]] Eigen::Isometry3d pose() const;

@@ -10,6 +10,8 @@ namespace object = canopen::object;
 namespace {
 
 constexpr std::uint32_t kProduct = 2;
+constexpr double kForceUnit = 0.1;    // N, of 7130h
+constexpr double kTorqueUnit = 0.01;  // N·m
 
 // CiA 303-2: 21h is newton. It has no code of its own for the newton metre known to us; 23h is the joule,
 // which has the same dimension.
@@ -19,8 +21,8 @@ constexpr std::uint16_t kForceSensor = 10000;   // 6110h, in the manufacturer's 
 constexpr std::uint16_t kTorqueSensor = 10001;  // 6110h, in the manufacturer's range
 
 std::array<ChannelDescription, ForceTorqueNode::kChannels> describe(const ForceTorqueParameters& parameters) {
-  const ChannelDescription force{0, 0, 0.1, kForceSensor, kNewton, std::uint8_t{1}, true};
-  const ChannelDescription torque{0, 0, 0.01, kTorqueSensor, kNewtonMetre, std::uint8_t{2}, true};
+  const ChannelDescription force{0, 0, kForceUnit, kForceSensor, kNewton, std::uint8_t{1}, true};
+  const ChannelDescription torque{0, 0, kTorqueUnit, kTorqueSensor, kNewtonMetre, std::uint8_t{2}, true};
   std::array<ChannelDescription, ForceTorqueNode::kChannels> channels{force,  force,  force,
                                                                       torque, torque, torque};
   for (std::size_t i = 0; i < channels.size(); ++i) {
@@ -28,6 +30,12 @@ std::array<ChannelDescription, ForceTorqueNode::kChannels> describe(const ForceT
     channels[i].resolution = parameters.channels[i].resolution;
   }
   return channels;
+}
+
+Vector6 wire_units() {
+  Vector6 units;
+  units << kForceUnit, kForceUnit, kForceUnit, kTorqueUnit, kTorqueUnit, kTorqueUnit;
+  return units;
 }
 
 std::int16_t wire_temperature(const ForceTorqueTransducer& transducer) {
@@ -39,15 +47,21 @@ std::int16_t wire_temperature(const ForceTorqueTransducer& transducer) {
 ForceTorqueNode::ForceTorqueNode(const ForceTorqueParameters& parameters)
     : MeasuringNode({parameters.node_id, kAnalogueInputType, parameters.name, kProduct, parameters.serial},
                     describe(parameters), parameters.sample_period_us),
-      transducer_(parameters.transducer, parameters.sample_period_us * kMicro) {
+      transducer_(parameters.transducer, parameters.sample_period_us * kMicro),
+      sample_period_(parameters.sample_period_us * kMicro) {
   objects().add(sensor_temperature_table());
   temperature_ =
       objects().object<std::int16_t>(object::kSensorTemperature, 1).factory(wire_temperature(transducer_));
   configure_pdos({}, vector_tpdos());
 }
 
+void ForceTorqueNode::set_fault(const ReadingFault::Parameters& parameters) {
+  fault_.emplace(parameters, wire_units(), sample_period_);
+}
+
 void ForceTorqueNode::sample(const Wrench& F_So_S) noexcept {
-  const Vector6 measured = transducer_.measure(F_So_S);
+  Vector6 measured = transducer_.measure(F_So_S);
+  if (fault_) measured = fault_->apply(measured);
   std::array<double, kChannels> readings{};
   for (std::size_t i = 0; i < kChannels; ++i) readings[i] = measured[static_cast<Eigen::Index>(i)];
   temperature_.set(wire_temperature(transducer_));

@@ -2,10 +2,12 @@
 
 #include <array>
 #include <cstdint>
+#include <optional>
 #include <string>
 
 #include "emulator/nodes/measuring/force_torque_transducer.h"
 #include "emulator/nodes/measuring/measuring_node.h"
+#include "emulator/nodes/measuring/reading_fault.h"
 #include "urdf/reader/wrench.h"
 
 namespace walkman::nodes {
@@ -44,8 +46,13 @@ class ForceTorqueNode : public MeasuringNode {
   /// period. A value that is not finite makes its channel invalid; its last value stays.
   void sample(const Wrench& F_So_S) noexcept;
 
+  /// From now on what the transducer reads goes through this, in place of the fault before.
+  void set_fault(const ReadingFault::Parameters& parameters);
+
  private:
   ForceTorqueTransducer transducer_;
+  double sample_period_;  // s
+  std::optional<ReadingFault> fault_;
   Object<std::int16_t> temperature_;
 };
 

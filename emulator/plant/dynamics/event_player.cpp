@@ -52,7 +52,7 @@ EventPlayer::EventPlayer(const Scene& scene, const RobotModel& robot, Multibody&
                     event.phase ? event.phase->occurrence : 0};
     if (const auto* push = std::get_if<PushEvent>(&event.what)) {
       planned.link = pushed_link(scene, event, *push, robot);
-    } else {
+    } else if (!std::holds_alternative<SensorFaultEvent>(event.what)) {
       planned.object = object_of(scene, event);
     }
     planned_.push_back(planned);
@@ -91,6 +91,9 @@ void EventPlayer::play(long step) {
       if (planned.done) continue;
       body_.push_at(body_.tree().group_of(planned.link), push->force_W,
                     body_.X_WL(planned.link) * push->p_LP);
+    } else if (const auto* fault = std::get_if<SensorFaultEvent>(&planned.event.what)) {
+      sensor_faults_.push_back(*fault);
+      planned.done = true;
     } else {
       change_weights(planned);
       planned.done = true;

@@ -2,6 +2,7 @@
 
 #include <functional>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "emulator/plant/dynamics/multibody.h"
@@ -20,6 +21,8 @@ class EventPlayer {
 
   /// Whoever commands the robot begins this phase before step `step`.
   void begin_phase(std::string_view phase, long step);
+  /// Those on sensors that have begun since the last question.
+  [[nodiscard]] std::vector<SensorFaultEvent> take_sensor_faults() { return std::exchange(sensor_faults_, {}); }
   /// What happens in step `step`, counted from 0: forces for it, changes before it.
   void play(long step);
 
@@ -39,6 +42,7 @@ class EventPlayer {
   std::function<void(std::size_t, const std::vector<AttachedWeight>&)> reweigh_;
   std::vector<Planned> planned_;                      // in order of time, those of phases last
   std::vector<std::vector<AttachedWeight>> weights_;  // of each object, as they are now
+  std::vector<SensorFaultEvent> sensor_faults_;
 };
 
 }  // namespace walkman::plant
