@@ -22,11 +22,11 @@ constexpr double kHeadRoom = 0.0005;     // m; at home the head is 1 mm off the 
 constexpr double kHeadSpeed = 0.15;      // rad/s
 constexpr double kPeakOverMean = 1.875;  // speed of a fifth-order motion
 constexpr int kMostCorrections = 3;
-constexpr double kPlaced = 0.001, kTurned = 0.005;    // m, rad: as near as a hand has to be
+constexpr double kPlaced = 0.001, kTurned = 0.005;            // m, rad: as near as a hand has to be
 constexpr double kPutDownStep = 0.003, kPutDownMost = 0.025;  // m
 constexpr double kPutDownLook = 0.2;                          // s
 constexpr double kPutDownShare = 0.5;                         // of its weight that the hand may still carry
-constexpr std::array kHigher = {0.0, 0.1, 0.2, 0.3};  // m
+constexpr std::array kHigher = {0.0, 0.1, 0.2, 0.3};          // m
 constexpr double kOpenTorque = 0.2;  // share of rated: enough to let the ligaments open the hand
 
 wrench::LoadEstimator::DataSheet sensor_of(const StageTwoParameters& parameters) {
@@ -394,7 +394,8 @@ Manipulator::Load Manipulator::weigh() {
   if (level.slope.force.norm() > parameters_.force_slope ||
       level.slope.torque.norm() > parameters_.torque_slope) {
     throw Refused(fmt::format(
-        "the wrist's reading does not stay what it is: by {:.2f} N and {:.3f} N·m it changes per second while "
+        "the wrist's reading does not stay what it is: by {:.2f} N and {:.3f} N·m it changes per second "
+        "while "
         "the object hangs still, expected less than {:g} and {:g}: the sensor drifts, or the object slips",
         level.slope.force.norm(), level.slope.torque.norm(), parameters_.force_slope,
         parameters_.torque_slope));
@@ -438,7 +439,8 @@ void Manipulator::hang() {
 
 bool Manipulator::watch() {
   // Half of what would make a regrasp worth while.
-  const double torque_change = parameters_.displacement_threshold / 2 * (weighed_So_S_.force - residual_So_S_.force).norm();
+  const double torque_change =
+      parameters_.displacement_threshold / 2 * (weighed_So_S_.force - residual_So_S_.force).norm();
   for (double watched = 0; watched < parameters_.watch_time; watched += parameters_.lift_window) {
     const Wrench now = mean_reading(parameters_.lift_window).reading;
     if ((now.force - weighed_So_S_.force).norm() > parameters_.lift_force_change ||
@@ -460,9 +462,11 @@ void Manipulator::check_residual() {
   const MeanReading empty = mean_reading(parameters_.tare_time);
   const Wrench drift{empty.reading.torque - empty.hand.torque - residual_So_S_.torque,
                      empty.reading.force - empty.hand.force - residual_So_S_.force};
-  if (drift.force.norm() <= parameters_.force_drift && drift.torque.norm() <= parameters_.torque_drift) return;
+  if (drift.force.norm() <= parameters_.force_drift && drift.torque.norm() <= parameters_.torque_drift)
+    return;
   throw Refused(fmt::format(
-      "the wrist sensor's residual is {:.2f} N and {:.3f} N·m beside what it was before the grasp, expected at "
+      "the wrist sensor's residual is {:.2f} N and {:.3f} N·m beside what it was before the grasp, expected "
+      "at "
       "most {:g} and {:g}: it drifts, and what it weighed is not to be believed",
       drift.force.norm(), drift.torque.norm(), parameters_.force_drift, parameters_.torque_drift));
 }
@@ -474,7 +478,8 @@ void Manipulator::put_down() {
   const double weight = payload_.mass * motion::kGravity;
   for (double lower = kPutDownStep; lower <= kPutDownMost; lower += kPutDownStep) {
     const double force = mean_object_load(parameters_.lift_window).force.norm();
-      if (force < kPutDownShare * weight || !go_straight(raised(X_TH_grasp_, -lower), limits(parameters_.approach_speed)))
+    if (force < kPutDownShare * weight ||
+        !go_straight(raised(X_TH_grasp_, -lower), limits(parameters_.approach_speed)))
       return;
   }
 }
@@ -482,7 +487,8 @@ void Manipulator::put_down() {
 Eigen::Isometry3d Manipulator::lower_and_release() {
   put_down();
   Eigen::Isometry3d X_TH = session_.X_TH();
-  // Without the load the hand rises to where it closed: a palm that is pressed on what is round rolls it away.
+  // Without the load the hand rises to where it closed: a palm that is pressed on what is round rolls it
+  // away.
   motion::MotionLimits rising = limits(parameters_.approach_speed);
   rising.duration = parameters_.close_time;
   motion_->go_to(X_TH_grasp_, rising);

@@ -68,13 +68,14 @@ class Manipulator {
   /// After `weigh`: holds for `watch_time`. True, and it holds no longer, when what hangs in the hand has
   /// become another load.
   [[nodiscard]] bool watch();
-  /// After `watch` has seen another load: takes that over as `lift` does. `turn` and `weigh` again afterwards.
+  /// After `watch` has seen another load: takes that over as `lift` does. `turn` and `weigh` again
+  /// afterwards.
   void take_up();
   /// Back down to where it was grasped, and opens the hand. Returns the hand's measured pose just before it
   /// opened.
   [[nodiscard]] Eigen::Isometry3d lower_and_release();
-  /// After a release, over the grasp: reads the empty hand again. Throws Refused when the sensor's residual is
-  /// no longer what it was before the grasp.
+  /// After a release, over the grasp: reads the empty hand again. Throws Refused when the sensor's residual
+  /// is no longer what it was before the grasp.
   void check_residual();
 
   /// Turns the camera so that p_T (m) comes to the middle of its image, as far as its joints go and the head

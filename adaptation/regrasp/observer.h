@@ -31,8 +31,8 @@ enum class Phase {
 
 /// The phases' names, in the order of `Phase`.
 inline constexpr std::array<std::string_view, 13> kPhaseNames = {
-    "boot",  "settle", "calibrate", "look",  "approach", "tare",
-    "grasp", "lift",   "turn",      "weigh", "watch",    "lower", "retreat"};
+    "boot", "settle", "calibrate", "look",  "approach", "tare",   "grasp",
+    "lift", "turn",   "weigh",     "watch", "lower",    "retreat"};
 
 [[nodiscard]] constexpr std::string_view to_string(Phase phase) {
   return kPhaseNames[static_cast<std::size_t>(phase)];

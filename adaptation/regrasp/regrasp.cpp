@@ -21,6 +21,8 @@ constexpr int kMostLooks = 3;
 constexpr int kMostPlans = 3;
 constexpr int kEnoughTries = 2;
 constexpr double kMostLeft = 0.05;     // of the first displacement; the paper's regrasps leave less (table 1)
+constexpr double kDeviations = 3;      // reported with a torque
+constexpr double kAnyLength = 10;      // m, more than a hand holds
 constexpr double kCloudTimeout = 5.0;  // s without a new cloud: many frame periods of the camera
 
 /// The CoM line as the hand carries it: relative to Ho, in H.
@@ -42,8 +44,7 @@ double nearest_along(const Eigen::Vector3d& centre, const Eigen::Vector3d& axis,
 /// place.
 bool worth_another(const std::vector<Weighing>& weighings, double torque_threshold) {
   const Weighing &first = weighings.front(), &last = weighings.back();
-  return weighings.size() > 1 &&
-         std::abs(last.displacement) * last.f_g > torque_threshold &&
+  return weighings.size() > 1 && std::abs(last.displacement) * last.f_g > torque_threshold &&
          std::abs(last.displacement) > kMostLeft * std::abs(first.displacement);
 }
 
@@ -75,6 +76,8 @@ struct Regrasp::Impl {
   [[nodiscard]] PlannedGrasp plan(const GraspPlanner::Cost& cost);
   /// Plans a grasp and takes it; where the way turns out blocked, the next one from where the hand came to.
   PlannedGrasp reach_and_grasp(const GraspPlanner::Cost& cost);
+  /// How the object seen lies around the hand at X_TH, in H.
+  [[nodiscard]] Eigen::AlignedBox3d around(const Eigen::Isometry3d& X_TH) const;
   void reach(const PlannedGrasp& grasp);
   [[nodiscard]] Weighing lift_and_weigh();
   /// The same of a load that has become another in the hand.
@@ -107,6 +110,7 @@ struct Regrasp::Impl {
   camera::OrganizedCloud outside;       // of it what is not the robot
   perception::StageOneResult seen;
   std::vector<motion::NamedObstacle> obstacles;  // in T
+  Eigen::AlignedBox3d held_H;                    // the object that is in the hand, as it was seen
   // While the robot stood still for `cloud`.
   motion::KinematicTree posed;
   Eigen::Isometry3d X_TC = Eigen::Isometry3d::Identity();
@@ -161,7 +165,8 @@ void Regrasp::Impl::look(const std::optional<Eigen::Vector3d>& p_T) {
     } catch (const perception::NotLocated& e) {
       // What is asked for may be beyond the image's border.
       if (asked_for && looks < kMostLooks && manipulator.look_at(near_T)) continue;
-      throw RunStopped(p_T ? fmt::format("the object is not where the hand let go of it: {}", e.what()) : e.what());
+      throw RunStopped(p_T ? fmt::format("the object is not where the hand let go of it: {}", e.what())
+                           : e.what());
     }
     if (!seen.object().cut_by_image || looks == kMostLooks) break;
     const Eigen::Vector3d middle_T = X_TC * seen.object().p_CCm;
@@ -199,9 +204,21 @@ PlannedGrasp Regrasp::Impl::reach_and_grasp(const GraspPlanner::Cost& cost) {
       if (plans == kMostPlans) throw;
       continue;
     }
+    held_H = around(grasp.X_TH);
     manipulator.grasp(grasp.radius);
     return grasp;
   }
+}
+
+Eigen::AlignedBox3d Regrasp::Impl::around(const Eigen::Isometry3d& X_TH) const {
+  const Eigen::Isometry3d X_HC = X_TH.inverse() * X_TC;
+  Eigen::AlignedBox3d box;
+  for (const Eigen::Vector3f& p_C : seen.object().surface_C) box.extend(X_HC * p_C.cast<double>());
+  if (seen.object().cut_by_image) {  // along the handle it goes on
+    box.min().x() = -kAnyLength;
+    box.max().x() = kAnyLength;
+  }
+  return box;
 }
 
 /// The sensor's residual is removed just before; whatever booted anew since then may have another.
@@ -274,6 +291,17 @@ Weighing Regrasp::Impl::weigh() {
   weighing.f_g = -weighing.F_Ho_T.force.z();
   const auto line = wrench::com_line(weighing.F_Ho_T, parameters.stage_two.min_force);
   if (!line) throw Refused("the object slipped out of the hand while it was weighed");
+  const Eigen::Matrix3d R_HT = weighing.X_TH.linear().transpose();
+  const double beside = wrench::distance_of({R_HT * line->p_PF, R_HT * line->direction}, held_H);
+  const double bound =
+      parameters.stage_two.displacement_threshold + kDeviations * weighing.torque_deviation / weighing.f_g;
+  if (!(beside <= bound)) {
+    throw Refused(
+        fmt::format("by {:.1f} N and {:.2f} N·m at the wrist the centre of mass would be {:.0f} mm outside "
+                    "of the object seen, "
+                    "expected at most {:.0f} mm: these readings are of no weight that hangs there",
+                    weighing.F_Ho_T.force.norm(), weighing.F_Ho_T.torque.norm(), 1e3 * beside, 1e3 * bound));
+  }
   const Eigen::Vector3d right_T = weighing.X_TH.linear().col(0);
   weighing.displacement = nearest_along(Eigen::Vector3d::Zero(), right_T, line->p_PF, line->direction);
   weighing.torque = std::copysign(weighing.F_Ho_T.torque.norm(), weighing.displacement);

@@ -36,6 +36,25 @@ std::optional<ComLine> com_line(const Wrench& F_Po_E, double min_force) {
   return ComLine{F_Po_E.force.cross(F_Po_E.torque) / (norm * norm), F_Po_E.force / norm};
 }
 
+double distance_of(const ComLine& line, const Eigen::AlignedBox3d& box) {
+  const auto at = [&](double along) {
+    return box.exteriorDistance(Eigen::Vector3d(line.p_PF + along * line.direction));
+  };
+  // The distance is convex along the line, so a third of what is left falls away each time.
+  constexpr double kLength = 100;
+  constexpr int kThirds = 60;
+  double from = -kLength, to = kLength;
+  for (int i = 0; i < kThirds; ++i) {
+    const double a = from + (to - from) / 3, b = to - (to - from) / 3;
+    if (at(a) <= at(b)) {
+      to = b;
+    } else {
+      from = a;
+    }
+  }
+  return at((from + to) / 2);
+}
+
 double torque_about(const ComLine& line, double force, const Eigen::Vector3d& p_PQ) {
   return (line.p_PF - p_PQ).cross(line.direction).norm() * force;
 }

@@ -2,7 +2,7 @@
 
 #include <optional>
 
-#include <Eigen/Core>
+#include <Eigen/Geometry>
 
 #include "urdf/reader/wrench.h"
 
@@ -50,6 +50,10 @@ struct ComLine {
 /// The CoM line of a weight from its wrench. None when the force is below `min_force` (N) or not finite:
 /// nothing hangs there that could be weighed.
 [[nodiscard]] std::optional<ComLine> com_line(const Wrench& F_Po_E, double min_force);
+
+/// How far a line passes outside of a box in the same frame, m: 0 when it goes through. Within 100 m of its
+/// point.
+[[nodiscard]] double distance_of(const ComLine& line, const Eigen::AlignedBox3d& box);
 
 /// Norm (N·m) of the torque that a force of the norm `force` (N) on the line makes about Q, which is p_PQ
 /// from Po (m): |d_h × f| of the paper.

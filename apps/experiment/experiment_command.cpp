@@ -132,7 +132,7 @@ void add_experiment_command(CLI::App& app, std::function<int()>& run) {
   auto options = std::make_shared<Options>();
   CLI::App* command = app.add_subcommand(
       "experiment", "Run an experiment of the paper on the embedded bus and compare with its row");
-  command->add_option("NUMBER", options->number, "Number in the paper's Table 1")->required();
+  command->add_option("NUMBER", options->number, "Number in the paper's Table 1, 1 to 5")->required();
   command->add_option("--repeat", options->repeat, "Repetitions, with the seeds SEED, SEED+1, ...")
       ->check(CLI::Range(1, 10000));
   command

@@ -23,8 +23,8 @@ struct TrueWeighing {
   double com_error = 0;     ///< reported less true centre of mass along the handle, m: where the hand was
                             ///< thought to be is in it
   double torque_about_handle = 0;  ///< the part of the torque about the handle's axis, N·m
-  double d_r = 0;           ///< centre of mass along the object's x axis from its left end, m
-  double d_v = 0;           ///< the same of the grasp frame when it was chosen
+  double d_r = 0;                  ///< centre of mass along the object's x axis from its left end, m
+  double d_v = 0;                  ///< the same of the grasp frame when it was chosen
 };
 
 /// Why what was reported is not so, one sentence; none when it is: the centre of mass within

@@ -5,6 +5,7 @@
 #include <stdexcept>
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include "adaptation/regrasp/regrasp.h"
 #include "apps/experiment/judge.h"
@@ -20,6 +21,7 @@
 #include "emulator/logs/state_log.h"
 #include "emulator/pacing/host.h"
 #include "emulator/scene/error_report.h"
+#include "urdf/reader/nearest_name.h"
 
 namespace walkman::apps {
 namespace {
@@ -155,8 +157,8 @@ void fill_rows(const Scene& scene, const Judge& judge, RepetitionResult& result)
   result.truth = first.truth;
   if (change < weighings.size()) result.after_change = judged_row(judge, change, weighings.size());
   // A load that changes in the hand is weighed once more without a regrasp.
-  const auto in_hand =
-      std::count_if(weighings.begin(), weighings.end(), [](const auto& weighing) { return weighing.changed; });
+  const auto in_hand = std::count_if(weighings.begin(), weighings.end(),
+                                     [](const auto& weighing) { return weighing.changed; });
   result.regrasps = static_cast<int>(weighings.size()) - 1 - static_cast<int>(in_hand);
 }
 
@@ -192,6 +194,17 @@ std::string finish_files(WireTap& tap, Judge& judge) {
   return unwritten;
 }
 
+/// An event in a phase that the method does not have would never happen.
+void require_phases(const Scene& scene) {
+  const std::vector<std::string> names(regrasp::kPhaseNames.begin(), regrasp::kPhaseNames.end());
+  for (const SceneEvent& event : scene.events) {
+    if (!event.phase || std::find(names.begin(), names.end(), event.phase->phase) != names.end()) continue;
+    throw std::runtime_error(fmt::format(
+        "{}:{}: events in_phase.phase: there is no phase \"{}\"{}, expected one of {}", scene.file.string(),
+        event.line, event.phase->phase, did_you_mean(event.phase->phase, names), fmt::join(names, ", ")));
+  }
+}
+
 }  // namespace
 
 std::string to_string(Outcome outcome) {
@@ -216,6 +229,7 @@ std::string to_string(Outcome outcome) {
 
 void require_valid(const RepetitionOptions& options) {
   const Scene scene = load_scene(options.scene, options.robot_choice.packages);
+  require_phases(scene);
   const KnownRobot robot(scene.robot, options.robot_choice);
   require_reach(scene, robot.model);
   require_fit(options.robot, robot.devices);

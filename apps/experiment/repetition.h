@@ -82,7 +82,7 @@ struct RepetitionResult {
   std::uint64_t seed = 0;
   DrawnRobot robot;
   TableRow row;
-  TrueRow truth;         ///< means something when `weighed`
+  TrueRow truth;  ///< means something when `weighed`
   /// Of the load that became another in the hand: from the first weighing after that.
   std::optional<JudgedRow> after_change;
   bool weighed = false;  ///< at least one lift was; else only d_r and d_v of the row mean anything

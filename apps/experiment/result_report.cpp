@@ -164,7 +164,8 @@ constexpr std::array kOutcomes = {Outcome::kMinimumTorque, Outcome::kMinimumDisp
 }  // namespace
 
 std::optional<PaperRow> paper_row(int experiment) {
-  // As printed, but for the reduction of experiment 5's first row: its torques give 77.2 %, where 22.8 stands.
+  // As printed, but for the reduction of experiment 5's first row: its torques give 77.2 %, where 22.8
+  // stands.
   static const std::map<int, PaperRow> kTable1 = {
       {1, {{0.520, 0.450, 12.0, 0.886, 0.0736, -0.031, -0.0020, 96.5}, {}}},
       {2, {{0.565, 0.480, 13.7, 1.323, 0.0969, 0.090, 0.0069, 93.2}, {}}},
@@ -299,7 +300,8 @@ std::string to_text(const ExperimentResult& result) {
   }
   if (mean.after_change) text += fmt::format("  changed   {}\n", row_text(mean.after_change->row));
   text += fmt::format("paper       {}\n", row_text(result.paper.row));
-  if (result.paper.after_change) text += fmt::format("  changed   {}\n", row_text(*result.paper.after_change));
+  if (result.paper.after_change)
+    text += fmt::format("  changed   {}\n", row_text(*result.paper.after_change));
   if (mean.n > 0) {
     text +=
         fmt::format("            tau is known to {:.3f} N·m, tau' to {:.3f} N·m (one standard deviation)\n",

@@ -117,14 +117,18 @@ int make_picture(const Options& options) {
   if (options.phase.empty() != (options.experiment == 0)) {
     throw std::runtime_error("--experiment and --phase: one without the other says no moment, expected both");
   }
-  if (options.experiment != 0 && options.experiment != 1) {
-    throw std::runtime_error(
-        fmt::format("experiment {}: there is no such experiment, expected 1", options.experiment));
+  constexpr int kExperiments = 5;
+  if (options.experiment < 0 || options.experiment > kExperiments) {
+    throw std::runtime_error(fmt::format("experiment {}: there is no such experiment, expected 1 to {}",
+                                         options.experiment, kExperiments));
   }
   require_phase(options.phase);
   require_writable(options.out);
   const std::filesystem::path data = data_directory();
-  WorldOptions world_options = world_of(options.scene, data);
+  SceneCommandLine scene = options.scene;
+  if (scene.scene.empty() && options.experiment != 0)
+    scene.scene = fmt::format("experiment_{}", options.experiment);
+  WorldOptions world_options = world_of(scene, data);
   world_options.within_reach = options.experiment != 0;
   if (options.seed) world_options.seed = static_cast<std::uint64_t>(*options.seed);
   EmulatedWorld world(world_options);

@@ -84,7 +84,8 @@ void require_reach(const Scene& scene, const RobotModel& robot) {
   for (const SceneObject& object : scene.objects) {
     check("object", object.name, object.line, [&](const Eigen::Vector3d& shoulder) {
       const Eigen::Vector3d p = object.X_WO.inverse() * shoulder;
-      const Eigen::Vector3d nearest(std::clamp(p.x(), object.left_end, object.left_end + object.length), 0, 0);
+      const Eigen::Vector3d nearest(std::clamp(p.x(), object.left_end, object.left_end + object.length), 0,
+                                    0);
       return (p - nearest).norm();
     });
   }

@@ -48,10 +48,11 @@ SeriesElasticActuator actuator_of(const ActuatorParameters& of_class, const Driv
   own.coulomb_friction *= errors.friction;
   own.static_friction *= errors.friction;
   const double torque_zero = errors.torque_zero * of_class.peak_torque;
-  return {own, SensorCalibration{of_class.spring_constant,
-                                 errors.encoder_zero + torque_zero / of_class.spring_constant,
-                                 errors.encoder_zero},
-          errors.gear};
+  return {
+      own,
+      SensorCalibration{of_class.spring_constant,
+                        errors.encoder_zero + torque_zero / of_class.spring_constant, errors.encoder_zero},
+      errors.gear};
 }
 
 /// Which of the two kinds a drive of the device table is, and its place among them.
@@ -288,9 +289,7 @@ void Plant::advance_drive(int drive, double wanted_torque, bool locked) {
 
 void Plant::begin_phase(std::string_view phase) { impl_->events->begin_phase(phase, impl_->steps); }
 
-std::vector<SensorFaultEvent> Plant::take_sensor_faults() {
-  return impl_->events->take_sensor_faults();
-}
+std::vector<SensorFaultEvent> Plant::take_sensor_faults() { return impl_->events->take_sensor_faults(); }
 
 void Plant::step() {
   Impl& p = *impl_;

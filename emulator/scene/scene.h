@@ -48,8 +48,8 @@ struct SceneObject {
   int line = 0;  ///< where the scene file describes it
   RobotModel model;
   Eigen::Isometry3d X_WO = Eigen::Isometry3d::Identity();  ///< initial pose, W as below
-  double left_end = 0;  ///< where it begins on its own x axis, m
-  double length = 0;    ///< its extent along that, m
+  double left_end = 0;                                     ///< where it begins on its own x axis, m
+  double length = 0;                                       ///< its extent along that, m
   std::vector<AttachedWeight> weights;
 
   /// A place on the object's own x axis, `distance` (m) from its left end.
@@ -92,10 +92,10 @@ struct Scene {
   std::vector<SceneEvent> events;  ///< those at a time first, in its order
 };
 
-/// Reads a scene file and those that it `extends`. Paths in a file are relative to it. Unknown keys, wrong types, non-finite numbers
-/// and impossible weights (off the object) are errors. Throws std::runtime_error: one sentence with file,
-/// line, key, what was found and what was expected.
-/// `packages`: where the meshes of its bodies are looked up.
+/// Reads a scene file and those that it `extends`. Paths in a file are relative to it. Unknown keys, wrong
+/// types, non-finite numbers and impossible weights (off the object) are errors. Throws std::runtime_error:
+/// one sentence with file, line, key, what was found and what was expected. `packages`: where the meshes of
+/// its bodies are looked up.
 [[nodiscard]] Scene load_scene(const std::filesystem::path& yaml_file, const PackagePath& packages = {});
 
 /// Reads where `map` has a weight: `from_left_end_m`, on the object's x axis, or `xyz_m` on the object's

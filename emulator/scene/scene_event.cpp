@@ -95,7 +95,8 @@ SensorFaultEvent read_sensor_fault(const YamlMap& map) {
   if (map.has("swap")) {
     const std::vector<std::string> names = map.texts("swap");
     if (names.size() != 2) map.fail("swap", "expected two channels");
-    fault.matrix.row(channel_of(map, "swap", names[0])).swap(fault.matrix.row(channel_of(map, "swap", names[1])));
+    fault.matrix.row(channel_of(map, "swap", names[0]))
+        .swap(fault.matrix.row(channel_of(map, "swap", names[1])));
   }
   if (map.has("drift_per_s")) {
     const auto drift = map.six_numbers("drift_per_s");
@@ -127,11 +128,10 @@ SceneEvent read_event(const YamlMap& map, const std::vector<SceneObject>& object
   if (map.has("push")) {
     event.what = read_push(map.map("push", {"link", "force_N", "point_m", "duration_s"}));
   } else if (map.has("move_weight")) {
-    event.what = read_move(map.map("move_weight", {"object", "weight", "from_left_end_m", "link", "xyz_m", "rpy_rad"}),
-                           objects);
+    event.what = read_move(
+        map.map("move_weight", {"object", "weight", "from_left_end_m", "link", "xyz_m", "rpy_rad"}), objects);
   } else if (map.has("sensor_fault")) {
-    event.what =
-        read_sensor_fault(map.map("sensor_fault", {"sensor", "gain", "swap", "drift_per_s", "bit"}));
+    event.what = read_sensor_fault(map.map("sensor_fault", {"sensor", "gain", "swap", "drift_per_s", "bit"}));
   } else {
     event.what = read_removal(map.map("remove_weight", {"object", "weight"}), objects);
   }
@@ -141,7 +141,7 @@ SceneEvent read_event(const YamlMap& map, const std::vector<SceneObject>& object
 }  // namespace
 
 const std::vector<std::string>& event_keys() {
-  static const std::vector<std::string> keys = {"at_s", "in_phase", "push",
+  static const std::vector<std::string> keys = {"at_s",        "in_phase",      "push",
                                                 "move_weight", "remove_weight", "sensor_fault"};
   return keys;
 }

@@ -32,8 +32,8 @@ struct RemoveWeightEvent {
   std::string object, weight;
 };
 
-/// A force/torque sensor's readings are no longer what they should be. Channels: Fx, Fy, Fz in N, then Tx, Ty,
-/// Tz in N·m.
+/// A force/torque sensor's readings are no longer what they should be. Channels: Fx, Fy, Fz in N, then Tx,
+/// Ty, Tz in N·m.
 struct SensorFaultEvent {
   std::string sensor;  ///< its frame
   /// Reading over what it should be; then the drift adds up, per s.
@@ -66,7 +66,8 @@ struct SceneEvent {
 };
 
 /// Reads `events` of a scene whose objects are `objects`. The result is in order of time, those of one time
-/// in the file's order, those of phases last. Throws as `load_scene`; which links the robot has is not known here.
+/// in the file's order, those of phases last. Throws as `load_scene`; which links the robot has is not known
+/// here.
 [[nodiscard]] std::vector<SceneEvent> read_events(const std::vector<YamlMap>& maps,
                                                   const std::vector<SceneObject>& objects);
 

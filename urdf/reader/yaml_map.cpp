@@ -80,7 +80,8 @@ void YamlMap::fail_at(const YAML::Node& node, const std::string& place, const st
 
 void YamlMap::fail(const std::string& key, const std::string& reason) const {
   const YamlMap& owner = key.empty() ? *this : this->owner(key);
-  owner.fail_at(!key.empty() && owner.has_own(key) ? owner.node_[key] : owner.node_, owner.place_of(key), reason);
+  owner.fail_at(!key.empty() && owner.has_own(key) ? owner.node_[key] : owner.node_, owner.place_of(key),
+                reason);
 }
 
 bool YamlMap::is_mapping(const std::string& key) const { return owner(key).node_[key].IsMap(); }

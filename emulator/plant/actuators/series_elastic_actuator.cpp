@@ -70,8 +70,8 @@ double SeriesElasticActuator::advance(double link_position, double link_velocity
                                       bool locked, double dt) {
   const GearError before = gear_error();
   // The spring's work on the gear's output is its work on the motor.
-  motor_.advance(wanted_torque, (1 + before.slope) * transmitted(before, link_position, link_velocity), locked,
-                 dt);
+  motor_.advance(wanted_torque, (1 + before.slope) * transmitted(before, link_position, link_velocity),
+                 locked, dt);
   read_sensors(link_position, dt);
   return transmitted(gear_error(), link_position, link_velocity);
 }

@@ -10,8 +10,8 @@
 
 namespace walkman::plant {
 
-/// Plays a scene's events: each begins with the first step at or after its time, or after the beginning of the
-/// phase that it waits for.
+/// Plays a scene's events: each begins with the first step at or after its time, or after the beginning of
+/// the phase that it waits for.
 class EventPlayer {
  public:
   /// `reweigh` is called with an object's index and its weights as they are from now on. Throws
@@ -22,7 +22,9 @@ class EventPlayer {
   /// Whoever commands the robot begins this phase before step `step`.
   void begin_phase(std::string_view phase, long step);
   /// Those on sensors that have begun since the last question.
-  [[nodiscard]] std::vector<SensorFaultEvent> take_sensor_faults() { return std::exchange(sensor_faults_, {}); }
+  [[nodiscard]] std::vector<SensorFaultEvent> take_sensor_faults() {
+    return std::exchange(sensor_faults_, {});
+  }
   /// What happens in step `step`, counted from 0: forces for it, changes before it.
   void play(long step);
 

@@ -143,7 +143,8 @@ TEST(ResultReport, TextSaysWhichErrorsTheRobotsHadAndWhereTheLargestWas) {
 
 TEST(ResultReport, ALoadThatChangedHasARowOfItsOwn) {
   ExperimentResult result;
-  result.repetitions = {repetition(1, 0.9, Outcome::kMinimumTorque), repetition(2, 0.7, Outcome::kMinimumTorque)};
+  result.repetitions = {repetition(1, 0.9, Outcome::kMinimumTorque),
+                        repetition(2, 0.7, Outcome::kMinimumTorque)};
   result.repetitions[0].after_change = JudgedRow{{0.53, 0.39, 12, 1.5, 0.1}, {1.6, 0.11}};
   result.paper = *paper_row(5);
   const nlohmann::json json = to_json(result);

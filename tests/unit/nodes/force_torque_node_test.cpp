@@ -53,6 +53,48 @@ TEST_F(ForceTorqueNodeTest, BothPdosOfASampleInBytes) {
   EXPECT_THAT(talk.ask("080#"), ElementsAre("192#7800E2FFE8030200", "292#3200E7FF640000"));
 }
 
+TEST_F(ForceTorqueNodeTest, AFaultTurnsTheReadingsThatItTurnsInBytes) {
+  talk.ask("000#0112");
+  ReadingFault::Parameters fault;
+  fault.matrix.setIdentity();
+  fault.matrix(0, 0) = 1.3;
+  fault.matrix.row(3).swap(fault.matrix.row(4));
+  node.set_fault(fault);
+  sample(10.0, 0, 0, 0.5, -0.25, 0);
+  // 130 = 0082h; Tx -25 = FFE7h, Ty 50 = 0032h.
+  EXPECT_THAT(talk.ask("080#"), ElementsAre("192#8200000000000100", "292#E7FF3200000000"));
+  fault = {};
+  fault.bit = ReadingFault::Bit{4, 6, true};  // 64 of Ty's hundredths of a newton metre
+  node.set_fault(fault);
+  sample(0, 0, 0, 0, 0.1, 0);
+  EXPECT_THAT(talk.ask("080#"), ElementsAre("192#0000000000000200", "292#00004A00000000"));  // 10 | 64
+  sample(0, 0, 0, 0, -0.1, 0);
+  EXPECT_THAT(talk.ask("080#"),
+              ElementsAre("192#0000000000000300", "292#0000F6FF000000"));  // -10 has it set
+}
+
+TEST_F(ForceTorqueNodeTest, DriftAddsUpAndBitsFlipAsOftenAsTheyShould) {
+  Vector6 units;
+  units << 0.1, 0.1, 0.1, 0.01, 0.01, 0.01;
+  ReadingFault::Parameters drifting;
+  drifting.drift[5] = 0.02;
+  ReadingFault drift(drifting, units, 1e-3);
+  double last = 0;
+  for (int i = 0; i < 2000; ++i) last = drift.apply(Vector6::Zero())[5];
+  EXPECT_NEAR(last, 0.04, 1e-9);
+  ReadingFault::Parameters flipping;
+  flipping.bit = ReadingFault::Bit{0, 3, {}, 0.05};
+  ReadingFault flip(flipping, units, 1e-3);
+  int flipped = 0;
+  const int count = 20'000;
+  for (int i = 0; i < count; ++i) {
+    const double reading = flip.apply(Vector6::Zero())[0];
+    EXPECT_TRUE(reading == 0 || std::abs(reading - 0.8) < 1e-12) << reading;
+    flipped += reading != 0 ? 1 : 0;
+  }
+  EXPECT_NEAR(flipped, 0.05 * count, 4 * std::sqrt(0.05 * 0.95 * count));
+}
+
 TEST_F(ForceTorqueNodeTest, IdentityUnitsAndDigits) {
   EXPECT_THAT(talk.ask("612#4000100000000000"), ElementsAre("592#4300100094010200"));
   EXPECT_THAT(talk.ask("612#4031610100000000"), ElementsAre("592#4331610100002100"));

@@ -130,14 +130,16 @@ TEST_F(GraspPlannerTest, KeepsTheWholeHandOffWhatStandsBesideTheHandle) {
   EXPECT_LT(grasp.cost, 0.15);
   EXPECT_LT(grasp.least_cost, 0.002);
   EXPECT_THAT(grasp.refusal,
-              testing::ContainsRegex("right hand: R.* and what lies beside the handle would touch, [0-9.]+ mm too near"));
+              testing::ContainsRegex(
+                  "right hand: R.* and what lies beside the handle would touch, [0-9.]+ mm too near"));
 }
 
 TEST_F(GraspPlannerTest, OpenFingersDoNotFitRoundABarThatLiesLow) {
   put_bar(0.65, -0.3, 0.02);
   EXPECT_THAT([&] { static_cast<void>(plan(-0.3)); },
-              testing::ThrowsMessage<RunStopped>(testing::ContainsRegex(
-                  "right hand: R(Finger|Thumb).* and the table would touch, [0-9.]+ mm too near; the left hand: .*")));
+              testing::ThrowsMessage<RunStopped>(
+                  testing::ContainsRegex("right hand: R(Finger|Thumb).* and the table would touch, [0-9.]+ "
+                                         "mm too near; the left hand: .*")));
 }
 
 TEST_F(GraspPlannerTest, SaysHowFarEachHandIsFromABarOutOfReach) {

@@ -2,9 +2,8 @@
 
 #include "adaptation/wrench/carried_load.h"
 
-#include <random>
-
 #include <cmath>
+#include <random>
 
 #include <Eigen/Geometry>
 #include <gtest/gtest.h>
@@ -56,6 +55,18 @@ TEST(Shift, AgreesWithTheWrenchMeasuredThere) {
   const Wrench there = weight_at(p - q, 2);
   EXPECT_NEAR((moved.torque - there.torque).norm(), 0, 1e-12);
   EXPECT_EQ(moved.force, there.force);
+}
+
+TEST(ComLine, ItsDistanceFromABoxIsThatOfPlaneGeometry) {
+  const Eigen::AlignedBox3d box(Eigen::Vector3d(-0.5, -0.1, -0.04), Eigen::Vector3d(0.6, 0.02, 0.05));
+  const Eigen::Vector3d down(0, -1, 0);
+  EXPECT_NEAR(distance_of({{0.2, 5, 0.01}, down}, box), 0, 1e-9);
+  EXPECT_NEAR(distance_of({{0.7, 5, 0.01}, down}, box), 0.1, 1e-9);
+  EXPECT_NEAR(distance_of({{0.63, -3, 0.09}, down}, box), 0.05, 1e-9);  // beside an edge: 3, 4, 5
+  const Eigen::Vector3d leaning = Eigen::Vector3d(0, -1, 1).normalized();
+  // It meets the edge y = 0.02, z = 0.05 nearest, at (0.05 - z0 + y0 - 0.02) / sqrt 2.
+  EXPECT_NEAR(distance_of({{0, 0.5, 0}, leaning}, box), (0.5 + 0 - 0.02 - 0.05) / std::sqrt(2), 1e-9);
+  EXPECT_NEAR(distance_of({{0, 0, 0}, Eigen::Vector3d::UnitX()}, box), 0, 1e-9);
 }
 
 TEST(WrenchTrend, IsTheSlopeOfTheLineThatFitsBest) {

@@ -1,0 +1,93 @@
+#!/usr/bin/env python3
+"""Runs Experiment 1 with a wrist sensor that lies, each in its own way, and judges by the plant's truth.
+
+A probe is right when the run comes to a right result all the same, or stops with a reason that fits. It fails when a run
+ends as a success that the truth denies, falls, touches what it should not, or stops for another reason. The exit code is 0
+when all are right.
+"""
+
+import argparse
+import concurrent.futures
+import json
+import os
+import pathlib
+import re
+import shutil
+import subprocess
+import sys
+import tempfile
+
+SENSOR = "r_arm_ft"
+FROM_BOOT = "at_s: 0.5"
+COM_ERROR = 0.02  # m, the method's d_thres
+DRIFTS = "drift|does not stay|contradict"
+LIES = "contradict|weighs|does not stay|drift|beside|holds nothing|object turns|outside of the object"
+
+# Name, when, what, and what a stop may say.
+PROBES = [
+    ("drift 0.02 N·m/s, all torques", "in_phase: {phase: grasp}", "drift_per_s: [0, 0, 0, 0.02, 0.02, 0.02]", DRIFTS),
+    ("drift 0.05 N·m/s, all torques", "in_phase: {phase: grasp}", "drift_per_s: [0, 0, 0, 0.05, 0.05, 0.05]", DRIFTS),
+    ("drift 0.02 N·m/s, Tx", "in_phase: {phase: grasp}", "drift_per_s: [0, 0, 0, 0.02, 0, 0]", DRIFTS),
+    ("drift 0.02 N·m/s, Ty", "in_phase: {phase: grasp}", "drift_per_s: [0, 0, 0, 0, 0.02, 0]", DRIFTS),
+    ("gain 1.3", FROM_BOOT, "gain: [1.3, 1.3, 1.3, 1.3, 1.3, 1.3]", LIES),
+    ("gain 1.3 of the torques", FROM_BOOT, "gain: [1, 1, 1, 1.3, 1.3, 1.3]", LIES),
+    ("sign of Fz", FROM_BOOT, "gain: [1, 1, -1, 1, 1, 1]", LIES),
+    ("sign of Tx", FROM_BOOT, "gain: [1, 1, 1, -1, 1, 1]", LIES),
+    ("sign of Ty", FROM_BOOT, "gain: [1, 1, 1, 1, -1, 1]", LIES),
+    ("Tx and Ty swapped", FROM_BOOT, "swap: [Tx, Ty]", LIES),
+    ("Fx and Fz swapped", FROM_BOOT, "swap: [Fx, Fz]", LIES),
+    ("bit 6 of Ty flips in 5 %", FROM_BOOT, "bit: {channel: Ty, number: 6, flipped_share: 0.05}", LIES),
+    ("bit 7 of Tx sticks in the lift", "in_phase: {phase: lift}", "bit: {channel: Tx, number: 7, stuck_at: 1}", LIES),
+    ("bit 7 of Ty sticks in the lift", "in_phase: {phase: lift}", "bit: {channel: Ty, number: 7, stuck_at: 1}", LIES),
+]
+
+
+def run(program, urdf, probe, seed, folder):
+    _, when, what, _ = probe
+    folder.mkdir(parents=True)
+    scene = folder / "scene.yaml"
+    scene.write_text(f"extends: {urdf / 'scenes/experiment_1.yaml'}\n"
+                     f"events:\n  - {when}\n    sensor_fault: {{sensor: {SENSOR}, {what}}}\n")
+    done = subprocess.run([program, "experiment", "1", "--scene", scene, "--seed", str(seed), "--json", "--out",
+                           folder / "out"], capture_output=True, text=True, check=False)
+    shutil.rmtree(folder)
+    try:
+        return json.loads(done.stdout)["repetitions"][0]
+    except (json.JSONDecodeError, KeyError, IndexError):
+        return {"outcome": "crash", "reason": done.stderr.strip()[-300:]}
+
+
+def verdict(probe, r):
+    if r.get("touches"):
+        return "WRONG", f"touched: {r['touches'][0]}"
+    if r["outcome"] == "stopped":
+        return ("stopped" if re.search(probe[3], r["reason"]) else "OTHER"), r["reason"]
+    if r["outcome"] in ("minimum torque", "minimum displacement") and abs(r["d_after_true"]) <= COM_ERROR:
+        return "right", f"held {1e3 * abs(r['d_after_true']):.1f} mm from the centre of mass"
+    return "WRONG", f"{r['outcome']}: {r.get('reason', '')}"
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("program", type=pathlib.Path)
+    parser.add_argument("urdf", type=pathlib.Path, help="folder with walkman.robot.yaml")
+    parser.add_argument("--only", default="", help="regular expression of names")
+    parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--jobs", type=int, default=len(os.sched_getaffinity(0)))
+    options = parser.parse_args()
+    probes = [p for p in PROBES if re.search(options.only, p[0])]
+    failed = 0
+    print("| wrist sensor | verdict | |\n|---|---|---|", flush=True)
+    with tempfile.TemporaryDirectory() as scratch, concurrent.futures.ThreadPoolExecutor(options.jobs) as pool:
+        def one(numbered):
+            i, probe = numbered
+            return run(options.program.resolve(), options.urdf.resolve(), probe, options.seed, pathlib.Path(scratch) / str(i))
+        for probe, r in zip(probes, pool.map(one, enumerate(probes))):
+            word, why = verdict(probe, r)
+            failed += word in ("WRONG", "OTHER")
+            print(f"| {probe[0]} | {word} | {why} |", flush=True)
+    return 0 if failed == 0 else 1
+
+
+if __name__ == "__main__":
+    sys.exit(main())
