@@ -22,11 +22,12 @@ constexpr double kHeadRoom = 0.0005;     // m; at home the head is 1 mm off the 
 constexpr double kHeadSpeed = 0.15;      // rad/s
 constexpr double kPeakOverMean = 1.875;  // speed of a fifth-order motion
 constexpr int kMostCorrections = 3;
-constexpr double kPlaced = 0.001, kTurned = 0.005;            // m, rad: as near as a hand has to be
-constexpr double kPutDownStep = 0.003, kPutDownMost = 0.025;  // m
-constexpr double kPutDownLook = 0.2;                          // s
-constexpr double kPutDownShare = 0.5;                         // of its weight that the hand may still carry
-constexpr std::array kHigher = {0.0, 0.1, 0.2, 0.3};          // m
+constexpr double kPlaced = 0.001, kTurned = 0.005;  // m, rad: as near as a hand has to be
+constexpr int kPutDownSteps = 8;
+constexpr double kPutDownStep = 0.003;                // m
+constexpr double kPutDownLook = 0.2;                  // s
+constexpr double kPutDownShare = 0.5;                 // of its weight that the hand may still carry
+constexpr std::array kHigher = {0.0, 0.1, 0.2, 0.3};  // m
 constexpr double kOpenTorque = 0.2;  // share of rated: enough to let the ligaments open the hand
 
 wrench::LoadEstimator::DataSheet sensor_of(const StageTwoParameters& parameters) {
@@ -441,7 +442,8 @@ bool Manipulator::watch() {
   // Half of what would make a regrasp worth while.
   const double torque_change =
       parameters_.displacement_threshold / 2 * (weighed_So_S_.force - residual_So_S_.force).norm();
-  for (double watched = 0; watched < parameters_.watch_time; watched += parameters_.lift_window) {
+  const auto windows = static_cast<int>(std::ceil(parameters_.watch_time / parameters_.lift_window));
+  for (int i = 0; i < windows; ++i) {
     const Wrench now = mean_reading(parameters_.lift_window).reading;
     if ((now.force - weighed_So_S_.force).norm() > parameters_.lift_force_change ||
         (now.torque - weighed_So_S_.torque).norm() > torque_change)
@@ -476,10 +478,10 @@ void Manipulator::put_down() {
   carry_to(X_TH_grasp_);
   hold(parameters_.hold_time);
   const double weight = payload_.mass * motion::kGravity;
-  for (double lower = kPutDownStep; lower <= kPutDownMost; lower += kPutDownStep) {
+  for (int step = 1; step <= kPutDownSteps; ++step) {
     const double force = mean_object_load(parameters_.lift_window).force.norm();
     if (force < kPutDownShare * weight ||
-        !go_straight(raised(X_TH_grasp_, -lower), limits(parameters_.approach_speed)))
+        !go_straight(raised(X_TH_grasp_, -step * kPutDownStep), limits(parameters_.approach_speed)))
       return;
   }
 }
