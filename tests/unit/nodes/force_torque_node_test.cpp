@@ -69,8 +69,7 @@ TEST_F(ForceTorqueNodeTest, AFaultTurnsTheReadingsThatItTurnsInBytes) {
   sample(0, 0, 0, 0, 0.1, 0);
   EXPECT_THAT(talk.ask("080#"), ElementsAre("192#0000000000000200", "292#00004A00000000"));  // 10 | 64
   sample(0, 0, 0, 0, -0.1, 0);
-  EXPECT_THAT(talk.ask("080#"),
-              ElementsAre("192#0000000000000300", "292#0000F6FF000000"));  // -10 has it set
+  EXPECT_THAT(talk.ask("080#"), ElementsAre("192#0000000000000300", "292#0000F6FF000000"));  // -10 has it set
 }
 
 TEST_F(ForceTorqueNodeTest, DriftAddsUpAndBitsFlipAsOftenAsTheyShould) {
