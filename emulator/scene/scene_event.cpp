@@ -149,6 +149,7 @@ const std::vector<std::string>& event_keys() {
 std::vector<SceneEvent> read_events(const std::vector<YamlMap>& maps,
                                     const std::vector<SceneObject>& objects) {
   std::vector<std::pair<SceneEvent, const YamlMap*>> read;
+  read.reserve(maps.size());
   for (const YamlMap& map : maps) read.emplace_back(read_event(map, objects), &map);
   std::stable_sort(read.begin(), read.end(), [](const auto& a, const auto& b) {
     const bool a_last = a.first.phase.has_value(), b_last = b.first.phase.has_value();

@@ -33,8 +33,7 @@ int pushed_link(const Scene& scene, const SceneEvent& event, const PushEvent& pu
 /// Which object an event on weights names; the scene's reader has seen that it is there, with the weight.
 std::size_t object_of(const Scene& scene, const SceneEvent& event) {
   const auto* move = std::get_if<MoveWeightEvent>(&event.what);
-  const auto* removal = std::get_if<RemoveWeightEvent>(&event.what);
-  const std::string& name = move != nullptr ? move->object : removal->object;
+  const std::string& name = move != nullptr ? move->object : std::get<RemoveWeightEvent>(event.what).object;
   for (std::size_t i = 0; i < scene.objects.size(); ++i)
     if (scene.objects[i].name == name) return i;
   throw std::runtime_error(
