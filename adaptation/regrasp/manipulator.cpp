@@ -25,7 +25,6 @@ constexpr int kMostCorrections = 3;
 constexpr double kPlaced = 0.001, kTurned = 0.005;  // m, rad: as near as a hand has to be
 constexpr int kPutDownSteps = 8;
 constexpr double kPutDownStep = 0.003;                // m
-constexpr double kPutDownLook = 0.2;                  // s
 constexpr double kPutDownShare = 0.5;                 // of its weight that the hand may still carry
 constexpr std::array kHigher = {0.0, 0.1, 0.2, 0.3};  // m
 constexpr double kOpenTorque = 0.2;  // share of rated: enough to let the ligaments open the hand
