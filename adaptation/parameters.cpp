@@ -154,7 +154,8 @@ Section<StageTwoParameters> stage_two_section() {
            {"hanging_turn", &P::hanging_turn, 0, 1},
            {"carry_time", &P::carry_time, 0, 60},
            {"angular_speed", &P::angular_speed, kSlow, 5}},
-          {{"max_regrasps", &P::max_regrasps, 0, std::numeric_limits<int>::max()}}};
+          {{"max_regrasps", &P::max_regrasps, 0, std::numeric_limits<int>::max()},
+           {"max_looks", &P::max_looks, 1, 100}}};
 }
 
 }  // namespace

@@ -46,6 +46,8 @@ struct StageTwoParameters {
   double displacement_threshold = 0.02;  ///< d_thres (paper)
   double average_time = 2.0;             ///< of the weighing (paper)
   int max_regrasps = 3;
+  /// At an object that the image's border cuts, with the head turned in between; 1: the head stays.
+  int max_looks = 3;
 
   double tare_time = 1.0;     ///< average before the first grasp that removes the sensor's residuals
   double rest_speed = 0.006;  ///< m/s: a hand no faster is at rest

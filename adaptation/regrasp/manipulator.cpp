@@ -17,8 +17,6 @@ namespace {
 
 constexpr double kMostMisfit = 2;        // sensors of their data sheet come to 0.9, at worst to 1.5
 constexpr double kLooksThere = 0.03;     // rad off the middle of the image
-constexpr double kHeadStep = 0.01;       // rad
-constexpr double kHeadRoom = 0.0005;     // m; at home the head is 1 mm off the chest
 constexpr double kHeadSpeed = 0.15;      // rad/s
 constexpr double kPeakOverMean = 1.875;  // speed of a fifth-order motion
 constexpr int kMostCorrections = 3;
@@ -51,7 +49,9 @@ Manipulator::Manipulator(const KnownRobot& known, Session& session, const StageT
       parameters_(parameters),
       known_(known),
       hand_weight_(known.model, session.hand().force_torque),
-      estimator_(sensor_of(parameters)) {}
+      estimator_(sensor_of(parameters)) {
+  if (known.description.gaze) gaze_.emplace(known, session.joint_names());
+}
 
 void Manipulator::take_over(const Eigen::VectorXd& q) {
   const std::vector<std::string>& joints = session_.joint_names();
@@ -225,46 +225,22 @@ void Manipulator::approach(const std::vector<Eigen::Isometry3d>& way) {
 }
 
 bool Manipulator::look_at(const Eigen::Vector3d& p_T) {
-  const auto& gaze = known_.description.gaze;
-  if (!gaze) return false;
-  const Eigen::Vector3d p_C = session_.X_TC().inverse() * p_T;
-  motion::KinematicTree posed(known_.model, session_.joint_names());
-  Eigen::VectorXd q = motion_->q_ref();
-  posed.update(q);
-  const int pan = posed.dof_of(gaze->pan), tilt = posed.dof_of(gaze->tilt);
-  motion::BodyGuard guard(posed, {pan, tilt}, false, 0, session_.hand().frame, "",
-                          load_disabled_collisions(known_.description.srdf, known_.model), {});
-  const int camera = known_.model.link_index(known_.description.optical_frame);
-  const Eigen::VectorXd q_from = q;
-  // About C's y (down) to the right, about its x (right) upwards; as far as the head keeps off the body.
-  const auto turn = [&](const std::string& joint_name, int dof, const Eigen::Vector3d& about_C, double by) {
-    const Joint& joint = known_.model.joints[static_cast<std::size_t>(known_.model.joint_index(joint_name))];
-    const Eigen::Vector3d axis_C =
-        posed.X_WL(camera).linear().transpose() * (posed.X_WL(joint.child_link).linear() * joint.axis);
-    const double step = std::copysign(kHeadStep, by * axis_C.dot(about_C));
-    for (double turned = 0; turned + kHeadStep <= std::abs(by); turned += kHeadStep) {
-      const double before = q[dof];
-      q[dof] += step;
-      posed.update(q);
-      guard.update();
-      const JointLimits& limits = joint.limits;
-      if (q[dof] > limits.lower && q[dof] < limits.upper && guard.own_clearance() > kHeadRoom) continue;
-      q[dof] = before;
-      posed.update(q);
-      break;
-    }
-  };
-  turn(gaze->pan, pan, Eigen::Vector3d::UnitY(), std::atan2(p_C.x(), p_C.z()));
-  turn(gaze->tilt, tilt, Eigen::Vector3d::UnitX(), -std::atan2(p_C.y(), p_C.z()));
+  if (!gaze_) return false;
+  const Eigen::VectorXd q = gaze_->towards(motion_->q_ref(), session_.X_TC().inverse() * p_T);
+  if ((q - motion_->q_ref()).cwiseAbs().maxCoeff() < kLooksThere) return false;
+  turn_head(q);
+  return true;
+}
+
+void Manipulator::turn_head(const Eigen::VectorXd& q) {
+  const Eigen::VectorXd q_from = motion_->q_ref();
   const double angle = (q - q_from).cwiseAbs().maxCoeff();
-  if (angle < kLooksThere) return false;
   for_seconds(kPeakOverMean * angle / kHeadSpeed, [&](double share) {
     const double smooth = share * share * share * (10 + share * (6 * share - 15));
-    for (const int dof : {pan, tilt})
+    for (const int dof : {gaze_->pan(), gaze_->tilt()})
       motion_->place_joint(dof, q_from[dof] + smooth * (q[dof] - q_from[dof]));
   });
   settle();
-  return true;
 }
 
 void Manipulator::tare() {

@@ -5,6 +5,7 @@
 
 #include <Eigen/Geometry>
 
+#include "adaptation/motion/gaze.h"
 #include "adaptation/motion/hand_motion.h"
 #include "adaptation/motion/stabiliser.h"
 #include "adaptation/motion/twist_damper.h"
@@ -93,6 +94,8 @@ class Manipulator {
  private:
   void cycle();
   void take_over(const Eigen::VectorXd& q);
+  /// The two joints of the camera go where they are in q.
+  void turn_head(const Eigen::VectorXd& q);
   [[nodiscard]] motion::MotionLimits limits(double speed) const;
   void carry(const Wrench& F_Ho_T);
   void move_to(const Eigen::Isometry3d& X_TH, double speed);
@@ -126,6 +129,7 @@ class Manipulator {
   std::size_t hand_ = 0;
   std::optional<motion::HandMotion> motion_;  // since `start`
   std::vector<motion::NamedObstacle> obstacles_;
+  std::optional<motion::Gaze> gaze_;  // of a head that turns
   motion::Stabiliser stabiliser_;
   motion::TwistDamper twist_damper_;
   int stabilised_recoveries_ = 0, tared_recoveries_ = 0;

@@ -17,7 +17,6 @@
 namespace walkman::regrasp {
 namespace {
 
-constexpr int kMostLooks = 3;
 constexpr int kMostPlans = 3;
 constexpr int kEnoughTries = 2;
 constexpr double kMostLeft = 0.05;     // of the first displacement; the paper's regrasps leave less (table 1)
@@ -164,11 +163,11 @@ void Regrasp::Impl::look(const std::optional<Eigen::Vector3d>& p_T) {
       });
     } catch (const perception::NotLocated& e) {
       // What is asked for may be beyond the image's border.
-      if (asked_for && looks < kMostLooks && manipulator.look_at(near_T)) continue;
+      if (asked_for && looks < parameters.stage_two.max_looks && manipulator.look_at(near_T)) continue;
       throw RunStopped(p_T ? fmt::format("the object is not where the hand let go of it: {}", e.what())
                            : e.what());
     }
-    if (!seen.object().cut_by_image || looks == kMostLooks) break;
+    if (!seen.object().cut_by_image || looks == parameters.stage_two.max_looks) break;
     const Eigen::Vector3d middle_T = X_TC * seen.object().p_CCm;
     if (!manipulator.look_at(middle_T)) break;
     // The same object, by a point of it that is seen for certain.

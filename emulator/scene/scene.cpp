@@ -123,7 +123,8 @@ double read_spread(const YamlMap& map, const std::string& key) {
 /// The file as a mapping that extends the file that it `extends`, and so on; `by`: the files that led to it.
 YamlMap read_layers(const std::filesystem::path& file, std::vector<std::filesystem::path> by) {
   YamlMap map(file.string(), parse_yaml_file(file), "",
-              {"extends", "robot", "fixed_bodies", "objects", "jitter", "model_error", "seed", "events"});
+              {"extends", "robot", "fixed_bodies", "objects", "jitter", "model_error", "seed", "events",
+               "parameters"});
   if (!map.has("extends")) return map;
   const std::filesystem::path base = map.existing_file("extends");
   by.push_back(std::filesystem::weakly_canonical(file));
@@ -156,6 +157,7 @@ Scene load_scene(const std::filesystem::path& yaml_file, const PackagePath& pack
   if (top.has("seed"))
     scene.seed = static_cast<std::uint64_t>(top.integer("seed", 0, std::numeric_limits<long long>::max()));
   if (top.has("events")) scene.events = read_events(top.list("events", event_keys()), scene.objects);
+  if (top.has("parameters")) scene.parameters = top.existing_file("parameters");
   return scene;
 }
 

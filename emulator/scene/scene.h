@@ -90,6 +90,8 @@ struct Scene {
   PoseJitter jitter;
   std::uint64_t seed = 1;
   std::vector<SceneEvent> events;  ///< those at a time first, in its order
+  /// The method's parameters for this scene, for who runs it there; empty: its defaults.
+  std::filesystem::path parameters;
 };
 
 /// Reads a scene file and those that it `extends`. Paths in a file are relative to it. Unknown keys, wrong

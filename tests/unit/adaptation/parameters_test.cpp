@@ -142,7 +142,8 @@ TEST(ParameterDefaults, ShippedFileHoldsEveryKeyOfStageTwoAtItsDefault) {
   EXPECT_EQ(file.angular_speed, code.angular_speed);
   EXPECT_EQ(file.carry_time, code.carry_time);
   EXPECT_EQ(file.hanging_turn, code.hanging_turn);
-  EXPECT_EQ(YAML::LoadFile(shipped.string())["stage_two"].size(), 41U);
+  EXPECT_EQ(file.max_looks, code.max_looks);
+  EXPECT_EQ(YAML::LoadFile(shipped.string())["stage_two"].size(), 42U);
 }
 
 TEST(ParameterDefaults, AreThePapersWhereItGivesThem) {

@@ -1,0 +1,50 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "adaptation/motion/body_guard.h"
+#include "adaptation/motion/kinematic_tree.h"
+#include "urdf/reader/robot_description.h"
+
+namespace walkman::motion {
+
+/// Where a robot's camera looks: the two joints that turn it, as far as the head keeps off the body.
+class Gaze {
+ public:
+  /// By which both joints may be out, rad: a load that leaves the hand at once sets the head nodding by 8 mrad,
+  /// and 5 mrad is what a calibration leaves.
+  static constexpr double kSway = 0.015;
+  /// What a turn is made of, rad: how nearly the camera comes to look at a point.
+  static constexpr double kStep = 0.01;
+
+  /// Keeps a reference to `known`, whose description has a gaze. `joint_names` as in KinematicTree. Throws
+  /// std::runtime_error as `load_disabled_collisions` does.
+  Gaze(const KnownRobot& known, const std::vector<std::string>& joint_names);
+  Gaze(const Gaze&) = delete;
+  Gaze& operator=(const Gaze&) = delete;
+  Gaze(Gaze&&) = delete;
+  Gaze& operator=(Gaze&&) = delete;
+
+  /// Degrees of freedom that turn the camera.
+  [[nodiscard]] int pan() const { return pan_; }
+  [[nodiscard]] int tilt() const { return tilt_; }
+
+  /// From q (rad), turned so that the point p_C (m), as the camera sees it at q, comes to the middle of the
+  /// image, as far as limits allow and the head keeps off the body. The head goes up to turn farther.
+  [[nodiscard]] Eigen::VectorXd towards(const Eigen::VectorXd& q, const Eigen::Vector3d& p_C);
+
+ private:
+  [[nodiscard]] bool has_room(const Eigen::VectorXd& q);
+  [[nodiscard]] bool within_limits(const Eigen::VectorXd& q, int dof) const;
+  /// Which way a joint turns so that what the camera sees at q moves about `axis_C`, +1 or -1.
+  [[nodiscard]] double sense(const Eigen::VectorXd& q, int dof, const Eigen::Vector3d& axis_C);
+
+  KinematicTree posed_;
+  int pan_, tilt_, camera_;
+  BodyGuard guard_;
+};
+
+}  // namespace walkman::motion
