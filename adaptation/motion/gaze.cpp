@@ -27,35 +27,51 @@ bool Gaze::has_room(const Eigen::VectorXd& q) {
   return true;
 }
 
-bool Gaze::within_limits(const Eigen::VectorXd& q, int dof) const {
-  return q[dof] > posed_.limits(dof).lower && q[dof] < posed_.limits(dof).upper;
+bool Gaze::within_limits(const Eigen::VectorXd& q) const {
+  const auto within = [&](int dof) {
+    return q[dof] > posed_.limits(dof).lower && q[dof] < posed_.limits(dof).upper;
+  };
+  return within(pan_) && within(tilt_);
 }
 
-double Gaze::sense(const Eigen::VectorXd& q, int dof, const Eigen::Vector3d& axis_C) {
+double Gaze::beside(const Eigen::VectorXd& q, const Eigen::Vector3d& p_W) {
+  posed_.update(q);
+  const Eigen::Vector3d p_C = posed_.X_WL(camera_).inverse() * p_W;
+  return std::atan2(p_C.head<2>().norm(), p_C.z());
+}
+
+double Gaze::upwards(const Eigen::VectorXd& q) {
   Eigen::MatrixXd J(6, posed_.dof());
   posed_.update(q);
   posed_.jacobian(camera_, Eigen::Vector3d::Zero(), J);
-  return std::copysign(1, J.col(dof).head<3>().dot(posed_.X_WL(camera_).linear() * axis_C));
+  const Eigen::Vector3d right_W = posed_.X_WL(camera_).linear().col(0);
+  return std::copysign(kStep, J.col(tilt_).head<3>().dot(right_W));
 }
 
-Eigen::VectorXd Gaze::towards(const Eigen::VectorXd& q, const Eigen::Vector3d& p_C) {
-  // About C's y (down): to the right; about its x (right): upwards.
-  const double right = std::atan2(p_C.x(), p_C.z()) * sense(q, pan_, Eigen::Vector3d::UnitY());
-  const double upwards = sense(q, tilt_, Eigen::Vector3d::UnitX());
-  const double up = -std::atan2(p_C.y(), p_C.z()) * upwards;
+std::vector<Eigen::VectorXd> Gaze::towards(const Eigen::VectorXd& q, const Eigen::Vector3d& p_C) {
+  const double up = upwards(q);
+  posed_.update(q);
+  const Eigen::Vector3d p_W = posed_.X_WL(camera_) * p_C;
   Eigen::VectorXd q_there = q;
-  for (const auto& [dof, by] : {std::pair{pan_, right}, std::pair{tilt_, up}}) {
-    for (double turned = 0; turned + kStep <= std::abs(by); turned += kStep) {
-      Eigen::VectorXd q_next = q_there;
-      q_next[dof] += std::copysign(kStep, by);
-      // A head that looks down comes near the shoulders when it turns.
-      while (dof == pan_ && !has_room(q_next) && within_limits(q_next, tilt_))
-        q_next[tilt_] += kStep * upwards;
-      if (!within_limits(q_next, dof) || !has_room(q_next)) break;
-      q_there = q_next;
-    }
-  }
-  return q_there;
+  const auto step_nearer = [&](int dof, double step) {
+    Eigen::VectorXd q_next = q_there;
+    q_next[dof] += step;
+    // A head that looks down comes near the shoulders when it turns.
+    while (dof == pan_ && within_limits(q_next) && !has_room(q_next)) q_next[tilt_] += up;
+    if (!within_limits(q_next) || !has_room(q_next) || beside(q_next, p_W) >= beside(q_there, p_W))
+      return false;
+    q_there = q_next;
+    return true;
+  };
+  const auto any_nearer = [&](int dof) { return step_nearer(dof, kStep) || step_nearer(dof, -kStep); };
+  double most_up = 0;
+  while (any_nearer(pan_) || any_nearer(tilt_))
+    most_up = std::max(most_up, (q_there[tilt_] - q[tilt_]) * std::copysign(1, up));
+  Eigen::VectorXd q_up = q;
+  q_up[tilt_] += std::copysign(most_up, up);
+  Eigen::VectorXd q_panned = q_up;
+  q_panned[pan_] = q_there[pan_];
+  return {q_up, q_panned, q_there};
 }
 
 }  // namespace walkman::motion

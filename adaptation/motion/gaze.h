@@ -14,8 +14,8 @@ namespace walkman::motion {
 /// Where a robot's camera looks: the two joints that turn it, as far as the head keeps off the body.
 class Gaze {
  public:
-  /// By which both joints may be out, rad: a load that leaves the hand at once sets the head nodding by 8 mrad,
-  /// and 5 mrad is what a calibration leaves.
+  /// By which both joints may be out, rad: a load that leaves the hand at once sets the head nodding by 8
+  /// mrad, and 5 mrad is what a calibration leaves.
   static constexpr double kSway = 0.015;
   /// What a turn is made of, rad: how nearly the camera comes to look at a point.
   static constexpr double kStep = 0.01;
@@ -32,15 +32,18 @@ class Gaze {
   [[nodiscard]] int pan() const { return pan_; }
   [[nodiscard]] int tilt() const { return tilt_; }
 
-  /// From q (rad), turned so that the point p_C (m), as the camera sees it at q, comes to the middle of the
-  /// image, as far as limits allow and the head keeps off the body. The head goes up to turn farther.
-  [[nodiscard]] Eigen::VectorXd towards(const Eigen::VectorXd& q, const Eigen::Vector3d& p_C);
+  /// Where q (rad) goes, one joint after the other, for the point p_C (m), as the camera sees it at q, to
+  /// come as near to the middle of the image as limits allow while the head keeps off the body: up where it
+  /// has to for what follows, about, and up or down. The last is where it ends.
+  [[nodiscard]] std::vector<Eigen::VectorXd> towards(const Eigen::VectorXd& q, const Eigen::Vector3d& p_C);
 
  private:
+  [[nodiscard]] bool within_limits(const Eigen::VectorXd& q) const;
   [[nodiscard]] bool has_room(const Eigen::VectorXd& q);
-  [[nodiscard]] bool within_limits(const Eigen::VectorXd& q, int dof) const;
-  /// Which way a joint turns so that what the camera sees at q moves about `axis_C`, +1 or -1.
-  [[nodiscard]] double sense(const Eigen::VectorXd& q, int dof, const Eigen::Vector3d& axis_C);
+  /// Between the camera's axis at q and a point, rad.
+  [[nodiscard]] double beside(const Eigen::VectorXd& q, const Eigen::Vector3d& p_W);
+  /// A step of the tilt joint at q that turns the camera upwards, rad.
+  [[nodiscard]] double upwards(const Eigen::VectorXd& q);
 
   KinematicTree posed_;
   int pan_, tilt_, camera_;

@@ -98,6 +98,18 @@ void Manipulator::cycle() {
     motion_->twist(twist_damper_.step(motion_->twist_of(session_.measured()), session_.period()));
   }
   session_.tick(motion_->step(session_.period()));
+  if (lifting_) require_strength();
+}
+
+void Manipulator::require_strength() {
+  const auto joint = session_.joint_at_its_limit();
+  if (!joint) return;
+  motion_->reset(session_.link_positions());
+  const Wrench load = object_load();
+  throw Refused(fmt::format(
+      "the drive of {} is at its limit with {:.1f} N·m, while the wrist carries {:.1f} N and {:.2f} N·m: the "
+      "object is too heavy or too far beside the hand",
+      session_.joint_names()[*joint], session_.joint_torque(*joint), load.force.norm(), load.torque.norm()));
 }
 
 void Manipulator::calibrate() {
@@ -226,9 +238,10 @@ void Manipulator::approach(const std::vector<Eigen::Isometry3d>& way) {
 
 bool Manipulator::look_at(const Eigen::Vector3d& p_T) {
   if (!gaze_) return false;
-  const Eigen::VectorXd q = gaze_->towards(motion_->q_ref(), session_.X_TC().inverse() * p_T);
-  if ((q - motion_->q_ref()).cwiseAbs().maxCoeff() < kLooksThere) return false;
-  turn_head(q);
+  const auto way = gaze_->towards(motion_->q_ref(), session_.X_TC().inverse() * p_T);
+  if ((way.back() - motion_->q_ref()).cwiseAbs().maxCoeff() < kLooksThere) return false;
+  for (const Eigen::VectorXd& q : way) turn_head(q);
+  settle();
   return true;
 }
 
@@ -240,7 +253,6 @@ void Manipulator::turn_head(const Eigen::VectorXd& q) {
     for (const int dof : {gaze_->pan(), gaze_->tilt()})
       motion_->place_joint(dof, q_from[dof] + smooth * (q[dof] - q_from[dof]));
   });
-  settle();
 }
 
 void Manipulator::tare() {
@@ -285,6 +297,7 @@ void Manipulator::grasp(double radius) {
 }
 
 void Manipulator::lift() {
+  lifting_ = true;
   const auto rise_to = [&](double height) {
     lifted_ = height;
     carry_to(raised(X_TH_grasp_, height));
@@ -313,6 +326,7 @@ void Manipulator::lift() {
     throw Refused(
         fmt::format("the wrist weighs {:.2f} N after the lift: the object is not in the hand", force));
   }
+  lifting_ = false;
 }
 
 void Manipulator::carry(const Wrench& F_Ho_T) {
@@ -462,6 +476,7 @@ void Manipulator::put_down() {
 }
 
 Eigen::Isometry3d Manipulator::lower_and_release() {
+  lifting_ = false;
   put_down();
   Eigen::Isometry3d X_TH = session_.X_TH();
   // Without the load the hand rises to where it closed: a palm that is pressed on what is round rolls it

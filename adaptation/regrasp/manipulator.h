@@ -98,6 +98,9 @@ class Manipulator {
   void turn_head(const Eigen::VectorXd& q);
   [[nodiscard]] motion::MotionLimits limits(double speed) const;
   void carry(const Wrench& F_Ho_T);
+  /// When a drive is at its limit, stays where the arm has sagged to, before the drive trips, and throws
+  /// Refused.
+  void require_strength();
   void move_to(const Eigen::Isometry3d& X_TH, double speed);
   void move_to(const Eigen::Isometry3d& X_TH, const motion::MotionLimits& bounds);
   /// Straight there; false, and still where it is, when the way is blocked.
@@ -133,6 +136,7 @@ class Manipulator {
   motion::Stabiliser stabiliser_;
   motion::TwistDamper twist_damper_;
   int stabilised_recoveries_ = 0, tared_recoveries_ = 0;
+  bool lifting_ = false;  // the drives' limits count
   wrench::HandWeight hand_weight_;
   wrench::LoadEstimator estimator_;
   Wrench residual_So_S_, weighed_So_S_;  // the second: mean reading at the last weighing

@@ -11,7 +11,8 @@ namespace {
 
 // Between a hanging robot's feet and a standing one's there is all its weight.
 constexpr double kStandingShare = 0.5;
-constexpr double kFallen = 0.25;  // rad between what the inertial unit and the feet call upright
+constexpr double kFallen = 0.25;     // rad between what the inertial unit and the feet call upright
+constexpr double kLimitTime = 0.05;  // s: longer than a motion touches a limit of speed
 
 // rad that a joint may be away from its set-point after a recovery: about what the softest spring of an arm
 // gives under its peak torque. The set-points go on from where they were; up to here they are led back to, at
@@ -63,6 +64,7 @@ Session::Session(const KnownRobot& known, robot::Robot& robot, robot::Cycle& cyc
       observer_(observer),
       measured_(known.model, robot.joint_names()),
       q_(Eigen::VectorXd::Zero(measured_.dof())),
+      at_limit_for_(static_cast<std::size_t>(measured_.dof()), 0),
       camera_link_(known.model.link_index(known.description.optical_frame)) {
   use(known.description.working_hands().front());
   const auto& stance = known.description.stance;
@@ -170,6 +172,7 @@ void Session::read() {
   }
   tell_warnings();
   pose_kinematics();
+  watch_limits();
   watch_tilt();
 }
 
@@ -232,6 +235,19 @@ void Session::pose_kinematics() {
   if (!stance_) return;
   measured_.set_base(stance_->X_TB(measured_));
   measured_.update(q_);
+}
+
+void Session::watch_limits() {
+  const auto joints = robot_.joints();
+  for (std::size_t i = 0; i < joints.size(); ++i)
+    at_limit_for_[i] = cia402::internal_limit_active(joints[i].statusword) ? at_limit_for_[i] + period_ : 0;
+}
+
+std::optional<std::size_t> Session::joint_at_its_limit() const {
+  const auto found = std::find_if(at_limit_for_.begin(), at_limit_for_.end(),
+                                  [](double seconds) { return seconds > kLimitTime; });
+  if (found == at_limit_for_.end()) return std::nullopt;
+  return static_cast<std::size_t>(found - at_limit_for_.begin());
 }
 
 const Wrench& Session::F_So_S() const { return robot_.sensors()[sensor_].F_So_S; }

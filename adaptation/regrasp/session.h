@@ -60,6 +60,11 @@ class Session {
   [[nodiscard]] const std::vector<std::string>& joint_names() const { return robot_.joint_names(); }
   /// Measured, rad, joint_names order.
   [[nodiscard]] const Eigen::VectorXd& link_positions() const { return q_; }
+  /// Index of a joint whose drive has said for 50 ms that it is at a limit of its own (6041h, bit 11).
+  [[nodiscard]] std::optional<std::size_t> joint_at_its_limit() const;
+  [[nodiscard]] double joint_torque(std::size_t joint) const {
+    return robot_.joints()[joint].torque;
+  }                                            ///< N·m
   [[nodiscard]] const Wrench& F_So_S() const;  ///< raw reading of the wrist sensor S
   [[nodiscard]] double hand_closure() const;   ///< of the fingers, 0 open .. 1 closed
   /// Measured poses of the hand's grasp frame H, the wrist sensor S and the camera's optical frame C.
@@ -77,6 +82,7 @@ class Session {
   void lead_back();
   void tell_warnings();
   void pose_kinematics();
+  void watch_limits();
   void find_stance();
   [[nodiscard]] double weight_on_feet() const;
   [[nodiscard]] Eigen::Vector3d up_by_unit_T() const;
@@ -93,6 +99,7 @@ class Session {
   std::vector<int> foot_sensor_links_;
   int inertial_link_ = -1;
   Eigen::VectorXd q_;
+  std::vector<double> at_limit_for_;  // s, by joint
   std::size_t hand_ = 0, sensor_ = 0;
   int grasp_link_ = -1, sensor_link_ = -1, camera_link_;
   double hand_travel_ = 1;                      // rad of the synergy motor

@@ -67,9 +67,8 @@ int run_experiment(const Options& options) {
   repetition.scene = scene_path;
   repetition.robot_choice = robot_choice;
   if (!options.scene.model_error.empty()) repetition.model_error = options.scene.model_error;
-  repetition.parameters = !options.parameters.empty()   ? std::filesystem::path(options.parameters)
-                          : !scene.parameters.empty() ? scene.parameters
-                                                      : data / "adaptation" / "parameters.yaml";
+  repetition.parameters =
+      options.parameters.empty() ? parameters_file(scene, data) : std::filesystem::path(options.parameters);
   repetition.actuators = data / "emulator" / "plant" / "actuators";
   repetition.robot = robot_options;
   repetition.state_log = options.state_log;
@@ -145,7 +144,8 @@ void add_experiment_command(CLI::App& app, std::function<int()>& run) {
       ->check(CLI::Range(1, 256));
   command->add_option("--out", options->out, "Folder for the results (default: out/experiment-NUMBER)");
   add_scene_options(*command, options->scene, "the experiment's own");
-  command->add_option("--parameters", options->parameters, "YAML of both stages' parameters (default: the scene's, else the program's own)");
+  command->add_option("--parameters", options->parameters,
+                      "YAML of both stages' parameters (default: the scene's, else the program's own)");
   add_master_options(*command, options->master);
   command->add_flag("--state-log", options->state_log,
                     "Write state.csv too: the devices' objects at every PDO (large)");

@@ -95,7 +95,7 @@ void go_to_moment(EmulatedWorld& world, const Options& options, const std::files
     return;
   }
   run_to_phase(world, load_robot_options(MasterOptions{}, world.scene.robot),
-               data / "adaptation" / "parameters.yaml", options.phase, after);
+               parameters_file(world.scene, data), options.phase, after);
 }
 
 picture::Lighting lighting_for(const ScenePainting& painting, double azimuth) {

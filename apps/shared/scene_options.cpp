@@ -63,6 +63,10 @@ std::filesystem::path scene_file(const std::string& scene, const std::filesystem
                   named, fmt::join(names, ", "), did_you_mean(named, names)));
 }
 
+std::filesystem::path parameters_file(const Scene& scene, const std::filesystem::path& data) {
+  return scene.parameters.empty() ? data / "adaptation" / "parameters.yaml" : scene.parameters;
+}
+
 WorldOptions world_of(const SceneCommandLine& options, const std::filesystem::path& data) {
   WorldOptions world;
   world.scene = scene_file(options.scene, data);

@@ -26,6 +26,9 @@ CLI::Option* add_scene_options(CLI::App& command, SceneCommandLine& options,
 [[nodiscard]] std::filesystem::path scene_file(const std::string& scene, const std::filesystem::path& data,
                                                const std::string& fallback = "experiment_1");
 
+/// The YAML with the method's parameters for a scene: its own, or the program's.
+[[nodiscard]] std::filesystem::path parameters_file(const Scene& scene, const std::filesystem::path& data);
+
 /// Scene, robot and actuators of a world as the command line says; the rest as it is made.
 [[nodiscard]] WorldOptions world_of(const SceneCommandLine& options, const std::filesystem::path& data);
 

@@ -5,6 +5,7 @@
 #include <stdexcept>
 
 #include <btBulletDynamicsCommon.h>
+#include <fmt/format.h>
 
 #include "emulator/plant/contact/bullet_types.h"
 #include "emulator/plant/contact/contact_dispatcher.h"
@@ -61,6 +62,9 @@ struct DriveSlot {
   int index;
 };
 
+/// What starts inside something else is thrown out of it, m.
+constexpr double kDeepestAtStart = 0.002;
+
 std::vector<std::string> names_of(const DeviceTable& devices, DeviceKind kind) {
   std::vector<std::string> names;
   for (const Bus& bus : devices.buses) {
@@ -108,6 +112,7 @@ struct Plant::Impl {
   void add_drives(const DeviceTable& devices, const std::map<std::string, ActuatorParameters>& actuators,
                   const RobotErrors& errors);
   void add_probes(const DeviceTable& devices);
+  void require_apart(const Scene& scene);
   void set_posture(const std::map<std::string, double>& posture);
   [[nodiscard]] std::string_view name_of(const btCollisionObject* object) const;
 };
@@ -225,6 +230,27 @@ std::string_view Plant::Impl::name_of(const btCollisionObject* object) const {
   return "unknown";
 }
 
+void Plant::Impl::require_apart(const Scene& scene) {
+  world.performDiscreteCollisionDetection();
+  double deepest = kDeepestAtStart;
+  const btPersistentManifold* found = nullptr;
+  for (int i = 0; i < dispatcher.getNumManifolds(); ++i) {
+    const btPersistentManifold* manifold = dispatcher.getManifoldByIndexInternal(i);
+    for (int k = 0; k < manifold->getNumContacts(); ++k) {
+      const double depth = -manifold->getContactPoint(k).getDistance();
+      if (depth <= deepest) continue;
+      deepest = depth;
+      found = manifold;
+    }
+  }
+  if (!found) return;
+  const btCollisionObject *inside = found->getBody0(), *other = found->getBody1();
+  if (inside->isStaticObject()) std::swap(inside, other);
+  throw std::runtime_error(fmt::format("{}: {} starts {:.1f} mm inside {}, expected at most {:g} mm",
+                                       scene.file.string(), name_of(inside), 1e3 * deepest, name_of(other),
+                                       1e3 * kDeepestAtStart));
+}
+
 Plant::Plant(const RobotModel& robot, const Scene& scene, const DeviceTable& devices,
              const std::map<std::string, ActuatorParameters>& actuators, const RobotErrors& errors)
     : impl_(std::make_unique<Impl>()) {
@@ -253,6 +279,7 @@ Plant::Plant(const RobotModel& robot, const Scene& scene, const DeviceTable& dev
     for (HandDrive& drive : p.hands) drive.slips.emplace_back(*p.body, drive.palm_link, *p.objects.back());
   }
   p.set_posture(posture);
+  p.require_apart(scene);
   if (scene.base == BaseKind::kHoisted) p.hoist = std::make_unique<Hoist>(scene, robot, *p.body);
   p.events = std::make_unique<EventPlayer>(
       scene, robot, *p.body, kStep, [&p](std::size_t object, const std::vector<AttachedWeight>& weights) {

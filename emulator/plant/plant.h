@@ -46,7 +46,8 @@ class Plant {
   /// Builds the world of `scene` around `robot`; `devices` tells which joints have which actuator class and
   /// where force/torque sensors and inertial units sit. `errors` is how the robot's drives differ from their
   /// classes; it starts with the scene's posture on its encoders. Throws std::runtime_error when a class or
-  /// frame is missing, or a link of the rope or of a push.
+  /// frame is missing, or a link of the rope or of a push, and when something starts more than 2 mm inside
+  /// something else.
   Plant(const RobotModel& robot, const Scene& scene, const DeviceTable& devices,
         const std::map<std::string, ActuatorParameters>& actuators, const RobotErrors& errors = {});
   ~Plant();

@@ -70,7 +70,7 @@ BENCHMARK(BM_SyncCycle)->Unit(benchmark::kMicrosecond);
 void BM_WholeRun(benchmark::State& state) {
   apps::RepetitionOptions options;
   options.scene = kUrdf / "scenes/experiment_1.yaml";
-  options.parameters = kUrdf / "../adaptation/parameters.yaml";
+  options.parameters = kUrdf / "../adaptation/head_at_home.yaml";
   options.actuators = kActuators;
   for (auto _ : state) {
     const apps::RepetitionResult result = apps::run_repetition(options);

@@ -26,7 +26,7 @@ RepetitionOptions options(std::uint64_t seed) {
   const std::filesystem::path tree = WALKMAN_SOURCE_TREE;
   RepetitionOptions o;
   o.scene = tree / "urdf/scenes/experiment_1.yaml";
-  o.parameters = tree / "adaptation/parameters.yaml";
+  o.parameters = tree / "adaptation/head_at_home.yaml";
   o.actuators = tree / "emulator/plant/actuators";
   o.seed = seed;
   return o;

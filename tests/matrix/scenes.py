@@ -19,7 +19,7 @@ class Case:
     mass: float = 1.2  # kg, bar and weights
     bar_share: float = 1 / 6  # of the mass that is the bar's own
     diameter: float = 0.07  # m
-    weights: tuple = (0.10, 0.95)  # m from the left end; none: a bare bar
+    weights: tuple = (0.32, 0.95)  # m from the left end; none: a bare bar
     friction: float = 0.8  # of the bar
     table: float = 0.90  # m
     yaw: float = 0.0  # rad, 0 across in front of the robot
@@ -140,6 +140,11 @@ def one_at_a_time() -> typing.List[Case]:
     """Experiment 1's scene with one thing different."""
     degrees = math.pi / 180
     cases = [Case(f"mass {m} kg", mass=m) for m in (0.5, 0.8, 2.0, 3.0, 4.0)]
+    # A bar whose far end still rests turns in the fingers, slips in them, or is more than the forearm's drive can give.
+    heavy = r"object turns in the hand|object slips|drive of R\w+ is at its limit"
+    cases += [Case(f"mass {m} kg", mass=m, refusal=heavy) for m in (6.0, 8.0, 12.0)]
+    cases += [Case(f"4 kg, CoM {100 * c:+.0f} cm off", mass=4, refusal=heavy, bar_share=0.5,
+                   weights=(0.525 + c - 0.12, 0.525 + c + 0.12), bar_com=c) for c in (-0.20, 0.20, 0.30)]
     # The open fingers reach 7 cm below the palm: they would lie on the table beside what is lower than that.
     low = lambda height: "(Finger|Thumb).* and the table would touch" if height < 0.068 else ""
     cases += [Case(f"diameter {100 * d:g} cm", diameter=d, refusal=low(d + CLAMP_OVER_BAR)) for d in (0.04, 0.05, 0.06, 0.08, 0.09)]
@@ -147,7 +152,9 @@ def one_at_a_time() -> typing.List[Case]:
               for d in (0.04, 0.055, 0.07, 0.09)]
     cases += [Case(f"friction {f}", friction=f) for f in (0.3, 0.5, 1.0, 1.2)]
     cases += [Case(f"table {t} m", table=t) for t in (0.75, 0.82, 0.97, 1.05)]
-    cases += [Case(f"yaw {a} degrees", yaw=a * degrees) for a in (-60, -40, -20, 20, 40, 60)]
+    cases += [Case(f"yaw {a} degrees", yaw=a * degrees) for a in (-40, -20, 20, 40)]
+    # Turned so far, its near end would lie in the robot.
+    cases += [Case(f"yaw {a} degrees, x 0.82 m", yaw=a * degrees, x=0.82) for a in (-60, 60)]
     cases += [Case(f"x {x} m", x=x) for x in (0.58, 0.64, 0.76, 0.82)]
     cases += [Case(f"y {y} m", y=y) for y in (-0.45, -0.10, 0.0, 0.10, 0.25, 0.45)]
     cases += [Case(f"weights at {a} and {b} m", weights=(a, b)) for a, b in ((0.30, 0.75), (0.38, 0.67), (0.42, 0.56))]

@@ -1,6 +1,7 @@
 """The whole robot: the emulator on five vcan buses, and the product's own master as another process."""
 import json
 import os
+import pathlib
 import struct
 import subprocess
 import time
@@ -15,6 +16,7 @@ CAN = ",".join(f"{name}=vcan{at}" for at, name in enumerate(BUSES))
 RIGHT_ARM = (11, 12, 13, 14, 15, 16, 17, 19)
 MASTER = 127
 CAMERA = "/run/camera.sock"
+HEAD_AT_HOME = pathlib.Path(__file__).parents[2] / "adaptation/head_at_home.yaml"  # as the paper's experiments
 # What a test looks at on an arm's bus: SYNC and EMCY, TPDO1, boot-up and heartbeats. The rest would cost this one
 # processor too much.
 FILTERS = ((0x080, 0x780), (0x180, 0x780), (0x700, 0x780), (0x580, 0x780))
@@ -52,7 +54,7 @@ class Robot:
 
     def start_master(self):
         self.master = Process([self.program, "grasp", "--can", CAN, self.PACING, "--camera-socket", CAMERA,
-                               "--json"], "grasp")
+                               "--parameters", str(HEAD_AT_HOME), "--json"], "grasp")
 
     def note(self, frame):
         if frame.id == 0x700 + MASTER:

@@ -1,5 +1,7 @@
 // The whole plant of the first experiment.
 
+#include <gmock/gmock.h>
+
 #include "tests/unit/plant/whole_plant.h"
 
 namespace walkman::plant {
@@ -17,6 +19,21 @@ TEST_F(WholePlant, TableCarriesTheBarAndNothingElseDoes) {
   }
   EXPECT_NEAR(table, 1.2 * kGravity, 0.005 * 1.2 * kGravity);
   EXPECT_TRUE(plant->object_touches_fixed(0));
+}
+
+// Bullet would throw it out at metres a second.
+TEST_F(WholePlant, NothingStartsInsideSomethingElse) {
+  scene_.objects[0].X_WO.translation().z() -= 0.012;
+  try {
+    static_cast<void>(build());
+    FAIL() << "built";
+  } catch (const std::runtime_error& e) {
+    EXPECT_THAT(e.what(),
+                testing::AllOf(testing::HasSubstr("experiment_1.yaml: "), testing::HasSubstr("bar"),
+                               testing::HasSubstr("starts 12.0 mm inside"), testing::HasSubstr("table")));
+  }
+  scene_.objects[0].X_WO.translation().z() += 0.0105;  // 1.5 mm are a mesh's or a measurement's
+  EXPECT_NO_THROW(static_cast<void>(build()));
 }
 
 TEST_F(WholePlant, SameBuildGivesTheSameStateToTheLastBit) {
