@@ -17,6 +17,7 @@
 namespace walkman::regrasp {
 namespace {
 
+constexpr double kAtBorder = 0.03, kInView = 0.09;  // rad from the image's border
 constexpr int kMostPlans = 3;
 constexpr int kEnoughTries = 2;
 constexpr double kMostLeft = 0.05;     // of the first displacement; the paper's regrasps leave less (table 1)
@@ -45,6 +46,31 @@ bool worth_another(const std::vector<Weighing>& weighings, double torque_thresho
   const Weighing &first = weighings.front(), &last = weighings.back();
   return weighings.size() > 1 && std::abs(last.displacement) * last.f_g > torque_threshold &&
          std::abs(last.displacement) > kMostLeft * std::abs(first.displacement);
+}
+
+/// Directions from the camera, rad: to the right and down.
+struct View {
+  Eigen::AlignedBox2d angles;
+  void add(const Eigen::Vector3f& p_C) {
+    if (p_C.allFinite())
+      angles.extend(Eigen::Vector2d(std::atan2(p_C.x(), p_C.z()), std::atan2(p_C.y(), p_C.z())));
+  }
+};
+
+/// A point for the middle of the image, in C, so that it has more of an object that its border cuts: the end
+/// that is seen moves to the opposite border.
+Eigen::Vector3d to_look_at(const camera::OrganizedCloud& cloud, const perception::SeenObject& object) {
+  View image, seen;
+  for (const Eigen::Vector3f& p_C : cloud.points) image.add(p_C);
+  for (const Eigen::Vector3f& p_C : object.surface_C) seen.add(p_C);
+  Eigen::Vector3d aim_C = Eigen::Vector3d::UnitZ();
+  for (const int axis : {0, 1}) {
+    const double before = seen.angles.min()[axis] - image.angles.min()[axis];
+    const double after = image.angles.max()[axis] - seen.angles.max()[axis];
+    if (before < kAtBorder && after >= kAtBorder) aim_C[axis] = -std::tan(std::max(0.0, after - kInView));
+    if (after < kAtBorder && before >= kAtBorder) aim_C[axis] = std::tan(std::max(0.0, before - kInView));
+  }
+  return object.p_CCm.z() * aim_C;
 }
 
 }  // namespace
@@ -168,8 +194,7 @@ void Regrasp::Impl::look(const std::optional<Eigen::Vector3d>& p_T) {
                            : e.what());
     }
     if (!seen.object().cut_by_image || looks == parameters.stage_two.max_looks) break;
-    const Eigen::Vector3d middle_T = X_TC * seen.object().p_CCm;
-    if (!manipulator.look_at(middle_T)) break;
+    if (!manipulator.look_at(X_TC * to_look_at(cloud, seen.object()))) break;
     // The same object, by a point of it that is seen for certain.
     const auto& surface_C = seen.object().surface_C;
     const auto nearest =

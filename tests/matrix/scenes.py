@@ -19,7 +19,7 @@ class Case:
     mass: float = 1.2  # kg, bar and weights
     bar_share: float = 1 / 6  # of the mass that is the bar's own
     diameter: float = 0.07  # m
-    weights: tuple = (0.32, 0.95)  # m from the left end; none: a bare bar
+    weights: tuple = (0.25, 0.95)  # m from the left end; none: a bare bar
     friction: float = 0.8  # of the bar
     table: float = 0.90  # m
     yaw: float = 0.0  # rad, 0 across in front of the robot
