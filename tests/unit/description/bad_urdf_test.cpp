@@ -54,6 +54,8 @@ INSTANTIATE_TEST_SUITE_P(
         Bad{"bad_inertia_indefinite.urdf", 3, {"link \"arm\"", "not positive definite"}},
         Bad{"bad_inertia_triangle.urdf", 3, {"link \"arm\"", "triangle inequality", "0.3"}},
         Bad{"bad_inertia_massless.urdf", 3, {"link \"arm\"", "mass is 0 but the inertia is not"}},
+        Bad{"bad_contact_negative.urdf", 3, {"link \"arm\", contact", "rolling_friction", "-0.1"}},
+        Bad{"bad_contact_restitution.urdf", 3, {"link \"arm\", contact", "restitution", "1.5", "at most 1"}},
         Bad{"bad_box_negative.urdf", 3, {"link \"arm\"", "collision 1", "1 -1 1", "more than 0"}},
         Bad{"bad_geometry_unknown.urdf", 3, {"link \"arm\"", "<capsule>", "box, cylinder, sphere or mesh"}},
         Bad{"bad_geometry_none.urdf", 3, {"link \"arm\"", "no shape"}},

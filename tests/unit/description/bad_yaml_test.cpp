@@ -63,6 +63,7 @@ INSTANTIATE_TEST_SUITE_P(
             15,
             {"objects[0].weights[0].xyz_m", "from_left_end_m is given, too"}},
         Bad{"bad_scene_extends_itself.yaml", 1, {"extends", "extends this file, too"}},
+        Bad{"bad_scene_contact.yaml", 12, {"objects[1].contact.restitution", "-0.1", "expected 0 to 1"}},
         Bad{"bad_scene_parameters.yaml", 8, {"parameters", "no file", "nowhere.yaml"}},
         Bad{"bad_scene_extends_nothing.yaml", 1, {"extends", "no file", "nowhere.yaml"}},
         Bad{"bad_scene_extends_weight_off.yaml",

@@ -167,6 +167,28 @@ TEST(Jitter, IsUniformWithinItsBoundsAndDeterministic) {
   EXPECT_NEAR(sum_yaw2 / kDraws, w2 / 3, 5 * w2 * std::sqrt(4.0 / 45 / kDraws));
 }
 
+void expect_rubber(const Surface& surface) {
+  EXPECT_EQ(surface.rolling_friction, 0.002);
+  EXPECT_EQ(surface.spinning_friction, 0.003);
+  EXPECT_EQ(surface.stiffness, 30000);
+  EXPECT_EQ(surface.damping, 250);
+}
+
+TEST(Contact, IsTheUrdfsLinkByLinkAndTheScenesWhereItSaysSo) {
+  const Scene scene = load_scene(kData / "scene_surfaces.yaml");
+  const auto& links = scene.objects[0].model.links;
+  EXPECT_EQ(links[0].surface.friction, 1.1);
+  EXPECT_EQ(links[0].surface.restitution, 0.4);
+  expect_rubber(links[0].surface);
+  EXPECT_EQ(links[1].surface.friction, 0.5);  // Bullet's default
+  EXPECT_EQ(links[1].surface.restitution, 0);
+  for (const Link& link : scene.objects[1].model.links) {
+    EXPECT_EQ(link.surface.friction, 0.05);
+    EXPECT_EQ(link.surface.restitution, 0);
+  }
+  expect_rubber(scene.objects[1].model.links[0].surface);
+}
+
 TEST(Extent, OfTurnedShapes) {
   EXPECT_NEAR(extent_along_x(load_robot_model(kData / "turned_shapes.urdf")).min, -0.5 - 0.1, 1e-9);
   // A box 0.2 x 0.2 x 1 turned by 45 degrees about z, centred 1 m ahead: half a diagonal beyond its centre.
