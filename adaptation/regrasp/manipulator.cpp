@@ -101,15 +101,15 @@ void Manipulator::cycle() {
   if (lifting_) require_strength();
 }
 
-void Manipulator::require_strength() {
-  const auto joint = session_.joint_at_its_limit();
-  if (!joint) return;
-  motion_->reset(session_.link_positions());
+void Manipulator::require_strength() const {
+  const auto overload = session_.overload();
+  if (!overload) return;
   const Wrench load = object_load();
   throw Refused(fmt::format(
-      "the drive of {} is at its limit with {:.1f} N·m, while the wrist carries {:.1f} N and {:.2f} N·m: the "
-      "object is too heavy or too far beside the hand",
-      session_.joint_names()[*joint], session_.joint_torque(*joint), load.force.norm(), load.torque.norm()));
+      "{} has to give {:.1f} N·m while the wrist carries {:.1f} N and {:.2f} N·m, expected at most the {:g} "
+      "N·m "
+      "that its motor can give for good: the object is too heavy or too far beside the hand",
+      overload->joint, overload->torque, load.force.norm(), load.torque.norm(), overload->continuous_torque));
 }
 
 void Manipulator::calibrate() {

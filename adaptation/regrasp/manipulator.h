@@ -98,9 +98,9 @@ class Manipulator {
   void turn_head(const Eigen::VectorXd& q);
   [[nodiscard]] motion::MotionLimits limits(double speed) const;
   void carry(const Wrench& F_Ho_T);
-  /// When a drive is at its limit, stays where the arm has sagged to, before the drive trips, and throws
-  /// Refused.
-  void require_strength();
+  /// Throws Refused when the arm gives more than it can for good: its drives would fall back to that, and the
+  /// arm sag, within seconds.
+  void require_strength() const;
   void move_to(const Eigen::Isometry3d& X_TH, double speed);
   void move_to(const Eigen::Isometry3d& X_TH, const motion::MotionLimits& bounds);
   /// Straight there; false, and still where it is, when the way is blocked.
@@ -136,7 +136,7 @@ class Manipulator {
   motion::Stabiliser stabiliser_;
   motion::TwistDamper twist_damper_;
   int stabilised_recoveries_ = 0, tared_recoveries_ = 0;
-  bool lifting_ = false;  // the drives' limits count
+  bool lifting_ = false;  // the motors' limits count
   wrench::HandWeight hand_weight_;
   wrench::LoadEstimator estimator_;
   Wrench residual_So_S_, weighed_So_S_;  // the second: mean reading at the last weighing

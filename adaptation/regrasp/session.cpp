@@ -12,7 +12,10 @@ namespace {
 // Between a hanging robot's feet and a standing one's there is all its weight.
 constexpr double kStandingShare = 0.5;
 constexpr double kFallen = 0.25;     // rad between what the inertial unit and the feet call upright
-constexpr double kLimitTime = 0.05;  // s: longer than a motion touches a limit of speed
+constexpr double kEffortTime = 0.2;  // s, time constant of the mean
+// Of the continuous torque: with a fifth more heat than a motor can give off it lasts for a minute, which is what a lift,
+// the turns and the weighing take.
+constexpr double kForAMinute = 1.1;
 
 // rad that a joint may be away from its set-point after a recovery: about what the softest spring of an arm
 // gives under its peak torque. The set-points go on from where they were; up to here they are led back to, at
@@ -64,7 +67,6 @@ Session::Session(const KnownRobot& known, robot::Robot& robot, robot::Cycle& cyc
       observer_(observer),
       measured_(known.model, robot.joint_names()),
       q_(Eigen::VectorXd::Zero(measured_.dof())),
-      at_limit_for_(static_cast<std::size_t>(measured_.dof()), 0),
       camera_link_(known.model.link_index(known.description.optical_frame)) {
   use(known.description.working_hands().front());
   const auto& stance = known.description.stance;
@@ -86,6 +88,9 @@ void Session::use(const HandParts& hand) {
   sensor_ = place_of(robot_.sensor_names(), hand.force_torque, "force/torque sensor");
   grasp_link_ = model.link_index(hand.frame);
   sensor_link_ = model.link_index(hand.force_torque);
+  efforts_.clear();
+  for (const auto& [joint, torque] : hand.arm.continuous_torque)
+    efforts_.push_back({place_of(robot_.joint_names(), joint, "joint"), 0, torque});
   hand_travel_ = model.joints[static_cast<std::size_t>(model.joint_index(hand.motor))].limits.upper;
   observer_.on_hand(parts_);
 }
@@ -172,7 +177,7 @@ void Session::read() {
   }
   tell_warnings();
   pose_kinematics();
-  watch_limits();
+  watch_efforts();
   watch_tilt();
 }
 
@@ -237,17 +242,17 @@ void Session::pose_kinematics() {
   measured_.update(q_);
 }
 
-void Session::watch_limits() {
+void Session::watch_efforts() {
   const auto joints = robot_.joints();
-  for (std::size_t i = 0; i < joints.size(); ++i)
-    at_limit_for_[i] = cia402::internal_limit_active(joints[i].statusword) ? at_limit_for_[i] + period_ : 0;
+  for (Effort& effort : efforts_)
+    effort.mean += std::min(1.0, period_ / kEffortTime) * (joints[effort.joint].torque - effort.mean);
 }
 
-std::optional<std::size_t> Session::joint_at_its_limit() const {
-  const auto found = std::find_if(at_limit_for_.begin(), at_limit_for_.end(),
-                                  [](double seconds) { return seconds > kLimitTime; });
-  if (found == at_limit_for_.end()) return std::nullopt;
-  return static_cast<std::size_t>(found - at_limit_for_.begin());
+std::optional<Session::Overload> Session::overload() const {
+  for (const Effort& effort : efforts_)
+    if (std::abs(effort.mean) > kForAMinute * effort.continuous)
+      return Overload{joint_names()[effort.joint], std::abs(effort.mean), effort.continuous};
+  return std::nullopt;
 }
 
 const Wrench& Session::F_So_S() const { return robot_.sensors()[sensor_].F_So_S; }

@@ -2,6 +2,7 @@
 
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "adaptation/motion/balance.h"
@@ -60,11 +61,13 @@ class Session {
   [[nodiscard]] const std::vector<std::string>& joint_names() const { return robot_.joint_names(); }
   /// Measured, rad, joint_names order.
   [[nodiscard]] const Eigen::VectorXd& link_positions() const { return q_; }
-  /// Index of a joint whose drive has said for 50 ms that it is at a limit of its own (6041h, bit 11).
-  [[nodiscard]] std::optional<std::size_t> joint_at_its_limit() const;
-  [[nodiscard]] double joint_torque(std::size_t joint) const {
-    return robot_.joints()[joint].torque;
-  }                                            ///< N·m
+  /// A joint of the arm that gives more torque than its motor can for good.
+  struct Overload {
+    std::string_view joint;
+    double torque = 0, continuous_torque = 0;  ///< N·m
+  };
+  /// By the mean torque of the last tenths of a second.
+  [[nodiscard]] std::optional<Overload> overload() const;
   [[nodiscard]] const Wrench& F_So_S() const;  ///< raw reading of the wrist sensor S
   [[nodiscard]] double hand_closure() const;   ///< of the fingers, 0 open .. 1 closed
   /// Measured poses of the hand's grasp frame H, the wrist sensor S and the camera's optical frame C.
@@ -82,7 +85,7 @@ class Session {
   void lead_back();
   void tell_warnings();
   void pose_kinematics();
-  void watch_limits();
+  void watch_efforts();
   void find_stance();
   [[nodiscard]] double weight_on_feet() const;
   [[nodiscard]] Eigen::Vector3d up_by_unit_T() const;
@@ -99,7 +102,12 @@ class Session {
   std::vector<int> foot_sensor_links_;
   int inertial_link_ = -1;
   Eigen::VectorXd q_;
-  std::vector<double> at_limit_for_;  // s, by joint
+  /// A joint of the arm in use: torques in N·m, what it gives in the mean.
+  struct Effort {
+    std::size_t joint = 0;
+    double mean = 0, continuous = 0;
+  };
+  std::vector<Effort> efforts_;
   std::size_t hand_ = 0, sensor_ = 0;
   int grasp_link_ = -1, sensor_link_ = -1, camera_link_;
   double hand_travel_ = 1;                      // rad of the synergy motor

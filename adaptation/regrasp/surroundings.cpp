@@ -11,10 +11,29 @@ namespace {
 
 constexpr double kUnseenEdge = 0.01;  // m by which a table may reach beyond its points
 constexpr double kUnseenSide = 0.4;   // m by which it may go on where it is hidden: as far as an elbow swings
+constexpr double kFacing = 0.7;       // cosine: a table is turned by less than that
+constexpr double kShortEdge = 0.1;    // m
 // In the image of the plane at 1 m: what is in one row; what belongs to an edge, of which the sampling leaves
 // a point every 2 cm; and how far beside an edge there is something to see, for left of what is 0.6 m away a
 // stereo camera with 7 cm between its eyes is blind so far.
 constexpr float kRow = 0.01F, kOfEdge = 0.03F, kInSight = 0.15F;
+
+/// Where the edge of a table that faces the camera runs to, to the right, in C: the way the table goes on
+/// beside the image. The camera's own right is not, where the head is turned.
+Eigen::Vector3d along_near_edge(const perception::Plane& table, const Eigen::Vector3d& middle_C) {
+  const Eigen::Vector3d right_C = (Eigen::Vector3d::UnitX() - table.n_C.x() * table.n_C).normalized();
+  const Eigen::Vector3d away_C = (Eigen::Vector3d::UnitZ() - table.n_C.z() * table.n_C).normalized();
+  Eigen::Vector3d along_C = Eigen::Vector3d::Zero();
+  for (std::size_t i = 0; i < table.hull_C.size(); ++i) {
+    const Eigen::Vector3d& from = table.hull_C[i];
+    Eigen::Vector3d edge = table.hull_C[(i + 1) % table.hull_C.size()] - from;
+    if (edge.dot(right_C) < 0) edge = -edge;
+    const Eigen::Vector3d across = edge.cross(table.n_C).normalized();
+    const bool near = (from + edge / 2 - middle_C).dot(away_C) < 0;
+    if (near && std::abs(across.dot(away_C)) > kFacing) along_C += edge;
+  }
+  return along_C.norm() > kShortEdge ? along_C.normalized() : right_C;
+}
 
 /// The hull of a table, in C, as far as it may reach.
 std::vector<Eigen::Vector3d> whole_table(const perception::Plane& table,
@@ -26,9 +45,9 @@ std::vector<Eigen::Vector3d> whole_table(const perception::Plane& table,
   const auto [left, right] = std::minmax_element(image.begin(), image.end(),
                                                  [](const auto& a, const auto& b) { return a.x() < b.x(); });
   const float middle = (left->x() + right->x()) / 2;
-  const Eigen::Vector3d right_C = (Eigen::Vector3d::UnitX() - table.n_C.x() * table.n_C).normalized();
   Eigen::Vector3d middle_C = Eigen::Vector3d::Zero();
   for (const Eigen::Vector3d& p : table.hull_C) middle_C += p / static_cast<double>(table.hull_C.size());
+  const Eigen::Vector3d right_C = along_near_edge(table, middle_C);
   std::vector<Eigen::Vector3d> out;
   out.reserve(table.hull_C.size());
   for (const Eigen::Vector3d& p : table.hull_C) {

@@ -17,11 +17,6 @@ enum class State : std::uint8_t {
   kFault,
 };
 
-/// The statusword's bit 11: what the drive is asked for is more than one of its limits allows.
-[[nodiscard]] constexpr bool internal_limit_active(std::uint16_t statusword) noexcept {
-  return (statusword & 0x800U) != 0;
-}
-
 /// State from the statusword's bits 0-3, 5 and 6.
 [[nodiscard]] constexpr State state_of(std::uint16_t statusword) noexcept {
   switch (statusword & 0x4FU) {

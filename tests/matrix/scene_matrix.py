@@ -87,7 +87,7 @@ def main():
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--jobs", type=int, default=len(os.sched_getaffinity(0)))
     options = parser.parse_args()
-    cases = [c for c in scenes.one_at_a_time() + scenes.drawn(options.drawn, options.seed)
+    cases = [c for c in scenes.one_at_a_time() + scenes.beyond() + scenes.drawn(options.drawn, options.seed)
              if re.search(options.only, c.name)]
     runs = [(case, level) for case in cases for level in options.model_error]
     counts = {}

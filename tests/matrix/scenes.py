@@ -105,7 +105,8 @@ def write_scene(case: Case, urdf_folder: pathlib.Path, folder: pathlib.Path) -> 
     middle_top[2] = under[2] - (normal[0] * (middle_top[0] - under[0]) + normal[1] * (middle_top[1] - under[1])) / normal[2]
     frame = [middle_top[i] - TABLE_TOP * normal[i] for i in range(3)]
     side = case.diameter / 2 + (CLAMP_OVER_BAR if case.weights else 0)
-    centre = [under[i] + (side + 0.0002) * normal[i] for i in range(3)]
+    above = 0.0002 + 0.02 * max(abs(math.sin(case.tilt)), abs(math.sin(case.slope)))  # it is moved along the floor
+    centre = [under[i] + (side + above) * normal[i] for i in range(3)]
     turned = times(table, rotation(0, 0, -math.pi / 2 + case.yaw))
     numbers = lambda values: ", ".join(f"{v:.6f}" for v in values)
     text = f"""robot:
@@ -140,11 +141,6 @@ def one_at_a_time() -> typing.List[Case]:
     """Experiment 1's scene with one thing different."""
     degrees = math.pi / 180
     cases = [Case(f"mass {m} kg", mass=m) for m in (0.5, 0.8, 2.0, 3.0, 4.0)]
-    # A bar whose far end still rests turns in the fingers, slips in them, or is more than the forearm's drive can give.
-    heavy = r"object turns in the hand|object slips|drive of R\w+ is at its limit"
-    cases += [Case(f"mass {m} kg", mass=m, refusal=heavy) for m in (6.0, 8.0, 12.0)]
-    cases += [Case(f"4 kg, CoM {100 * c:+.0f} cm off", mass=4, refusal=heavy, bar_share=0.5,
-                   weights=(0.525 + c - 0.12, 0.525 + c + 0.12), bar_com=c) for c in (-0.20, 0.20, 0.30)]
     # The open fingers reach 7 cm below the palm: they would lie on the table beside what is lower than that.
     low = lambda height: "(Finger|Thumb).* and the table would touch" if height < 0.068 else ""
     cases += [Case(f"diameter {100 * d:g} cm", diameter=d, refusal=low(d + CLAMP_OVER_BAR)) for d in (0.04, 0.05, 0.06, 0.08, 0.09)]
@@ -167,6 +163,16 @@ def one_at_a_time() -> typing.List[Case]:
     ]
     cases += [Case(f"table's far edge {t} degrees up", tilt=t * degrees) for t in (3, 10)]
     cases += [Case(f"table's left side {t} degrees up", slope=t * degrees) for t in (3, 10, -10)]
+    return cases
+
+
+def beyond() -> typing.List[Case]:
+    """Heavier, or with a longer lever, than hand and arm may be asked for: to be put down again, or held all the same."""
+    # A bar whose far end still rests turns in the fingers, slips or swings in them, or is more than the forearm's motor can hold.
+    why = r"object turns in the hand|object slips|has to give .* that its motor can give for good|hand does not come to rest"
+    cases = [Case(f"beyond: mass {m} kg", mass=m, refusal=why) for m in (6.0, 8.0, 12.0)]
+    cases += [Case(f"beyond: 4 kg, CoM {100 * c:+.0f} cm off", mass=4, refusal=why, bar_share=0.5,
+                   weights=(0.525 + c - 0.12, 0.525 + c + 0.12), bar_com=c) for c in (-0.30, -0.20, 0.20, 0.30)]
     return cases
 
 

@@ -30,13 +30,18 @@ std::vector<RobotDescription::PdoLayoutFile> read_layouts(const YamlMap& top) {
   return layouts;
 }
 
-const std::vector<std::string> kLimbKeys = {"joints", "posture", "ranges"};
+const std::vector<std::string> kLimbKeys = {"joints", "posture", "ranges", "continuous_torque_nm"};
 
 LimbParts read_limb(const YamlMap& map) {
-  LimbParts limb{map.texts("joints"), map.text("posture"), {}};
+  LimbParts limb{map.texts("joints"), map.text("posture"), {}, {}};
   std::set<std::string> names;
   for (const std::string& joint : limb.joints)
     if (!names.insert(joint).second) map.fail("joints", fmt::format("\"{}\" is there twice", joint));
+  if (map.has("continuous_torque_nm")) {
+    const YamlMap torques = map.map("continuous_torque_nm", limb.joints);
+    for (const std::string& joint : limb.joints)
+      if (torques.has(joint)) limb.continuous_torque[joint] = torques.number(joint, 1e-3, 1e6);
+  }
   if (!map.has("ranges")) return limb;
   for (const YamlMap& entry : map.list("ranges", {"joint", "lower_rad", "upper_rad"})) {
     const JointRange range{entry.text("joint"), entry.number("lower_rad"), entry.number("upper_rad")};

@@ -2,6 +2,7 @@
 
 #include <array>
 #include <filesystem>
+#include <map>
 #include <optional>
 #include <string>
 #include <vector>
@@ -22,6 +23,7 @@ struct LimbParts {
   std::vector<std::string> joints;
   std::string posture;  ///< group_state of the SRDF that they tend to where nothing else matters
   std::vector<JointRange> ranges;
+  std::map<std::string, double> continuous_torque;  ///< that a joint's motor can give for good, N·m
 };
 
 /// An arm that works, by the names of links in the URDF and of devices in the device table.

@@ -74,6 +74,8 @@ TEST(RobotDescription, HandsThatDoNotFitTheRobotAreRefused) {
   EXPECT_THAT(refusal("lower_rad: -2.9,", "lower_rad: 2.9,"), HasSubstr("is not above lower_rad"));
   EXPECT_THAT(refusal("lower_rad: -2.9,", "lower_rad: .nan,"), HasSubstr("lower_rad"));
   EXPECT_THAT(refusal("{joint: RElbj,", "{joint: LElbj,"), HasSubstr("is not among the joints"));
+  EXPECT_THAT(refusal("ForearmPlate: 20,", "ForearmPlat: 20,"), HasSubstr("did you mean \"RForearmPlate\""));
+  EXPECT_THAT(refusal("ForearmPlate: 20,", "ForearmPlate: -20,"), HasSubstr("RForearmPlate"));
   EXPECT_THAT(refusal("frame: l_hand_grasp", "frame: l_hand"), HasSubstr("has no link \"l_hand\""));
   EXPECT_THAT(refusal("tilt: NeckPitchj", "tilt: NeckPitch"), HasSubstr("has no such device"));
 }
@@ -98,6 +100,24 @@ TEST(RobotDescription, EverySensorHasItsKind) {
   EXPECT_EQ(known.devices.device("r_arm_ft").sensor, "force_torque_45mm");
   EXPECT_EQ(known.devices.device("l_leg_ft").sensor, "force_torque_ankle");
   EXPECT_EQ(known.devices.device("RShSag").sensor, "");
+}
+
+/// The two sides read different files: what the robot's computer takes the motors for, and what is emulated.
+TEST(RobotDescription, TheMotorsAreTakenForWhatTheyAre) {
+  const KnownRobot known(load_robot_description(kUrdf / "walkman.robot.yaml"));
+  for (const HandParts& hand : known.description.hands) {
+    EXPECT_EQ(hand.arm.continuous_torque.size(), hand.arm.joints.size());
+    for (const auto& [joint, torque] : hand.arm.continuous_torque) {
+      const auto file =
+          kUrdf / "../emulator/plant/actuators" / (known.devices.device(joint).actuator + ".yaml");
+      std::ifstream in(file);
+      std::string key;
+      double emulated = 0;
+      while (in >> key)
+        if (key == "continuous_torque:") in >> emulated;
+      EXPECT_EQ(torque, emulated) << joint;
+    }
+  }
 }
 
 }  // namespace
