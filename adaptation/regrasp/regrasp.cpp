@@ -134,6 +134,8 @@ struct Regrasp::Impl {
   camera::OrganizedCloud cloud;         // as the camera sent it
   camera::OrganizedCloud outside;       // of it what is not the robot
   perception::StageOneResult seen;
+  // The table as the first look had it, in T: with the head turned, less of it is in the image.
+  std::vector<Eigen::Vector3d> table_T;
   std::vector<motion::NamedObstacle> obstacles;  // in T
   Eigen::AlignedBox3d held_H;                    // the object that is in the hand, as it was seen
   // While the robot stood still for `cloud`.
@@ -193,6 +195,9 @@ void Regrasp::Impl::look(const std::optional<Eigen::Vector3d>& p_T) {
       throw RunStopped(p_T ? fmt::format("the object is not where the hand let go of it: {}", e.what())
                            : e.what());
     }
+    if (table_T.empty()) {
+      table_T = await<std::vector<Eigen::Vector3d>>([&] { return table_outline(seen, outside, X_TC); });
+    }
     if (!seen.object().cut_by_image || looks == parameters.stage_two.max_looks) break;
     if (!manipulator.look_at(X_TC * to_look_at(cloud, seen.object()))) break;
     // The same object, by a point of it that is seen for certain.
@@ -206,7 +211,11 @@ void Regrasp::Impl::look(const std::optional<Eigen::Vector3d>& p_T) {
     asked_for = true;
   }
   if (!seen.grasp) throw RunStopped("no handle of the hand's size on the object");
-  obstacles = await<std::vector<motion::NamedObstacle>>([&] { return surroundings(seen, outside, X_TC); });
+  obstacles = await<std::vector<motion::NamedObstacle>>([&] {
+    std::vector<Eigen::Vector3d> outline_T = table_outline(seen, outside, X_TC);
+    outline_T.insert(outline_T.end(), table_T.begin(), table_T.end());
+    return surroundings(seen, outline_T, X_TC);
+  });
   manipulator.set_obstacles(obstacles);
   observer.on_located(cloud, seen);
 }

@@ -13,8 +13,8 @@ namespace {
 constexpr double kStandingShare = 0.5;
 constexpr double kFallen = 0.25;     // rad between what the inertial unit and the feet call upright
 constexpr double kEffortTime = 0.2;  // s, time constant of the mean
-// Of the continuous torque: with a fifth more heat than a motor can give off it lasts for a minute, which is what a lift,
-// the turns and the weighing take.
+// Of the continuous torque: with a fifth more heat than a motor can give off it lasts for a minute, which is
+// what a lift, the turns and the weighing take.
 constexpr double kForAMinute = 1.1;
 
 // rad that a joint may be away from its set-point after a recovery: about what the softest spring of an arm

@@ -65,13 +65,19 @@ std::vector<Eigen::Vector3d> whole_table(const perception::Plane& table,
 
 }  // namespace
 
+std::vector<Eigen::Vector3d> table_outline(const perception::StageOneResult& seen,
+                                           const camera::OrganizedCloud& cloud,
+                                           const Eigen::Isometry3d& X_TC) {
+  std::vector<Eigen::Vector3d> hull = whole_table(seen.plane, cloud);
+  for (Eigen::Vector3d& p : hull) p = X_TC * p;
+  return hull;
+}
+
 std::vector<motion::NamedObstacle> surroundings(const perception::StageOneResult& seen,
-                                                const camera::OrganizedCloud& cloud,
+                                                const std::vector<Eigen::Vector3d>& table_T,
                                                 const Eigen::Isometry3d& X_TC) {
   const Eigen::Vector3d up_T = X_TC.linear() * seen.plane.n_C;
-  std::vector<Eigen::Vector3d> hull_T;
-  for (const Eigen::Vector3d& p : whole_table(seen.plane, cloud)) hull_T.push_back(X_TC * p);
-  std::vector<motion::NamedObstacle> out = {{"the table", motion::ConvexPrism(up_T, hull_T)}};
+  std::vector<motion::NamedObstacle> out = {{"the table", motion::ConvexPrism(up_T, table_T)}};
   for (std::size_t i = 0; i < seen.objects.size(); ++i) {
     if (i == seen.chosen) continue;
     std::vector<Eigen::Vector3d> top_T;
@@ -83,7 +89,7 @@ std::vector<motion::NamedObstacle> surroundings(const perception::StageOneResult
     for (Eigen::Vector3d& p : top_T) p += (highest - up_T.dot(p)) * up_T;
     try {
       out.push_back(
-          {fmt::format("the object beside it, {:.0f} cm high", 100 * (highest - up_T.dot(hull_T.front()))),
+          {fmt::format("the object beside it, {:.0f} cm high", 100 * (highest - up_T.dot(table_T.front()))),
            motion::ConvexPrism(up_T, top_T)});
     } catch (const std::runtime_error&) {  // seen edge on: too narrow to be in the way
     }

@@ -10,12 +10,18 @@
 
 namespace walkman::regrasp {
 
-/// What the robot has to keep off, in T: the table, and columns as high as what else than the chosen object
-/// lies on it. `cloud` is the one that `seen` was found in, without the robot itself; `X_TC` is its camera.
-/// The table is the hull of its points and goes on sideways where nothing is seen beyond it, be it that the
-/// image ends there or that the robot's own body is in the way.
+/// The hull of the table as far as it may reach, in T. `cloud` is the one that `seen` was found in, without
+/// the robot itself; `X_TC` is its camera. The table goes on sideways, along the edge that faces the camera,
+/// where nothing is seen beyond it, be it that the image ends there or that the robot's own body is in the
+/// way.
+[[nodiscard]] std::vector<Eigen::Vector3d> table_outline(const perception::StageOneResult& seen,
+                                                         const camera::OrganizedCloud& cloud,
+                                                         const Eigen::Isometry3d& X_TC);
+
+/// What the robot has to keep off, in T: the table, the hull of `table_T`, and columns as high as what else
+/// than the chosen object lies on it.
 [[nodiscard]] std::vector<motion::NamedObstacle> surroundings(const perception::StageOneResult& seen,
-                                                              const camera::OrganizedCloud& cloud,
+                                                              const std::vector<Eigen::Vector3d>& table_T,
                                                               const Eigen::Isometry3d& X_TC);
 
 }  // namespace walkman::regrasp

@@ -52,7 +52,9 @@ class SurroundingsTest : public testing::Test {
   }
 
   double distance(double x, double y) const {
-    return surroundings(seen, cloud, X_TC).at(0).prism.distance({x, y, kTableHeight - 0.05});
+    return surroundings(seen, table_outline(seen, cloud, X_TC), X_TC)
+        .at(0)
+        .prism.distance({x, y, kTableHeight - 0.05});
   }
 
   Eigen::Isometry3d X_TC = Eigen::Isometry3d::Identity();
@@ -86,6 +88,22 @@ TEST_F(SurroundingsTest, ATableGoesOnBehindTheRobotsOwnHand) {
   EXPECT_GT(distance(0.7, -kHalfWidth - 0.02), 0);
 }
 
+// A head that looks to the right sees the table's left go on along the table, not along its own image.
+TEST_F(SurroundingsTest, ATurnedCameraKnowsWhereTheTablesEdgeRunsTo) {
+  const Eigen::Isometry3d X_CT_before = X_TC.inverse();
+  X_TC.linear() = Eigen::AngleAxisd(-0.4, Eigen::Vector3d::UnitZ()).toRotationMatrix() * X_TC.linear();
+  const Eigen::Isometry3d X_CC = X_TC.inverse() * X_CT_before.inverse();
+  seen.plane.n_C = X_CC.linear() * seen.plane.n_C;
+  // In order around the table, as Stage I has them.
+  seen.plane.hull_C.clear();
+  for (const auto& [x, y] :
+       {std::pair{kNear, kHalfWidth}, {kNear, -kHalfWidth}, {kFar, -kHalfWidth}, {kFar, kHalfWidth}})
+    seen.plane.hull_C.push_back(X_TC.inverse() * Eigen::Vector3d(x, y, kTableHeight));
+  look(-0.2, 1.5);
+  EXPECT_LT(distance(kNear + 0.03, kHalfWidth + 0.3), 0);
+  EXPECT_GT(distance(kNear - 0.03, kHalfWidth + 0.3), 0);
+}
+
 TEST_F(SurroundingsTest, WhatLiesBesideTheObjectIsAColumnAsHighAsItsHighestPoint) {
   look(-1.5, 1.5);
   seen.objects.resize(2);
@@ -94,7 +112,7 @@ TEST_F(SurroundingsTest, WhatLiesBesideTheObjectIsAColumnAsHighAsItsHighestPoint
     for (const double y : {0.1, 0.2})
       seen.objects[1].surface_C.push_back(
           (X_CT * Eigen::Vector3d(x, y, kTableHeight + x - 0.7)).cast<float>());
-  const auto all = surroundings(seen, cloud, X_TC);
+  const auto all = surroundings(seen, table_outline(seen, cloud, X_TC), X_TC);
   ASSERT_EQ(all.size(), 2);
   EXPECT_EQ(all[1].name, "the object beside it, 10 cm high");
   EXPECT_NEAR(all[1].prism.distance({0.75, 0.15, kTableHeight + 0.15}), 0.05, 1e-5);
