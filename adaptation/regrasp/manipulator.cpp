@@ -19,8 +19,8 @@ constexpr double kMostMisfit = 2;        // sensors of their data sheet come to 
 constexpr double kLooksThere = 0.03;     // rad off the middle of the image
 constexpr double kHeadSpeed = 0.15;      // rad/s
 constexpr double kPeakOverMean = 1.875;  // speed of a fifth-order motion
-constexpr int kMostCorrections = 3;
-constexpr double kPlaced = 0.001, kTurned = 0.005;  // m, rad: as near as a hand has to be
+constexpr int kMostCorrections = 5;
+constexpr double kPlaced = 0.0004, kTurned = 0.003;  // m, rad: as near as a hand has to be
 constexpr int kPutDownSteps = 8;
 constexpr double kPutDownStep = 0.003;                // m
 constexpr double kPutDownShare = 0.5;                 // of its weight that the hand may still carry

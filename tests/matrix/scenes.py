@@ -160,7 +160,7 @@ def one_at_a_time() -> typing.List[Case]:
         Case("a box beside its left half", beside=((0.78, 0.10, 0.06, 0.10, 0.12),)),
         # Its middle half is closed to open fingers; beside the box's end there is room.
         Case("a box behind it", beside=((0.85, -0.20, 0.08, 0.40, 0.20),), refusal="what lies beside the handle would touch"),
-        Case("boxes at both sides", beside=((0.58, -0.30, 0.05, 0.05, 0.06), (0.83, 0.0, 0.06, 0.06, 0.10))),
+        Case("boxes at both sides", beside=((0.58, -0.47, 0.05, 0.05, 0.06), (0.83, 0.0, 0.06, 0.06, 0.10))),
     ]
     cases += [Case(f"table's far edge {t} degrees up", tilt=t * degrees) for t in (3, 10)]
     cases += [Case(f"table's left side {t} degrees up", slope=t * degrees) for t in (3, 10, -10)]
