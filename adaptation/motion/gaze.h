@@ -16,7 +16,7 @@ class Gaze {
  public:
   /// By which both joints may be out, rad: a load that leaves the hand at once sets the head nodding by 8
   /// mrad, and 5 mrad is what a calibration leaves.
-  static constexpr double kSway = 0.025;
+  static constexpr double kSway = 0.015;
   /// What a turn is made of, rad: how nearly the camera comes to look at a point.
   static constexpr double kStep = 0.01;
 
