@@ -15,8 +15,8 @@ Gaze::Gaze(const KnownRobot& known, const std::vector<std::string>& joint_names)
 
 bool Gaze::has_room(const Eigen::VectorXd& q) {
   Eigen::VectorXd q_out = q;
-  for (const double pan : {-kSway, kSway}) {
-    for (const double tilt : {-kSway, kSway}) {
+  for (const double pan : {-kPanSway, kPanSway}) {
+    for (const double tilt : {-kTiltSway, kTiltSway}) {
       q_out[pan_] = q[pan_] + pan;
       q_out[tilt_] = q[tilt_] + tilt;
       posed_.update(q_out);

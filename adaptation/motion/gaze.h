@@ -14,9 +14,9 @@ namespace walkman::motion {
 /// Where a robot's camera looks: the two joints that turn it, as far as the head keeps off the body.
 class Gaze {
  public:
-  /// By which both joints may be out, rad: a load that leaves the hand at once sets the head nodding by 8
-  /// mrad, and 5 mrad is what a calibration leaves.
-  static constexpr double kSway = 0.015;
+  /// By which pan and tilt may be out, rad: 5 mrad are what a calibration leaves, and a load that leaves the
+  /// hand at once sets the head nodding by 8 mrad, a heavy one by more.
+  static constexpr double kPanSway = 0.008, kTiltSway = 0.025;
   /// What a turn is made of, rad: how nearly the camera comes to look at a point.
   static constexpr double kStep = 0.01;
 

@@ -464,9 +464,11 @@ void Manipulator::check_residual() {
 
 /// What has moved in the hand does not stand where it stood with the hand where it was.
 void Manipulator::put_down() {
+  // What was too much to be taken over has a weight, too: without one the hand would press it on the table.
+  const double weight = payload_.mass > 0 ? payload_.mass * motion::kGravity
+                                          : mean_object_load(parameters_.lift_window).force.norm();
   carry_to(X_TH_grasp_);
   hold(parameters_.hold_time);
-  const double weight = payload_.mass * motion::kGravity;
   for (int step = 1; step <= kPutDownSteps; ++step) {
     const double force = mean_object_load(parameters_.lift_window).force.norm();
     if (force < kPutDownShare * weight ||
