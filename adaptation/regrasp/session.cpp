@@ -89,8 +89,8 @@ void Session::use(const HandParts& hand) {
   grasp_link_ = model.link_index(hand.frame);
   sensor_link_ = model.link_index(hand.force_torque);
   efforts_.clear();
-  for (const auto& [joint, torque] : hand.arm.continuous_torque)
-    efforts_.push_back({place_of(robot_.joint_names(), joint, "joint"), 0, torque});
+  for (const auto& [joint, torque] : hand.continuous_torque)
+    efforts_.push_back({place_of(robot_.joint_names(), joint, "joint"), 0, kForAMinute * torque});
   hand_travel_ = model.joints[static_cast<std::size_t>(model.joint_index(hand.motor))].limits.upper;
   observer_.on_hand(parts_);
 }
@@ -250,8 +250,8 @@ void Session::watch_efforts() {
 
 std::optional<Session::Overload> Session::overload() const {
   for (const Effort& effort : efforts_)
-    if (std::abs(effort.mean) > kForAMinute * effort.continuous)
-      return Overload{joint_names()[effort.joint], std::abs(effort.mean), effort.continuous};
+    if (std::abs(effort.mean) > effort.most)
+      return Overload{joint_names()[effort.joint], std::abs(effort.mean), effort.most};
   return std::nullopt;
 }
 

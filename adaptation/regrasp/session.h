@@ -61,10 +61,10 @@ class Session {
   [[nodiscard]] const std::vector<std::string>& joint_names() const { return robot_.joint_names(); }
   /// Measured, rad, joint_names order.
   [[nodiscard]] const Eigen::VectorXd& link_positions() const { return q_; }
-  /// A joint of the arm that gives more torque than its motor can for good.
+  /// A joint of the arm that gives more torque than its motor can for a minute.
   struct Overload {
     std::string_view joint;
-    double torque = 0, continuous_torque = 0;  ///< N·m
+    double torque = 0, most = 0;  ///< N·m
   };
   /// By the mean torque of the last tenths of a second.
   [[nodiscard]] std::optional<Overload> overload() const;
@@ -102,10 +102,10 @@ class Session {
   std::vector<int> foot_sensor_links_;
   int inertial_link_ = -1;
   Eigen::VectorXd q_;
-  /// A joint of the arm in use: torques in N·m, what it gives in the mean.
+  /// A joint of the arm in use: torques in N·m, what it gives in the mean and may.
   struct Effort {
     std::size_t joint = 0;
-    double mean = 0, continuous = 0;
+    double mean = 0, most = 0;
   };
   std::vector<Effort> efforts_;
   std::size_t hand_ = 0, sensor_ = 0;

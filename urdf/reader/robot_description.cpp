@@ -30,18 +30,13 @@ std::vector<RobotDescription::PdoLayoutFile> read_layouts(const YamlMap& top) {
   return layouts;
 }
 
-const std::vector<std::string> kLimbKeys = {"joints", "posture", "ranges", "continuous_torque_nm"};
+const std::vector<std::string> kLimbKeys = {"joints", "posture", "ranges"};
 
 LimbParts read_limb(const YamlMap& map) {
-  LimbParts limb{map.texts("joints"), map.text("posture"), {}, {}};
+  LimbParts limb{map.texts("joints"), map.text("posture"), {}};
   std::set<std::string> names;
   for (const std::string& joint : limb.joints)
     if (!names.insert(joint).second) map.fail("joints", fmt::format("\"{}\" is there twice", joint));
-  if (map.has("continuous_torque_nm")) {
-    const YamlMap torques = map.map("continuous_torque_nm", limb.joints);
-    for (const std::string& joint : limb.joints)
-      if (torques.has(joint)) limb.continuous_torque[joint] = torques.number(joint, 1e-3, 1e6);
-  }
   if (!map.has("ranges")) return limb;
   for (const YamlMap& entry : map.list("ranges", {"joint", "lower_rad", "upper_rad"})) {
     const JointRange range{entry.text("joint"), entry.number("lower_rad"), entry.number("upper_rad")};
@@ -56,12 +51,23 @@ LimbParts read_limb(const YamlMap& map) {
 
 std::vector<HandParts> read_hands(const YamlMap& top) {
   std::vector<std::string> keys = kLimbKeys;
-  keys.insert(keys.end(), {"name", "shoulder", "frame", "motor", "force_torque"});
+  keys.insert(keys.end(), {"name", "shoulder", "frame", "motor", "force_torque", "continuous_torque_nm"});
   std::vector<HandParts> hands;
   std::set<std::string> names;
   for (const YamlMap& map : top.list("hands", keys)) {
-    hands.push_back({map.text("name"), read_limb(map), map.text("shoulder"), map.text("frame"),
-                     map.text("motor"), map.text("force_torque")});
+    hands.push_back({map.text("name"),
+                     read_limb(map),
+                     map.text("shoulder"),
+                     map.text("frame"),
+                     map.text("motor"),
+                     map.text("force_torque"),
+                     {}});
+    HandParts& hand = hands.back();
+    if (map.has("continuous_torque_nm")) {
+      const YamlMap torques = map.map("continuous_torque_nm", hand.arm.joints);
+      for (const std::string& joint : hand.arm.joints)
+        if (torques.has(joint)) hand.continuous_torque[joint] = torques.number(joint, 1e-3, 1e6);
+    }
     if (!names.insert(hands.back().name).second)
       map.fail("name", fmt::format("\"{}\" is there before, expected another name", hands.back().name));
   }

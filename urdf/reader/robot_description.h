@@ -23,17 +23,17 @@ struct LimbParts {
   std::vector<std::string> joints;
   std::string posture;  ///< group_state of the SRDF that they tend to where nothing else matters
   std::vector<JointRange> ranges;
-  std::map<std::string, double> continuous_torque;  ///< that a joint's motor can give for good, N·m
 };
 
 /// An arm that works, by the names of links in the URDF and of devices in the device table.
 struct HandParts {
   std::string name;  ///< what people call it, such as "right"
   LimbParts arm;
-  std::string shoulder;      ///< link from which the arm's length counts
-  std::string frame;         ///< link whose frame is the hand frame H
-  std::string motor;         ///< hand drive
-  std::string force_torque;  ///< force/torque sensor at the wrist, its frame S
+  std::string shoulder;                             ///< link from which the arm's length counts
+  std::string frame;                                ///< link whose frame is the hand frame H
+  std::string motor;                                ///< hand drive
+  std::string force_torque;                         ///< force/torque sensor at the wrist, its frame S
+  std::map<std::string, double> continuous_torque;  ///< that a joint's motor can give for good, N·m
 };
 
 /// The sensors that tell whether a robot stands, by their names in the device table.

@@ -106,8 +106,8 @@ TEST(RobotDescription, EverySensorHasItsKind) {
 TEST(RobotDescription, TheMotorsAreTakenForWhatTheyAre) {
   const KnownRobot known(load_robot_description(kUrdf / "walkman.robot.yaml"));
   for (const HandParts& hand : known.description.hands) {
-    EXPECT_EQ(hand.arm.continuous_torque.size(), hand.arm.joints.size());
-    for (const auto& [joint, torque] : hand.arm.continuous_torque) {
+    EXPECT_EQ(hand.continuous_torque.size(), hand.arm.joints.size());
+    for (const auto& [joint, torque] : hand.continuous_torque) {
       const auto file =
           kUrdf / "../emulator/plant/actuators" / (known.devices.device(joint).actuator + ".yaml");
       std::ifstream in(file);
