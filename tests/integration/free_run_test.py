@@ -39,6 +39,8 @@ class FreeRunTest(unittest.TestCase):
     def scene(self, change):
         """The first experiment's scene with its text changed, beside all that it names."""
         shutil.copytree(os.path.join(TREE, "urdf"), self.path("urdf"))
+        os.mkdir(self.path("adaptation"))
+        shutil.copy(os.path.join(TREE, "adaptation/head_at_home.yaml"), self.path("adaptation"))
         file = self.path("urdf/scenes/experiment_1.yaml")
         with open(file, encoding="utf-8") as stream:
             text = stream.read()

@@ -65,7 +65,10 @@ TEST(RobotDescription, HandsThatDoNotFitTheRobotAreRefused) {
   EXPECT_THAT(refusal("name: left", "name: right"), HasSubstr("\"right\" is there before"));
   EXPECT_THAT(refusal("joints: [RShSag, RShLat", "joints: [RShSag, RShSag"),
               HasSubstr("\"RShSag\" is there twice"));
-  EXPECT_THAT(refusal("joints: [RShSag,", "joints: [RShSagg,"), HasSubstr("has no such device \"RShSagg\""));
+  EXPECT_THAT(refusal("joints: [RShSag,", "joints: [RShSagg,"),
+              HasSubstr("continuous_torque_nm.RShSag: unknown key"));
+  EXPECT_THAT(refusal("motor: l_handj_synergy", "motor: l_handj"),
+              HasSubstr("has no such device \"l_handj\""));
   EXPECT_THAT(refusal("posture: left_arm_at_work", "posture: left_arm"),
               HasSubstr("no group_state \"left_arm\""));
   EXPECT_THAT(refusal("posture: left_arm_at_work", "posture: right_arm_at_work"),
