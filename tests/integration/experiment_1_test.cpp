@@ -165,26 +165,19 @@ TEST(Experiment1, TenRepetitionsDoAsWellAsThePaper) {
 
 /// Experiment 1's scene with events, its paths made absolute.
 std::filesystem::path scene_with(const std::string& events) {
-  const std::string folder = std::filesystem::absolute(WALKMAN_SOURCE_TREE).string() + "/urdf/";
-  std::string text = contents(folder + "scenes/experiment_1.yaml");
-  for (const char* line : {"urdf: ", "file: "}) {
-    for (std::size_t at = text.find(std::string(line)); at != std::string::npos;
-         at = text.find(line, at + 1)) {
-      const std::size_t path = at + std::string(line).size();
-      text.insert(path, folder + "scenes/");
-    }
-  }
+  const std::string tree = std::filesystem::absolute(WALKMAN_SOURCE_TREE).string();
   std::filesystem::path file = ::testing::TempDir() + "walkman_experiment_1_events.yaml";
-  std::ofstream(file) << text << events;
+  std::ofstream(file) << "extends: " << tree << "/urdf/scenes/experiment_1.yaml\n" << events;
   return file;
 }
 
 // A pull on the hand that takes the bar's torque away while it is weighed: the wrist tells the truth about
 // what it carries, and what the method makes of it is not the bar's centre of mass.
 TEST(Experiment1, ACentreOfMassThatIsNotWhereItWasReportedIsWrong) {
-  RepetitionOptions o = options(1);
+  RepetitionOptions o = options(3);  // its visual grasp is 6 cm beside the centre of mass
   o.scene = scene_with(
-      "events:\n  - at_s: 31.4\n    push: {link: r_hand_grasp, force_N: [0, 0, -3], point_m: [-0.3, 0, 0], "
+      "events:\n  - in_phase: {phase: lift, after_s: 3}\n    push: {link: r_hand_grasp, force_N: [0, 0, -3], "
+      "point_m: [-0.3, 0, 0], "
       "duration_s: 100}\n");
   const RepetitionResult result = run_repetition(o);
   EXPECT_EQ(result.outcome, Outcome::kWrong) << to_string(result.outcome) << ": " << result.reason;
