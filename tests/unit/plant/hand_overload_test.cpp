@@ -135,6 +135,14 @@ TEST(Overload, AlongTheBarItIsCoulombs) {
   }
 }
 
+// WALK-MAN's design document has 130 N of grasp force at the motor's peak: fingers and palm press with as
+// much from either side.
+TEST(Overload, AtTheMotorsPeakABarIsHeldAsThePublishedForceHoldsIt) {
+  const Overload o = overload(Load::kAlongTheBar, 5 / kPulley, 0.7);
+  std::printf("at 5 N·m and friction 0.7 a bar slips along the fingers at %.0f N\n", o.at_slip);
+  EXPECT_NEAR(o.at_slip, 2 * 0.7 * 130, 0.2 * 2 * 0.7 * 130);
+}
+
 TEST(Overload, OutOfThePalmItRisesWithTensionAndFriction) {
   expect_the_trend(sweep(Load::kOutOfThePalm, "Force out of the palm, N"));
 }
