@@ -33,6 +33,9 @@ ImageBorder::ImageBorder(const camera::OrganizedCloud& cloud)
     right_ = std::max(right_, last);
     top_ = std::min(top_, row);
     bottom_ = row;
+    const Eigen::Vector3f &from = cloud.at(first, row), &to = cloud.at(last, row);
+    const double across = double{to.x()} / to.z() - double{from.x()} / from.z();
+    if (last > first && across > 0) focal_ = std::max(focal_, (last - first) / across);
     if (first > kMargin) strips.push_back(first * static_cast<double>(cloud.at(first, row).z()));
   }
   // A margin any wider is no border but a scene with nothing there.
@@ -67,6 +70,27 @@ bool ImageBorder::cuts(std::span<const std::uint32_t> points) const {
   for (const std::uint32_t point : points)
     if (at_border(point) && ++count >= kFewestPoints) return true;
   return false;
+}
+
+ImageMargins ImageBorder::margins(std::span<const std::uint32_t> points) const {
+  ImageMargins margins;
+  if (!organized_ || focal_ == 0) return margins;
+  // From a ray to the one that is so many pixels away: both by the tangents of their angles.
+  const auto narrow = [this](double& margin, double tangent, double pixels) {
+    margin = std::min(margin, std::abs(std::atan(tangent + pixels / focal_) - std::atan(tangent)));
+  };
+  const int width = cloud_.width, height = cloud_.height;
+  for (const std::uint32_t point : points) {
+    const int row = static_cast<int>(point) / width, column = static_cast<int>(point) % width;
+    const Eigen::Vector3d p_C = cloud_.points[point].cast<double>();
+    const double right = p_C.x() / p_C.z(), down = p_C.y() / p_C.z();
+    const double first = strip_ > 0 ? strip_ / p_C.z() : left_;
+    if (first >= 0) narrow(margins.left, right, std::min(0.0, first - column));
+    if (right_ < width) narrow(margins.right, right, right_ - column);
+    if (top_ >= 0) narrow(margins.up, down, top_ - row);
+    if (bottom_ < height) narrow(margins.down, down, bottom_ - row);
+  }
+  return margins;
 }
 
 }  // namespace walkman::perception

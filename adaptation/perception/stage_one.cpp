@@ -252,7 +252,9 @@ class StageOne {
     timer_.done("handle alignment");
     object.p_CCm = median_of_voxel_centroids(object.surface_C, parameters_.centroid_voxel);
     timer_.done("centre of mass");
-    object.cut_by_image = border_->cuts(members(near_.numbers, cluster));
+    const auto numbers = members(near_.numbers, cluster);
+    object.cut_by_image = border_->cuts(numbers);
+    object.to_border = border_->margins(numbers);
     timer_.done("image border");
     return object;
   }

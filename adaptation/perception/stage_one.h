@@ -8,6 +8,7 @@
 #include <Eigen/Geometry>
 
 #include "adaptation/parameters.h"
+#include "adaptation/perception/image_border.h"
 #include "adaptation/perception/sampling.h"
 #include "drivers/camera/range_camera.h"
 
@@ -70,6 +71,7 @@ struct SeenObject {
   /// Handle-like, but too thin or too thick for the hand, or not certainly of its size.
   std::vector<Handle> refused;
   bool cut_by_image = false;  ///< goes on beyond the image's border
+  ImageMargins to_border;
 };
 
 struct StageOneResult {

@@ -18,6 +18,7 @@ namespace walkman::regrasp {
 namespace {
 
 constexpr double kAtBorder = 0.03, kInView = 0.09;  // rad from the image's border
+constexpr double kFarthestTurn = 1.0;               // rad, for what may be anywhere
 constexpr int kMostPlans = 3;
 constexpr int kEnoughTries = 2;
 constexpr double kMostLeft = 0.05;     // of the first displacement; the paper's regrasps leave less (table 1)
@@ -48,29 +49,17 @@ bool worth_another(const std::vector<Weighing>& weighings, double torque_thresho
          std::abs(last.displacement) > kMostLeft * std::abs(first.displacement);
 }
 
-/// Directions from the camera, rad: to the right and down.
-struct View {
-  Eigen::AlignedBox2d angles;
-  void add(const Eigen::Vector3f& p_C) {
-    if (p_C.allFinite())
-      angles.extend(Eigen::Vector2d(std::atan2(p_C.x(), p_C.z()), std::atan2(p_C.y(), p_C.z())));
-  }
-};
-
 /// A point for the middle of the image, in C, so that it has more of an object that its border cuts: the end
 /// that is seen moves to the opposite border.
-Eigen::Vector3d to_look_at(const camera::OrganizedCloud& cloud, const perception::SeenObject& object) {
-  View image, seen;
-  for (const Eigen::Vector3f& p_C : cloud.points) image.add(p_C);
-  for (const Eigen::Vector3f& p_C : object.surface_C) seen.add(p_C);
-  Eigen::Vector3d aim_C = Eigen::Vector3d::UnitZ();
-  for (const int axis : {0, 1}) {
-    const double before = seen.angles.min()[axis] - image.angles.min()[axis];
-    const double after = image.angles.max()[axis] - seen.angles.max()[axis];
-    if (before < kAtBorder && after >= kAtBorder) aim_C[axis] = -std::tan(std::max(0.0, after - kInView));
-    if (after < kAtBorder && before >= kAtBorder) aim_C[axis] = std::tan(std::max(0.0, before - kInView));
-  }
-  return object.p_CCm.z() * aim_C;
+Eigen::Vector3d to_look_at(const perception::SeenObject& object) {
+  const auto turn = [](double before, double after) {
+    if (after < kAtBorder && before >= kAtBorder) return std::clamp(before - kInView, 0.0, kFarthestTurn);
+    return 0.0;
+  };
+  const perception::ImageMargins& margins = object.to_border;
+  const double right = turn(margins.left, margins.right) - turn(margins.right, margins.left);
+  const double down = turn(margins.up, margins.down) - turn(margins.down, margins.up);
+  return object.p_CCm.z() * Eigen::Vector3d(std::tan(right), std::tan(down), 1);
 }
 
 }  // namespace
@@ -199,7 +188,7 @@ void Regrasp::Impl::look(const std::optional<Eigen::Vector3d>& p_T) {
       table_T = await<std::vector<Eigen::Vector3d>>([&] { return table_outline(seen, outside, X_TC); });
     }
     if (!seen.object().cut_by_image || looks == parameters.stage_two.max_looks) break;
-    if (!manipulator.look_at(X_TC * to_look_at(cloud, seen.object()))) break;
+    if (!manipulator.look_at(X_TC * to_look_at(seen.object()))) break;
     // The same object, by a point of it that is seen for certain.
     const auto& surface_C = seen.object().surface_C;
     const auto nearest =

@@ -158,9 +158,8 @@ def one_at_a_time() -> typing.List[Case]:
               for c in (-0.30, -0.20, 0.20, 0.30)]
     cases += [
         Case("a box beside its left half", beside=((0.78, 0.10, 0.06, 0.10, 0.12),)),
-        # Its middle half is closed to open fingers; beside the box's end there is room.
-        Case("a box behind it", beside=((0.85, -0.20, 0.08, 0.40, 0.20),), refusal="what lies beside the handle would touch"),
-        Case("boxes at both sides", beside=((0.58, -0.47, 0.05, 0.05, 0.06), (0.83, 0.0, 0.06, 0.06, 0.10))),
+        Case("a box behind it", beside=((0.85, -0.20, 0.08, 0.40, 0.20),)),
+        Case("boxes at both sides", beside=((0.58, -0.36, 0.05, 0.05, 0.06), (0.83, 0.0, 0.06, 0.06, 0.10))),
     ]
     cases += [Case(f"table's far edge {t} degrees up", tilt=t * degrees) for t in (3, 10)]
     cases += [Case(f"table's left side {t} degrees up", slope=t * degrees) for t in (3, 10, -10)]
@@ -169,8 +168,8 @@ def one_at_a_time() -> typing.List[Case]:
 
 def beyond() -> typing.List[Case]:
     """Heavier, or with a longer lever, than hand and arm may be asked for: to be put down again, or held all the same."""
-    # A bar whose far end still rests turns in the fingers, slips or swings in them, or is more than the forearm's motor can hold.
-    why = r"object turns in the hand|object slips|its motor can give for good|hand does not come to rest|readings contradict"
+    # A bar whose far end still rests turns in the fingers, slips in them, or is more than the forearm's motor can hold.
+    why = r"object turns in the hand|object slips|its motor can give for good"
     cases = [Case(f"beyond: mass {m} kg", mass=m, refusal=why) for m in (6.0, 8.0, 12.0)]
     cases += [Case(f"beyond: 4 kg, CoM {100 * c:+.0f} cm off", mass=4, refusal=why, bar_share=0.5,
                    weights=(0.525 + c - 0.12, 0.525 + c + 0.12), bar_com=c) for c in (-0.30, -0.20, 0.20, 0.30)]
