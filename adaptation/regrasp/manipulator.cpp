@@ -106,9 +106,9 @@ void Manipulator::require_strength() const {
   if (!overload) return;
   const Wrench load = object_load();
   throw Refused(fmt::format(
-      "{} has to give {:.1f} N·m while the wrist carries {:.1f} N and {:.2f} N·m, expected at most {:.1f} "
-      "N·m, "
-      "a tenth above what its motor can give for good: the object is too heavy or too far beside the hand",
+      "{} has to give {:.1f} N·m while the wrist carries {:.1f} N and {:.2f} N·m, expected at most "
+      "{:.1f} N·m, a tenth above what its motor can give for good: the object is too heavy or too far beside "
+      "the hand",
       overload->joint, overload->torque, load.force.norm(), load.torque.norm(), overload->most));
 }
 

@@ -226,9 +226,9 @@ Swayed pushed(const Push& push, const Truth& truth = {}) {
   result.at_end = (rest - before).head<2>().norm();
   result.feet = feet.slide();
   std::printf(
-      "%3.0f N at %4.0f deg: stood within %.3f mm; %.1f mm away, sways by %.2f %% after 3 s, then at most "
-      "%.2f %% "
-      "from where it was over the feet; rests %.2f mm from before; feet slid by %.2f mm\n",
+      "%3.0f N at %4.0f deg: stood within %.3f mm; %.1f mm away, sways by %.2f %% after 3 s, "
+      "then at most %.2f %% from where it was over the feet; rests %.2f mm from before; feet slid by %.2f "
+      "mm\n",
       push.force, push.direction * 180 / std::numbers::pi, 1e3 * moved, 1e3 * result.first,
       100 * result.after_3_s / result.first, 100 * result.left_at_3_s / result.first, 1e3 * result.at_end,
       1e3 * result.feet);
