@@ -1,6 +1,9 @@
 // How strong and how firm the hand is, beside what is published of SoftHands: 20 and 28 N on a cylinder of 45
 // mm with the first motors (Catalano et al., IJRR 33(5), 2014), 62 N of qb robotics' hand, 130 N at its peak
-// in WALK-MAN's design document; and beside the paper's robot, which held 1.7 N·m at the wrist.
+// in WALK-MAN's design document; and beside the paper's robot, which held 1.7 N·m at the wrist. Nobody has
+// measured how soft a held object sits; estimates go from 3 N/mm and 3 N·m/rad, tendon and pads in series, to
+// 30 of each for the pads of a firm grip alone. With pads of half the 2 N/mm the bar sits half as firm, but
+// the fingers sink so deep into it that of the 130 N there are 91.
 
 #include <cmath>
 
@@ -66,6 +69,7 @@ TEST(Firmness, ABarGivesWayByAFractionOfAMillimetrePerNewton) {
   for (const Eigen::Vector3d& axis :
        {Eigen::Vector3d(1, 0, 0), Eigen::Vector3d(0, 1, 0), Eigen::Vector3d(0, 0, -1)}) {
     const double stiffness = 5 / bar.moved_by(5 * axis, Eigen::Vector3d::Zero()).translation().norm();
+    std::printf("along (%.0f, %.0f, %.0f): %.1f N/mm\n", axis.x(), axis.y(), axis.z(), 1e-3 * stiffness);
     EXPECT_GT(stiffness, 3e3) << axis.transpose();  // N/m
     EXPECT_LT(stiffness, 25e3) << axis.transpose();
   }
@@ -76,8 +80,9 @@ TEST(Firmness, ABarTurnsByDegreesUnderTheMomentThePapersRobotHeld) {
     HeldBar bar;
     const Eigen::Isometry3d X = bar.moved_by(Eigen::Vector3d::Zero(), 1.7 * axis);
     const double angle = Eigen::AngleAxisd(X.linear()).angle();
-    EXPECT_GT(angle, 0.01) << axis.transpose();
+    std::printf("about (%.0f, %.0f, %.0f): %.1f N·m/rad\n", axis.x(), axis.y(), axis.z(), 1.7 / angle);
     EXPECT_LT(angle, 0.2) << axis.transpose();
+    EXPECT_LT(1.7 / angle, 60) << axis.transpose();  // the palm's two lines of contact take part
     // It is held there, and comes back.
     EXPECT_LT(X.translation().norm(), 0.02) << axis.transpose();
   }
