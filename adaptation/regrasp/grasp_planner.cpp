@@ -188,14 +188,13 @@ std::string GraspPlanner::blocked(const View& view, const Hand& hand, const Plac
   return "";
 }
 
-/// Room of the grasp, as a share of what is enough; kNoGrasp with the reason when it cannot be.
 double GraspPlanner::judge(const View& view, Hand& hand, const Place& place, PlannedGrasp& grasp,
-                           std::string& refusal) {
+                           Refusal& refusal) {
   std::vector<Eigen::Isometry3d> way =
       approach_way(grasp.X_TG, parameters_.stage_two.palm_clearance, parameters_.stage_two);
   grasp.X_TH = way.back();
-  refusal = blocked(view, hand, place, grasp.X_TH);
-  if (!refusal.empty()) return kNoGrasp;
+  refusal.reason = blocked(view, hand, place, grasp.X_TH);
+  if (!refusal.reason.empty()) return kNoGrasp;
   hand.motion.set_obstacles(view.obstacles);
   hand.motion.reset(view.q);
   Eigen::Isometry3d lifted = way.back();
@@ -211,7 +210,7 @@ double GraspPlanner::judge(const View& view, Hand& hand, const Place& place, Pla
   const std::size_t beyond = way.size() - kWayOver;
   Route route = find_route(hand.motion, way, limits, 1, hand.led);
   if (route.reach.status != motion::HandMotion::Status::kReached) {
-    refusal = route.reach.reason;
+    refusal = {route.reach.reason, true};
     return kNoGrasp;
   }
   grasp.way = std::move(route.way);
@@ -222,6 +221,7 @@ double GraspPlanner::judge(const View& view, Hand& hand, const Place& place, Pla
 PlannedGrasp GraspPlanner::plan(const View& view, const Cost& cost) {
   const std::vector<Place> all = places(view, cost);
   std::vector<std::string> first_refusals(hands_.size());
+  double unreached_cost = std::numeric_limits<double>::infinity();
   // The place is the method's to choose; which hand, and how it is turned, is a matter of room.
   for (const Place& place : all) {
     PlannedGrasp best;
@@ -237,9 +237,10 @@ PlannedGrasp GraspPlanner::plan(const View& view, const Cost& cost) {
         grasp.X_TG = turned_about_handle(X_TUpright, handle.radius, kPitches[turn]);
         grasp.radius = handle.radius;
         grasp.cost = place.cost;
-        std::string refusal;
+        Refusal refusal;
         const double room = judge(view, *hands_[hand], place, grasp, refusal);
-        if (room < 0 && first_refusals[hand].empty()) first_refusals[hand] = refusal;
+        if (room < 0 && first_refusals[hand].empty()) first_refusals[hand] = refusal.reason;
+        if (room < 0 && refusal.no_way) unreached_cost = std::min(unreached_cost, place.cost);
         if (room <= best_room + (best_room < 0 ? 0 : kWorthLeaving)) continue;
         best_room = room;
         best = std::move(grasp);
@@ -249,6 +250,7 @@ PlannedGrasp GraspPlanner::plan(const View& view, const Cost& cost) {
     std::vector<Eigen::Isometry3d>& led = hands_[best.hand]->led;
     led.assign(best.way.begin(), best.way.end() - kWayOver);
     best.least_cost = all.front().cost;
+    best.unreached_cost = unreached_cost;
     if (&place != &all.front()) best.refusal = both_hands(first_refusals);
     return best;
   }

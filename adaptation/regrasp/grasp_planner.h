@@ -1,6 +1,7 @@
 #pragma once
 
 #include <functional>
+#include <limits>
 #include <memory>
 #include <optional>
 #include <string>
@@ -23,10 +24,13 @@ namespace walkman::regrasp {
 struct PlannedGrasp {
   std::size_t hand = 0;  ///< its place in the robot's description
   Eigen::Isometry3d X_TG = Eigen::Isometry3d::Identity();
-  double radius = 0;                   ///< of the handle there, m
-  double cost = 0;                     ///< of the place, see GraspPlanner::Cost
-  double least_cost = 0;               ///< of the best place, which it may not be
-  std::string refusal;                 ///< what keeps the hands off the best place, empty when it is that
+  double radius = 0;      ///< of the handle there, m
+  double cost = 0;        ///< of the place, see GraspPlanner::Cost
+  double least_cost = 0;  ///< of the best place, which it may not be
+  std::string refusal;    ///< what keeps the hands off the best place, empty when it is that
+  /// Least cost of the places where a hand has room and no way to get there from where it is; infinite
+  /// without.
+  double unreached_cost = std::numeric_limits<double>::infinity();
   std::vector<Eigen::Isometry3d> way;  ///< from where the hand is to the pose over the grasp
   Eigen::Isometry3d X_TH = Eigen::Isometry3d::Identity();  ///< of the hand when it closes
 };
@@ -72,8 +76,14 @@ class GraspPlanner {
                                     const Eigen::Isometry3d& X_TEnd) const;
   /// "the right hand: ...; the left hand: ...".
   [[nodiscard]] std::string both_hands(const std::vector<std::string>& refusals) const;
+  /// Why a grasp cannot be, and whether only for want of a way.
+  struct Refusal {
+    std::string reason;
+    bool no_way = false;
+  };
+  /// Room of the grasp, as a share of what is enough; kNoGrasp when it cannot be.
   [[nodiscard]] double judge(const View& view, Hand& hand, const Place& place, PlannedGrasp& grasp,
-                             std::string& refusal);
+                             Refusal& refusal);
 
   const KnownRobot& known_;
   const MethodParameters& parameters_;

@@ -25,6 +25,10 @@ constexpr int kPutDownSteps = 8;
 constexpr double kPutDownStep = 0.003;                // m
 constexpr double kPutDownShare = 0.5;                 // of its weight that the hand may still carry
 constexpr std::array kHigher = {0.0, 0.1, 0.2, 0.3};  // m
+constexpr double kOverTable = 0.02;                   // m, of what turns
+// How an object turns about its handle in the fingers: when they close, rad, and with its weight, N·m/rad;
+// published and estimated values for SoftHands go from 0.1 to 1.
+constexpr double kClosingTurn = 0.1, kSoftness = 0.7;
 constexpr double kOpenTorque = 0.2;  // share of rated: enough to let the ligaments open the hand
 
 wrench::LoadEstimator::DataSheet sensor_of(const StageTwoParameters& parameters) {
@@ -282,7 +286,8 @@ void Manipulator::ascend() {
   move_to(X_TH_grasp_ * Eigen::Translation3d(0, parameters_.approach_height, 0), parameters_.approach_speed);
 }
 
-void Manipulator::grasp(double radius) {
+void Manipulator::grasp(double radius, const Eigen::AlignedBox3d& object_H) {
+  object_H_ = object_H;
   session_.set_holding(true);
   for_seconds(parameters_.close_time,
               [&](double share) { session_.set_grip(share, parameters_.grip_torque); });
@@ -352,12 +357,26 @@ Wrench Manipulator::mean_object_load(double seconds) {
   return average.mean();
 }
 
+Eigen::Isometry3d Manipulator::turned_clear(double turn) const {
+  const Eigen::Vector3d up_H = X_TH_grasp_.linear().transpose().col(2);
+  const auto lowest = [&](double angle) {
+    const Eigen::Vector3d up = Eigen::AngleAxisd(-angle, Eigen::Vector3d::UnitX()) * up_H;
+    const Eigen::Vector3d &low = object_H_.min(), &high = object_H_.max();
+    return std::min(up.y() * low.y(), up.y() * high.y()) + std::min(up.z() * low.z(), up.z() * high.z());
+  };
+  const double torque = payload_.mass * motion::kGravity * payload_.p_HCm.cross(up_H).x();
+  const double droop = kClosingTurn + std::abs(torque) / kSoftness;
+  const double needed =
+      lowest(0) - std::min({lowest(turn - droop), lowest(turn), lowest(turn + droop)}) + kOverTable;
+  Eigen::Isometry3d X_TH = raised(X_TH_grasp_, std::max(lifted_, needed));
+  X_TH.rotate(Eigen::AngleAxisd(turn, Eigen::Vector3d::UnitX()));
+  return X_TH;
+}
+
 void Manipulator::turn() {
   const Eigen::Isometry3d X_TH = raised(X_TH_grasp_, lifted_);
   for (const double turn : {-parameters_.weighing_turn, parameters_.weighing_turn}) {
-    Eigen::Isometry3d turned = X_TH;
-    turned.rotate(Eigen::AngleAxisd(turn, Eigen::Vector3d::UnitX()));
-    carry_to(turned);
+    carry_to(turned_clear(turn));
     settle();
     add_loaded(parameters_.tare_time);
   }
@@ -385,29 +404,29 @@ Manipulator::Load Manipulator::weigh() {
       level.slope.torque.norm() > parameters_.torque_slope) {
     throw Refused(fmt::format(
         "the wrist's reading does not stay what it is: by {:.2f} N and {:.3f} N·m it changes per second "
-        "while "
-        "the object hangs still, expected less than {:g} and {:g}: the sensor drifts, or the object slips",
+        "while the object hangs still, expected less than {:g} and {:g}: the sensor drifts, or the object "
+        "slips",
         level.slope.force.norm(), level.slope.torque.norm(), parameters_.force_slope,
         parameters_.torque_slope));
   }
   const wrench::LoadEstimator::Object object = estimator_.object();
   if (!(object.misfit < kMostMisfit)) {
+    const Wrench load = object_load();
     throw Refused(fmt::format(
-        "the wrist's readings contradict each other: with the hand turned they are {:.1f} standard "
-        "deviations away from what any one object would make, expected less than {:g}",
-        object.misfit, kMostMisfit));
+        "the wrist's readings contradict each other: with {:.1f} N and {:.2f} N·m and the hand turned they "
+        "are {:.1f} standard deviations away from what any one object would make, expected less than {:g}: "
+        "the sensor is wrong, or the object turns in the hand",
+        load.force.norm(), load.torque.norm(), object.misfit, kMostMisfit));
   }
   const Eigen::Isometry3d& X_TS = session_.X_TS();
   const Eigen::Vector3d down_T = -Eigen::Vector3d::UnitZ();
   const Eigen::Vector3d p_SoHo_T = session_.X_TH().translation() - X_TS.translation();
-  Eigen::Matrix<double, 3, 4> slope;  // of the torque about Ho over weight and moment
-  slope.col(0) = -p_SoHo_T.cross(down_T);
-  for (int i = 0; i < 3; ++i) slope.col(1 + i) = X_TS.linear().col(i).cross(down_T);
-  const Eigen::Matrix3d covariance = slope * object.covariance * slope.transpose();
-  const double largest =
-      Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(covariance, Eigen::EigenvaluesOnly).eigenvalues()[2];
+  Eigen::Matrix4d slope = Eigen::Matrix4d::Zero();  // over weight and moment
+  slope.topLeftCorner<3, 1>() = -p_SoHo_T.cross(down_T);
+  for (int i = 0; i < 3; ++i) slope.block<3, 1>(0, 1 + i) = X_TS.linear().col(i).cross(down_T);
+  slope(3, 0) = 1;
   return {wrench::shift({(X_TS.linear() * object.moment_S).cross(down_T), object.weight * down_T}, p_SoHo_T),
-          std::sqrt(std::max(0.0, largest))};
+          slope * object.covariance * slope.transpose()};
 }
 
 void Manipulator::hang() {
@@ -419,9 +438,7 @@ void Manipulator::hang() {
                                      2 * std::numbers::pi);
   const double most = parameters_.hanging_turn;
   for (const double share : {1.0, 0.75, 0.5, 0.25}) {
-    Eigen::Isometry3d X_TH = raised(X_TH_grasp_, lifted_);
-    X_TH.rotate(Eigen::AngleAxisd(share * std::clamp(turn, -most, most), Eigen::Vector3d::UnitX()));
-    if (!go_straight(X_TH, carrying_limits())) continue;
+    if (!go_straight(turned_clear(share * std::clamp(turn, -most, most)), carrying_limits())) continue;
     settle();
     return;
   }

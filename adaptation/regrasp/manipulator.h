@@ -47,8 +47,9 @@ class Manipulator {
   void descend(const Eigen::Isometry3d& X_TH);
   /// Straight up from the grasp to the height of the approach.
   void ascend();
-  /// Closes the hand where it is, around a handle of `radius` (m). Throws Refused when it closes on nothing.
-  void grasp(double radius);
+  /// Closes the hand where it is, around a handle of `radius` (m) of what stands in the box (m, in H) down to
+  /// the table. Throws Refused when it closes on nothing.
+  void grasp(double radius, const Eigen::AlignedBox3d& object_H);
   /// Up until the force no longer changes with height; from the first stop on the arm carries what it weighed
   /// there by feed-forward.
   void lift();
@@ -56,15 +57,16 @@ class Manipulator {
   /// back to level.
   void turn();
   struct Load {
-    Wrench F_Ho_T;                ///< of the object alone, a pure weight
-    double torque_deviation = 0;  ///< standard deviation of its torque in the direction known worst, N·m
+    Wrench F_Ho_T;  ///< of the object alone, a pure weight
+    /// Of its torque (N·m, in T) and its weight (N), in this order.
+    Eigen::Matrix4d covariance = Eigen::Matrix4d::Zero();
   };
   /// Reads it level for the averaging time. Returns the load that fits these readings and those before.
   /// Throws Refused when they are none of a sensor as its data sheet has it, or do not stay what they are.
   [[nodiscard]] Load weigh();
   /// After `weigh`: turns the hand about the handle so that the object's centre of mass hangs straight below
-  /// it, which takes away the torque across the handle; as far as `hanging_turn` and the arm allow. `weigh`
-  /// again afterwards.
+  /// it, which takes away the torque across the handle; as far as `hanging_turn`, the table and the arm
+  /// allow. `weigh` again afterwards.
   void hang();
   /// After `weigh`: holds for `watch_time`. True, and it holds no longer, when what hangs in the hand has
   /// become another load.
@@ -111,6 +113,9 @@ class Manipulator {
   void carry_to(const Eigen::Isometry3d& X_TH);
   /// The reference that brings the hand to X_TH as long as it is as far beside its reference as now.
   [[nodiscard]] Eigen::Isometry3d reference_for(const Eigen::Isometry3d& X_TH) const;
+  /// Where the hand is when it is turned about the handle (rad) with the object in it: as high as lifted, or
+  /// higher where a part of the object would come down on the table.
+  [[nodiscard]] Eigen::Isometry3d turned_clear(double turn) const;
   void put_down();
   void for_seconds(double seconds, const std::function<void(double share)>& each_cycle);
   [[nodiscard]] Wrench mean_object_load(double seconds);
@@ -144,6 +149,7 @@ class Manipulator {
   Eigen::Isometry3d X_TH_grasp_ = Eigen::Isometry3d::Identity();
   std::vector<Eigen::Isometry3d> way_;  // of the last approach
   double lifted_ = 0;
+  Eigen::AlignedBox3d object_H_;  // that the hand holds, as it stood
   struct Payload {
     double mass = 0;  // kg
     Eigen::Vector3d p_HCm = Eigen::Vector3d::Zero();

@@ -57,11 +57,13 @@ struct Weighing {
   Eigen::Isometry3d X_TH = Eigen::Isometry3d::Identity();
   double f_g = 0;               ///< force along gravity, N, positive downwards
   double torque = 0;            ///< |τ| about the grasp frame, N·m, signed like the displacement
-  double torque_deviation = 0;  ///< its standard deviation in the direction known worst, N·m
+  double force_deviation = 0;   ///< standard deviation of f_g, N
+  double torque_deviation = 0;  ///< of the torque in the direction known worst, N·m
   double torque_about_handle =
       0;                    ///< of it the part about the handle's axis, which no place along it changes
   double displacement = 0;  ///< d: from the grasp to the CoM line, m along the handle, positive to the right
-  bool changed = false;     ///< the load has become another since the weighing before, in the hand
+  double displacement_deviation = 0;  ///< of d, by the weighing; where the hand is has its own, m
+  bool changed = false;               ///< the load has become another since the weighing before, in the hand
 };
 
 /// The hand cannot go on from where it is to where it was to go.

@@ -6,6 +6,7 @@
 #include <functional>
 #include <future>
 
+#include <Eigen/Eigenvalues>
 #include <fmt/format.h>
 
 #include "adaptation/regrasp/grasp_planner.h"
@@ -23,6 +24,7 @@ constexpr int kMostPlans = 3;
 constexpr int kEnoughTries = 2;
 constexpr double kMostLeft = 0.05;     // of the first displacement; the paper's regrasps leave less (table 1)
 constexpr double kDeviations = 3;      // reported with a torque
+constexpr double kSignificant = 2;     // deviations of what is not chance
 constexpr double kAnyLength = 10;      // m, more than a hand holds
 constexpr double kCloudTimeout = 5.0;  // s without a new cloud: many frame periods of the camera
 
@@ -41,12 +43,32 @@ double nearest_along(const Eigen::Vector3d& centre, const Eigen::Vector3d& axis,
   return square < 1e-9 ? 0 : across.dot(point - centre) / square;
 }
 
+double largest_eigenvalue(const Eigen::Matrix3d& covariance) {
+  return std::max(
+      0.0,
+      Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(covariance, Eigen::EigenvaluesOnly).eigenvalues()[2]);
+}
+
+/// Of d = (x τ_y − y τ_x) / (f (x² + y²)) along the handle's axis (x, y, ·) under a weight f, from the
+/// covariance of torque and weight.
+double deviation_of_displacement(const Eigen::Matrix4d& covariance, const Eigen::Vector3d& right_T,
+                                 const Weighing& weighing) {
+  const double level = right_T.head<2>().squaredNorm();
+  if (level < 1e-9) return kAnyLength;
+  const Eigen::Vector4d slope(-right_T.y() / level, right_T.x() / level, 0, -weighing.displacement);
+  return std::sqrt(std::max(0.0, slope.dot(covariance * slope))) / weighing.f_g;
+}
+
 /// Whether a regrasp that came near left more of the first torque than regrasps do when they meet their
-/// place.
+/// place, and that is not the weighing's own error, nor little beside what no place along the handle takes
+/// away.
 bool worth_another(const std::vector<Weighing>& weighings, double torque_threshold) {
   const Weighing &first = weighings.front(), &last = weighings.back();
-  return weighings.size() > 1 && std::abs(last.displacement) * last.f_g > torque_threshold &&
-         std::abs(last.displacement) > kMostLeft * std::abs(first.displacement);
+  const double off = std::abs(last.displacement);
+  const double gain = std::abs(last.torque) - std::abs(last.torque_about_handle);
+  return weighings.size() > 1 && off * last.f_g > torque_threshold &&
+         off > kMostLeft * std::abs(first.displacement) && off > kSignificant * last.displacement_deviation &&
+         gain > torque_threshold / 2;
 }
 
 /// A point for the middle of the image, in C, so that it has more of an object that its border cuts: the end
@@ -90,17 +112,17 @@ struct Regrasp::Impl {
   [[nodiscard]] PlannedGrasp plan(const GraspPlanner::Cost& cost);
   /// Plans a grasp and takes it; where the way turns out blocked, the next one from where the hand came to.
   PlannedGrasp reach_and_grasp(const GraspPlanner::Cost& cost);
-  /// How the object seen lies around the hand at X_TH, in H.
+  /// How the object seen lies around the hand at X_TH, down to the table, in H.
   [[nodiscard]] Eigen::AlignedBox3d around(const Eigen::Isometry3d& X_TH) const;
   void reach(const PlannedGrasp& grasp);
   [[nodiscard]] Weighing lift_and_weigh();
   /// The same of a load that has become another in the hand.
   [[nodiscard]] Weighing weigh_other_load();
   /// Why the last of `weighings`, all of one load, is the end; none when a regrasp follows. `nearest`: the
-  /// grasp was the nearest that the handles allow. Lowers the object and throws RunStopped where that is not
-  /// near enough.
-  [[nodiscard]] std::optional<Ending> ending(const std::vector<Weighing>& weighings, bool nearest,
-                                             const PlannedGrasp& grasp);
+  /// grasp was the nearest that the handles allow.
+  [[nodiscard]] std::optional<Ending> ending(const std::vector<Weighing>& weighings, bool nearest) const;
+  /// What keeps the hands from where the torque would be less by more than d_thres; empty when nothing.
+  [[nodiscard]] std::string hindrance(const PlannedGrasp& grasp) const;
   /// `measure`; lowers the object again and throws RunStopped where that is refused.
   [[nodiscard]] Weighing or_lower(const std::function<Weighing()>& measure);
   /// Returns where the hand was when it let go, in T.
@@ -227,7 +249,7 @@ PlannedGrasp Regrasp::Impl::reach_and_grasp(const GraspPlanner::Cost& cost) {
       continue;
     }
     held_H = around(grasp.X_TH);
-    manipulator.grasp(grasp.radius);
+    manipulator.grasp(grasp.radius, held_H);
     return grasp;
   }
 }
@@ -235,7 +257,12 @@ PlannedGrasp Regrasp::Impl::reach_and_grasp(const GraspPlanner::Cost& cost) {
 Eigen::AlignedBox3d Regrasp::Impl::around(const Eigen::Isometry3d& X_TH) const {
   const Eigen::Isometry3d X_HC = X_TH.inverse() * X_TC;
   Eigen::AlignedBox3d box;
-  for (const Eigen::Vector3f& p_C : seen.object().surface_C) box.extend(X_HC * p_C.cast<double>());
+  for (const Eigen::Vector3f& p_C : seen.object().surface_C) {
+    const Eigen::Vector3d p = p_C.cast<double>();
+    const double height = seen.plane.n_C.dot(p) + seen.plane.offset;
+    box.extend(X_HC * p);
+    box.extend(X_HC * (p - height * seen.plane.n_C));
+  }
   if (seen.object().cut_by_image) {  // along the handle it goes on
     box.min().x() = -kAnyLength;
     box.max().x() = kAnyLength;
@@ -308,7 +335,8 @@ Weighing Regrasp::Impl::weigh() {
   Weighing weighing;
   const Manipulator::Load load = manipulator.weigh();
   weighing.F_Ho_T = load.F_Ho_T;
-  weighing.torque_deviation = load.torque_deviation;
+  weighing.force_deviation = std::sqrt(std::max(0.0, load.covariance(3, 3)));
+  weighing.torque_deviation = std::sqrt(largest_eigenvalue(load.covariance.topLeftCorner<3, 3>()));
   weighing.X_TH = session.X_TH();
   weighing.f_g = -weighing.F_Ho_T.force.z();
   const auto line = wrench::com_line(weighing.F_Ho_T, parameters.stage_two.min_force);
@@ -326,6 +354,7 @@ Weighing Regrasp::Impl::weigh() {
   }
   const Eigen::Vector3d right_T = weighing.X_TH.linear().col(0);
   weighing.displacement = nearest_along(Eigen::Vector3d::Zero(), right_T, line->p_PF, line->direction);
+  weighing.displacement_deviation = deviation_of_displacement(load.covariance, right_T, weighing);
   weighing.torque = std::copysign(weighing.F_Ho_T.torque.norm(), weighing.displacement);
   weighing.torque_about_handle = right_T.dot(weighing.F_Ho_T.torque);
   return weighing;
@@ -343,28 +372,25 @@ GraspPlanner::Cost Regrasp::Impl::least_torque(const CarriedLine& carried,
   };
 }
 
-std::optional<Ending> Regrasp::Impl::ending(const std::vector<Weighing>& weighings, bool nearest,
-                                            const PlannedGrasp& grasp) {
+std::optional<Ending> Regrasp::Impl::ending(const std::vector<Weighing>& weighings, bool nearest) const {
   const StageTwoParameters& limits = parameters.stage_two;
   const Weighing& weighing = weighings.back();
-  const double displacement = std::abs(weighing.displacement);
   if (std::abs(weighing.torque) <= limits.torque_threshold) return Ending::kMinimumTorque;
-  if (nearest && displacement > limits.displacement_threshold &&
-      grasp.cost > grasp.least_cost + limits.displacement_threshold) {
-    lower_again();
-    throw RunStopped(fmt::format(
-        "no hand can grasp nearer to the centre of mass, which is {:.0f} mm beside the hand; at the best "
-        "place, straight down, {}; the object was lowered",
-        1e3 * displacement, grasp.refusal));
-  }
   const bool last = static_cast<int>(weighings.size()) > limits.max_regrasps;
-  if (displacement <= limits.displacement_threshold) {
+  if (std::abs(weighing.displacement) <= limits.displacement_threshold) {
     if (worth_another(weighings, limits.torque_threshold) && !last) return std::nullopt;
     return Ending::kMinimumDisplacement;
   }
   if (nearest) return Ending::kMinimumDisplacement;
   if (last) return Ending::kRegraspLimit;
   return std::nullopt;
+}
+
+std::string Regrasp::Impl::hindrance(const PlannedGrasp& grasp) const {
+  if (grasp.cost <= grasp.least_cost + parameters.stage_two.displacement_threshold) return "";
+  return fmt::format(
+      "no hand can grasp within {:.0f} mm of the centre of mass; at {:.0f} mm, straight down, {}",
+      1e3 * grasp.cost, 1e3 * grasp.least_cost, grasp.refusal);
 }
 
 Regrasp::Regrasp(const KnownRobot& known, robot::Robot& robot, robot::Cycle& cycle,
@@ -416,14 +442,19 @@ Report Regrasp::run() {
           (grasp.X_TG.translation() - X_TH_released.translation()).norm() <= limits.displacement_threshold;
     }
     Weighing weighing = r.lift_and_weigh();
+    // It came to the place that was planned, and no other has room for a hand that would be better.
+    nearest =
+        nearest || (!same.empty() && grasp.unreached_cost > grasp.cost - limits.displacement_threshold &&
+                    std::abs(weighing.torque) / weighing.f_g < grasp.cost + limits.displacement_threshold);
     while (true) {
       report.weighings.push_back(weighing);
       same.push_back(weighing);
-      const auto ending = r.ending(same, nearest, grasp);
+      const auto ending = r.ending(same, nearest);
       if (!ending) break;
       r.session.enter(Phase::kWatch);
       if (!r.manipulator.watch()) {
         report.ending = *ending;
+        if (same.size() > 1) report.hindrance = r.hindrance(grasp);
         return report;
       }
       weighing = r.weigh_other_load();

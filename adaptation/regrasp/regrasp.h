@@ -32,6 +32,8 @@ enum class Ending {
 struct Report {
   std::vector<Weighing> weighings;  ///< one per lift
   Ending ending = Ending::kMinimumTorque;
+  /// What keeps the hands off a place that would be nearer by more than d_thres, one sentence; else empty.
+  std::string hindrance;
 };
 
 /// The paper's method: Stage I finds handles and grasps the one nearest to the visual centre of mass; Stage

@@ -127,8 +127,11 @@ JudgedRow judged_row(const Judge& judge, std::size_t first, std::size_t end) {
              reduction(before.torque, after.torque),
              before.torque_about_handle,
              after.torque_about_handle,
+             before.force_deviation,
              before.torque_deviation,
-             after.torque_deviation};
+             after.torque_deviation,
+             before.displacement_deviation,
+             after.displacement_deviation};
   out.truth = {truth.torque,
                truth.displacement,
                truth_after.torque,
@@ -281,7 +284,9 @@ RepetitionResult run_repetition(const RepetitionOptions& options) {
   result.robot = drawn_robot(world);
   try {
     regrasp::Regrasp method(world.robot, robot, cycle, world.emulator.camera(), parameters, judge);
-    result.outcome = outcome_of(method.run().ending);
+    const regrasp::Report report = method.run();
+    result.outcome = outcome_of(report.ending);
+    result.reason = report.hindrance;
     settle_outcome(judge, parameters.stage_two.displacement_threshold, result);
   } catch (const regrasp::RunStopped& stop) {
     result.outcome = Outcome::kStopped;

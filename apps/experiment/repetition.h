@@ -29,8 +29,11 @@ struct TableRow {
   double reduction_percent = 0;  ///< 100 (1 − |τ'| / |τ|)
   double tau_about_handle = 0;   ///< the parts of τ and τ' about the handle's axis, N·m
   double tau_about_handle_after = 0;
+  double f_g_deviation = 0;  ///< standard deviation of f_g, N
   double tau_deviation = 0;  ///< standard deviations of τ and τ' in the direction known worst, N·m
   double tau_deviation_after = 0;
+  double d_deviation = 0;  ///< standard deviations of d and d', m
+  double d_deviation_after = 0;
 };
 
 /// How a repetition ended. The first three are the method's own words; the truth may deny them.
@@ -89,7 +92,8 @@ struct RepetitionResult {
   int regrasps = 0;
   int recoveries = 0;  ///< how often the drivers got back what a fault had taken away
   Outcome outcome = Outcome::kStopped;
-  std::string reason;                 ///< of a stop or a wrong result, one sentence
+  std::string
+      reason;  ///< of a stop or a wrong result, or what kept the hand off a better place; one sentence
   std::vector<std::string> touches;   ///< of the robot with itself or its surroundings, one sentence each
   std::vector<std::string> warnings;  ///< of the drivers, one sentence each
   std::string unwritten;  ///< which file could not be written completely, one sentence; empty: all were

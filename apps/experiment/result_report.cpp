@@ -18,7 +18,7 @@ struct Column {
   bool in_paper = true;
 };
 
-constexpr std::array<Column, 12> kColumns = {
+constexpr std::array<Column, 15> kColumns = {
     {{"d_r", &TableRow::d_r, false},
      {"d_v", &TableRow::d_v, false},
      {"f_g", &TableRow::f_g},
@@ -29,8 +29,11 @@ constexpr std::array<Column, 12> kColumns = {
      {"reduction_percent", &TableRow::reduction_percent},
      {"tau_about_handle", &TableRow::tau_about_handle, true, false},
      {"tau_about_handle_after", &TableRow::tau_about_handle_after, true, false},
+     {"f_g_deviation", &TableRow::f_g_deviation, true, false},
      {"tau_deviation", &TableRow::tau_deviation, true, false},
-     {"tau_deviation_after", &TableRow::tau_deviation_after, true, false}}};
+     {"tau_deviation_after", &TableRow::tau_deviation_after, true, false},
+     {"d_deviation", &TableRow::d_deviation, true, false},
+     {"d_deviation_after", &TableRow::d_deviation_after, true, false}}};
 
 struct TrueColumn {
   const char* key;
