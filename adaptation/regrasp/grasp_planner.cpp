@@ -9,6 +9,7 @@
 
 #include "adaptation/regrasp/observer.h"
 #include "adaptation/regrasp/route.h"
+#include "adaptation/regrasp/surroundings.h"
 #include "urdf/reader/kinematics.h"
 
 namespace walkman::regrasp {
@@ -20,9 +21,11 @@ constexpr double kPlaceGrowth = 0.25;  // part of the distance from the best pla
 constexpr std::array<double, 5> kPitches = {0, 0.35, -0.35, 0.7, -0.7};  // rad, upright first
 constexpr int kClosingSteps = 8;
 constexpr int kDescentSteps = 4;
-constexpr double kLastStretch = 0.06;   // m over the grasp, where the open fingers pass the handle
-constexpr double kOnHandle = 0.012;     // m, points so near a handle's surface are its own
-constexpr double kFingerRoom = 0.002;   // m between a finger and what it must not touch
+constexpr double kLastStretch = 0.06;  // m over the grasp, where the open fingers pass the handle
+constexpr double kOnHandle = 0.012;    // m, points so near a handle's surface are its own
+constexpr double kFingerRoom = 0.002;  // m between a finger and the table
+// m between the hand and what is beside the handle: twice what a hand is beside where the camera sees it
+constexpr double kBesideRoom = 0.006;
 constexpr double kPlannedRoom = 0.004;  // m more than the motions themselves keep, which come another way
 constexpr double kNoGrasp = -1;
 constexpr double kWorthLeaving = 0.25;  // more room than a straighter grasp, or one with the hand named first
@@ -132,12 +135,14 @@ std::string GraspPlanner::blocked(const View& view, const Hand& hand, const Plac
   std::vector<Eigen::Vector3d> others_T;
   const double range = 0.3 + kLastStretch;
   for (const perception::SeenObject& object : view.seen->objects) {
-    for (const Eigen::Vector3f& p : object.surface_C) {
+    for (const Eigen::Vector3f& p : object.measured_C) {
       const Eigen::Vector3d from_middle = p.cast<double>() - handle.p_CM;
       const double along = handle.axis_C.dot(from_middle);
       const double off_axis = (from_middle - along * handle.axis_C).norm();
-      if (off_axis < handle.radius + kOnHandle && along > handle.from - kOnHandle &&
-          along < handle.to + kOnHandle)
+      // Just beyond the ends the handle goes on, or something thicker begins.
+      const bool between = along > handle.from && along < handle.to;
+      if (off_axis < handle.radius + (between ? kOnHandle : kOnHandle / 2) &&
+          along > handle.from - kOnHandle && along < handle.to + kOnHandle)
         continue;
       const Eigen::Vector3d p_T = view.X_TC * p.cast<double>();
       if ((p_T - X_TEnd.translation()).norm() < range) others_T.push_back(p_T);
@@ -147,23 +152,23 @@ std::string GraspPlanner::blocked(const View& view, const Hand& hand, const Plac
   const Eigen::Vector3d axis_T = view.X_TC.linear() * handle.axis_C;
   const auto touched = [&](const std::vector<motion::BodyShape>& shapes, const Eigen::Isometry3d& X_TH,
                            bool table) -> std::string {
-    double least = kFingerRoom;
+    double least = 0;
     std::string what;
-    const auto found = [&](const motion::BodyShape& shape, const char* other, double room) {
-      if (room >= least) return;
-      least = room;
+    const auto found = [&](const motion::BodyShape& shape, const char* other, double over) {
+      if (over >= least) return;
+      least = over;
       what = fmt::format("{} and {} would touch, {:.1f} mm too near",
-                         known_.model.links[static_cast<std::size_t>(shape.link)].name, other,
-                         1e3 * (kFingerRoom - room));
+                         known_.model.links[static_cast<std::size_t>(shape.link)].name, other, -1e3 * over);
     };
     for (const motion::BodyShape& shape : shapes) {
       const Eigen::Isometry3d X_TS = X_TH * shape.X_LS;
       if (table)
         found(shape, "the table",
-              n_T.dot(X_TS.translation()) + offset - shape.reach(-(X_TS.linear().transpose() * n_T)));
+              n_T.dot(X_TS.translation()) + offset - shape.reach(-(X_TS.linear().transpose() * n_T)) -
+                  kFingerRoom);
       const Eigen::Isometry3d X_ST = X_TS.inverse();
       for (const Eigen::Vector3d& p_T : others_T)
-        found(shape, "what lies beside the handle", distance(shape, X_ST, p_T));
+        found(shape, "what lies beside the handle", distance(shape, X_ST, p_T) - kBesideRoom);
     }
     return what;
   };
@@ -195,7 +200,10 @@ double GraspPlanner::judge(const View& view, Hand& hand, const Place& place, Pla
   grasp.X_TH = way.back();
   refusal.reason = blocked(view, hand, place, grasp.X_TH);
   if (!refusal.reason.empty()) return kNoGrasp;
-  hand.motion.set_obstacles(view.obstacles);
+  grasp.obstacles = view.obstacles;
+  for (motion::NamedObstacle& part : rest_of_object(*view.seen, place.handle, place.along, view.X_TC))
+    grasp.obstacles.push_back(std::move(part));
+  hand.motion.set_obstacles(grasp.obstacles);
   hand.motion.reset(view.q);
   Eigen::Isometry3d lifted = way.back();
   lifted.translation().z() += parameters_.stage_two.lift_max;

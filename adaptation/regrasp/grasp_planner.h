@@ -33,6 +33,7 @@ struct PlannedGrasp {
   double unreached_cost = std::numeric_limits<double>::infinity();
   std::vector<Eigen::Isometry3d> way;  ///< from where the hand is to the pose over the grasp
   Eigen::Isometry3d X_TH = Eigen::Isometry3d::Identity();  ///< of the hand when it closes
+  std::vector<motion::NamedObstacle> obstacles;            ///< on that way, in T
 };
 
 /// Finds grasps that a hand can reach with room for itself.

@@ -235,6 +235,7 @@ PlannedGrasp Regrasp::Impl::plan(const GraspPlanner::Cost& cost) {
   const GraspPlanner::View view{&seen, X_TC, obstacles, manipulator.motion().q_ref()};
   PlannedGrasp grasp = await<PlannedGrasp>([&] { return planner->plan(view, cost); });
   manipulator.use(grasp.hand);
+  manipulator.set_obstacles(grasp.obstacles);
   return grasp;
 }
 

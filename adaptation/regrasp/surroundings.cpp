@@ -1,6 +1,7 @@
 #include "adaptation/regrasp/surroundings.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 
@@ -13,6 +14,9 @@ constexpr double kUnseenEdge = 0.01;  // m by which a table may reach beyond its
 constexpr double kUnseenSide = 0.4;   // m by which it may go on where it is hidden: as far as an elbow swings
 constexpr double kFacing = 0.7;       // cosine: a table is turned by less than that
 constexpr double kShortEdge = 0.1;    // m
+constexpr double kHandRoom =
+    0.09;  // m along a handle from the middle of a hand: half a palm and what arms keep off
+constexpr double kOverHandle = 0.02;  // m over a handle; what is lower is passed over
 // In the image of the plane at 1 m: what is in one row; what belongs to an edge, of which the sampling leaves
 // a point every 2 cm; and how far beside an edge there is something to see, for left of what is 0.6 m away a
 // stereo camera with 7 cm between its eyes is blind so far.
@@ -63,6 +67,20 @@ std::vector<Eigen::Vector3d> whole_table(const perception::Plane& table,
   return out;
 }
 
+/// A column from the table, which is `ground` (m) along up_T, as high as the highest of the points and as
+/// wide as all; none where they are too few, or seen edge on: too narrow to be in the way.
+void add_column(std::vector<Eigen::Vector3d> points_T, const Eigen::Vector3d& up_T, double ground,
+                const char* name, std::vector<motion::NamedObstacle>& out) {
+  double highest = -std::numeric_limits<double>::infinity();
+  for (const Eigen::Vector3d& p : points_T) highest = std::max(highest, up_T.dot(p));
+  for (Eigen::Vector3d& p : points_T) p += (highest - up_T.dot(p)) * up_T;
+  try {
+    out.push_back({fmt::format("{}, {:.0f} cm high", name, 100 * (highest - ground)),
+                   motion::ConvexPrism(up_T, points_T)});
+  } catch (const std::runtime_error&) {
+  }
+}
+
 }  // namespace
 
 std::vector<Eigen::Vector3d> table_outline(const perception::StageOneResult& seen,
@@ -80,20 +98,29 @@ std::vector<motion::NamedObstacle> surroundings(const perception::StageOneResult
   std::vector<motion::NamedObstacle> out = {{"the table", motion::ConvexPrism(up_T, table_T)}};
   for (std::size_t i = 0; i < seen.objects.size(); ++i) {
     if (i == seen.chosen) continue;
-    std::vector<Eigen::Vector3d> top_T;
-    double highest = -std::numeric_limits<double>::infinity();
-    for (const Eigen::Vector3f& p : seen.objects[i].surface_C) {
-      top_T.push_back(X_TC * p.cast<double>());
-      highest = std::max(highest, up_T.dot(top_T.back()));
-    }
-    for (Eigen::Vector3d& p : top_T) p += (highest - up_T.dot(p)) * up_T;
-    try {
-      out.push_back(
-          {fmt::format("the object beside it, {:.0f} cm high", 100 * (highest - up_T.dot(table_T.front()))),
-           motion::ConvexPrism(up_T, top_T)});
-    } catch (const std::runtime_error&) {  // seen edge on: too narrow to be in the way
-    }
+    std::vector<Eigen::Vector3d> points_T;
+    for (const Eigen::Vector3f& p : seen.objects[i].surface_C) points_T.push_back(X_TC * p.cast<double>());
+    add_column(points_T, up_T, up_T.dot(table_T.front()), "the object beside it", out);
   }
+  return out;
+}
+
+std::vector<motion::NamedObstacle> rest_of_object(const perception::StageOneResult& seen, int handle,
+                                                  double along, const Eigen::Isometry3d& X_TC) {
+  const perception::Handle& of = seen.object().handles[static_cast<std::size_t>(handle)];
+  const auto height = [&](const Eigen::Vector3d& p_C) { return seen.plane.n_C.dot(p_C) + seen.plane.offset; };
+  const double least = height(of.p_CM + along * of.axis_C) + of.radius + kOverHandle;
+  std::array<std::vector<Eigen::Vector3d>, 2> sides_T;
+  for (const Eigen::Vector3f& p : seen.object().measured_C) {
+    const Eigen::Vector3d p_C = p.cast<double>();
+    const double beside = of.axis_C.dot(p_C - of.p_CM) - along;
+    if (std::abs(beside) < kHandRoom || height(p_C) < least) continue;
+    sides_T[beside > 0].push_back(X_TC * p_C);
+  }
+  const Eigen::Vector3d up_T = X_TC.linear() * seen.plane.n_C;
+  const Eigen::Vector3d foot_T = X_TC * Eigen::Vector3d(-seen.plane.offset * seen.plane.n_C);
+  std::vector<motion::NamedObstacle> out;
+  for (const auto& side_T : sides_T) add_column(side_T, up_T, up_T.dot(foot_T), "a part of the object", out);
   return out;
 }
 

@@ -24,4 +24,11 @@ namespace walkman::regrasp {
                                                               const std::vector<Eigen::Vector3d>& table_T,
                                                               const Eigen::Isometry3d& X_TC);
 
+/// What of the chosen object stands so high over the handle that a hand on its way to the place `along` (m
+/// from the handle's middle) would meet it, in T: a column on either side. Nothing where a hand is around the
+/// handle.
+[[nodiscard]] std::vector<motion::NamedObstacle> rest_of_object(const perception::StageOneResult& seen,
+                                                                int handle, double along,
+                                                                const Eigen::Isometry3d& X_TC);
+
 }  // namespace walkman::regrasp

@@ -49,7 +49,8 @@ void CommandedRobot::grasp(const Eigen::Isometry3d& X_TG, double radius, const s
   manipulator_.approach({way[0], way[1]});
   if (over) over();
   manipulator_.descend(way[2]);
-  manipulator_.grasp(radius);
+  manipulator_.grasp(radius, Eigen::AlignedBox3d(Eigen::Vector3d(-0.5, -2 * radius, -radius),
+                                                 Eigen::Vector3d(0.5, 0, radius)));
 }
 
 double CommandedRobot::seconds() const { return std::chrono::duration<double>(emulator_.now()).count(); }
