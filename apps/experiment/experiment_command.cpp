@@ -4,14 +4,14 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
-#include "apps/experiment/repetition_pool.h"
-#include "apps/experiment/result_folder.h"
+#include "apps/experiment/campaign.h"
+#include "apps/experiment/experiment_page.h"
 #include "apps/experiment/result_report.h"
 #include "apps/shared/commands.h"
 #include "apps/shared/data_directory.h"
 #include "apps/shared/exit_code.h"
 #include "apps/shared/master_options.h"
-#include "apps/shared/progress_line.h"
+#include "apps/shared/result_files.h"
 #include "apps/shared/scene_options.h"
 #include "apps/shared/standard_streams.h"
 #include "apps/shared/stop_signals.h"
@@ -21,8 +21,10 @@
 namespace walkman::apps {
 namespace {
 
+constexpr const char* kAll = "all";
+
 struct Options {
-  int number = 1;
+  std::string experiment;  // a number, or all; empty: the scene's own
   int repeat = 1;
   std::optional<std::int64_t> seed;  // the scene's own if not given
   int jobs = static_cast<int>(std::max(1U, std::thread::hardware_concurrency()));
@@ -32,98 +34,107 @@ struct Options {
   bool state_log = false, as_json = false;
 };
 
-/// What the repetitions have come to so far; interrupted as long as one has not.
-ExperimentResult collected(int number, const PaperRow& paper,
-                           const std::vector<std::optional<RepetitionResult>>& results) {
-  ExperimentResult out;
-  out.number = number;
-  out.paper = paper;
-  for (const auto& result : results) {
-    if (result) out.repetitions.push_back(*result);
+/// The numbers that the command line asks for; 0: a scene of the user's own.
+std::vector<int> numbers_of(const Options& options) {
+  if (options.experiment.empty()) {
+    if (options.scene.scene.empty())
+      throw std::runtime_error(
+          fmt::format("experiment: expected its number, 1 to {}, or all, or --scene", kExperiments));
+    return {0};
   }
-  out.interrupted = out.repetitions.size() < results.size();
-  return out;
+  if (options.experiment == kAll) {
+    if (!options.scene.scene.empty())
+      throw std::runtime_error("experiment all: each has a scene of its own, expected no --scene");
+    std::vector<int> all;
+    for (int number = 1; number <= kExperiments; ++number) all.push_back(number);
+    return all;
+  }
+  for (int number = 1; number <= kExperiments; ++number)
+    if (options.experiment == std::to_string(number)) return {number};
+  throw std::runtime_error(fmt::format("experiment {}: there is no such experiment, expected 1 to {}, or all",
+                                       options.experiment, kExperiments));
 }
 
-std::string json_text(const ExperimentResult& result) { return to_json(result).dump(2) + "\n"; }
-
-int run_experiment(const Options& options) {
-  const std::filesystem::path data = data_directory();
-  const std::optional<PaperRow> paper = paper_row(options.number);
-  if (!paper)
-    throw std::runtime_error(
-        fmt::format("experiment {}: there is no such experiment, expected 1 to 5", options.number));
-  const std::filesystem::path out =
-      options.out.empty() ? std::filesystem::path("out") / fmt::format("experiment-{}", options.number)
-                          : std::filesystem::path(options.out);
+ExperimentPlan plan_of(int number, const Options& options, const std::filesystem::path& data) {
   const std::filesystem::path scene_path =
-      scene_file(options.scene.scene, data, fmt::format("experiment_{}", options.number));
-  const RobotChoice robot_choice = options.scene.robot.choice();
-  const Scene scene = load_scene(scene_path, robot_choice.packages);
-  const std::uint64_t seed = options.seed ? static_cast<std::uint64_t>(*options.seed) : scene.seed;
-  const robot::RobotOptions robot_options = load_robot_options(options.master, scene.robot);
-  StopSignals signals;  // before any child
-  RepetitionOptions repetition;
+      scene_file(options.scene.scene, data, fmt::format("experiment_{}", number));
+  ExperimentPlan plan;
+  plan.number = number;
+  plan.scene = scene_path.stem().string();
+  RepetitionOptions& repetition = plan.repetition;
+  repetition.robot_choice = options.scene.robot.choice();
+  const Scene scene = load_scene(scene_path, repetition.robot_choice.packages);
+  repetition.seed = options.seed ? static_cast<std::uint64_t>(*options.seed) : scene.seed;
+  repetition.robot = load_robot_options(options.master, scene.robot);
   repetition.scene = scene_path;
-  repetition.robot_choice = robot_choice;
   if (!options.scene.model_error.empty()) repetition.model_error = options.scene.model_error;
   repetition.parameters =
       options.parameters.empty() ? parameters_file(scene, data) : std::filesystem::path(options.parameters);
   repetition.actuators = data / "emulator" / "plant" / "actuators";
-  repetition.robot = robot_options;
   repetition.state_log = options.state_log;
   require_valid(repetition);
-  const ResultFolder folder(out);
-  std::vector<RepetitionOptions> repetitions;
-  for (int i = 0; i < options.repeat; ++i) {
-    repetition.seed = seed + static_cast<std::uint64_t>(i);
-    repetition.out = folder.of_repetition(i);
-    repetitions.push_back(repetition);
-  }
+  return plan;
+}
 
-  std::vector<std::optional<RepetitionResult>> results(repetitions.size());
-  folder.clear();
-  // From now on there is a result, of what is done so far: whatever ends this run, it is marked as
-  // interrupted.
-  folder.write_result(json_text(collected(options.number, *paper, results)));
-  {
-    ProgressLine line;
-    PoolEvents events;
-    events.progress = [&](std::size_t index, const Progress& p) {
-      line.show(fmt::format(
-          "experiment {}  repetition {}/{}  {:<8}  {:6.2f} s simulated  {:4.2f} x real time", options.number,
-          index + 1, options.repeat, p.phase, p.simulated_seconds, p.real_time_factor));
-    };
-    events.warned = [&](std::size_t index, const std::string& sentence) {
-      line.clear();
-      say(fmt::format("seed {}: warning: {}", repetitions[index].seed, sentence));
-    };
-    events.completed = [&](std::size_t index, const RepetitionResult& completed) {
-      results[index] = completed;
-      ExperimentResult so_far = collected(options.number, *paper, results);
-      so_far.interrupted = true;
-      folder.write_result(json_text(so_far));
-    };
-    results = run_repetitions(repetitions, options.jobs, events, &signals);
+/// All results as one.
+std::string all_json(const std::vector<ExperimentResult>& results) {
+  nlohmann::json json;
+  json["experiments"] = nlohmann::json::array();
+  for (const ExperimentResult& result : results) json["experiments"].push_back(to_json(result));
+  return json.dump(2) + "\n";
+}
+
+/// What is done so far, and where it is.
+void say_interrupted(const std::vector<ExperimentResult>& results, int repeat,
+                     const std::filesystem::path& out) {
+  std::size_t done = 0;
+  for (const ExperimentResult& result : results) done += result.repetitions.size();
+  const std::size_t asked = results.size() * static_cast<std::size_t>(repeat);
+  if (done < asked)
+    say(fmt::format("interrupted: {} of {} repetitions done, kept in {}", done, asked, out.string()));
+}
+
+int run_experiment(const Options& options) {
+  const std::filesystem::path data = data_directory();
+  const std::vector<int> numbers = numbers_of(options);
+  const bool all = options.experiment == kAll;
+  std::vector<ExperimentPlan> plans;
+  for (const int number : numbers) plans.push_back(plan_of(number, options, data));
+  const std::filesystem::path out =
+      !options.out.empty() ? std::filesystem::path(options.out)
+      : all
+          ? std::filesystem::path("out") / "experiments"
+          : std::filesystem::path("out") /
+                (numbers.front() == 0 ? plans.front().scene : fmt::format("experiment-{}", numbers.front()));
+  for (ExperimentPlan& plan : plans) plan.out = all ? out / fmt::format("experiment-{}", plan.number) : out;
+  StopSignals signals;  // before any child
+  const std::vector<ExperimentResult> results =
+      run_campaign(plans, {options.repeat, options.jobs, all}, signals);
+  if (all) {
+    write_whole(out / "result.json", all_json(results));
+    write_whole(out / "repetitions.csv", to_csv(results));
+    write_whole(out / "report.html", experiment_page(results, plans));
   }
-  const ExperimentResult result = collected(options.number, *paper, results);
-  const std::string json = json_text(result);
-  folder.write_result(json);
   if (options.as_json) {
-    print_json(json);
+    print_json(all ? all_json(results) : to_json(results.front()).dump(2) + "\n");
   } else {
-    print(to_text(result));
-    print(fmt::format("written to {}: result.json, can.log, dbc, cloud.pcd, wrench.csv, model_error.yaml{}\n",
-                      one_line(out.string()), options.state_log ? ", state.csv" : ""));
+    for (const ExperimentResult& result : results) print(to_text(result));
+    print(all ? fmt::format(
+                    "written to {}: report.html, result.json, repetitions.csv, and a folder an experiment\n",
+                    one_line(out.string()))
+              : fmt::format(
+                    "written to {}: result.json, can.log, dbc, cloud.pcd, seen.png, held.png, wrench.csv, "
+                    "model_error.yaml{}\n",
+                    one_line(out.string()), options.state_log ? ", state.csv" : ""));
   }
-  if (result.interrupted) {
-    say(fmt::format("interrupted: {} of {} repetitions done, kept in {}", result.repetitions.size(),
-                    repetitions.size(), out.string()));
+  say_interrupted(results, options.repeat, out);
+  bool succeeded = true;
+  for (const ExperimentResult& result : results) {
+    succeeded = succeeded && result.succeeded();
+    for (const RepetitionResult& done : result.repetitions)
+      if (!done.unwritten.empty()) throw EnvironmentError(done.unwritten);
   }
-  for (const RepetitionResult& done : result.repetitions) {
-    if (!done.unwritten.empty()) throw EnvironmentError(done.unwritten);
-  }
-  return result.succeeded() ? kOk : kTaskFailed;
+  return succeeded ? kOk : kTaskFailed;
 }
 
 }  // namespace
@@ -131,8 +142,10 @@ int run_experiment(const Options& options) {
 void add_experiment_command(CLI::App& app, std::function<int()>& run) {
   auto options = std::make_shared<Options>();
   CLI::App* command = app.add_subcommand(
-      "experiment", "Run an experiment of the paper on the embedded bus and compare with its row");
-  command->add_option("NUMBER", options->number, "Number in the paper's Table 1, 1 to 5")->required();
+      "experiment",
+      "Run the paper's experiments, or a scene of your own, on the embedded bus; the plant judges");
+  command->add_option("EXPERIMENT", options->experiment,
+                      "Number in the paper, 1 to 11, or all; without one, --scene is judged for itself");
   command->add_option("--repeat", options->repeat, "Repetitions, with the seeds SEED, SEED+1, ...")
       ->check(CLI::Range(1, 10000));
   command
@@ -142,7 +155,9 @@ void add_experiment_command(CLI::App& app, std::function<int()>& run) {
       ->check(CLI::Range(std::int64_t{0}, std::int64_t{1} << 53));
   command->add_option("--jobs", options->jobs, "Repetitions at a time (default: one per core)")
       ->check(CLI::Range(1, 256));
-  command->add_option("--out", options->out, "Folder for the results (default: out/experiment-NUMBER)");
+  command->add_option(
+      "--out", options->out,
+      "Folder for the results (default: out/experiment-NUMBER, out/experiments, or out/SCENE)");
   add_scene_options(*command, options->scene, "the experiment's own");
   command->add_option("--parameters", options->parameters,
                       "YAML of both stages' parameters (default: the scene's, else the program's own)");

@@ -2,13 +2,17 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <stdexcept>
 
 #include <fmt/format.h>
 
+#include "adaptation/motion/body_shape.h"
 #include "adaptation/perception/pcd.h"
 #include "adaptation/regrasp/session.h"
 #include "adaptation/wrench/carried_load.h"
+#include "apps/experiment/seen_picture.h"
+#include "apps/picture/png_file.h"
 #include "apps/shared/exit_code.h"
 #include "apps/shared/result_files.h"
 #include "urdf/reader/kinematics.h"
@@ -17,7 +21,6 @@ namespace walkman::apps {
 namespace {
 
 constexpr int kRootLink = 0;           // parents come before their children
-constexpr int kObject = 0;             // the experiments have one object
 constexpr double kLiftedClear = 0.03;  // m above where it lay
 
 constexpr double kTorqueTolerance = 0.1;  // N·m
@@ -64,11 +67,12 @@ Judge::Judge(const Emulator& emulator, const Scene& scene, const KnownRobot& rob
     : emulator_(emulator),
       scene_(scene),
       robot_(emulator.robot()),
+      model_(robot.model),
       devices_(robot.devices),
       phase_changed_(std::move(phase_changed)),
       each_cycle_(std::move(each_cycle)),
       warned_(std::move(warned)),
-      touch_watch_(robot, scene.objects[kObject].name) {
+      touch_watch_(robot, scene.objects.front().name) {
   watch(robot.description.working_hands().front());
 }
 
@@ -78,6 +82,10 @@ void Judge::watch(const HandParts& hand) {
   sensor_ = sensor_at(hand.force_torque, devices_);
   sensor_link_ = robot_.link_index(hand.force_torque);
   grasp_link_ = robot_.link_index(hand.frame);
+  const std::vector<Eigen::Isometry3d> X_RL = link_poses(model_, {});
+  p_SoHo_S_ = (X_RL[static_cast<std::size_t>(model_.link_index(hand.force_torque))].inverse() *
+               X_RL[static_cast<std::size_t>(model_.link_index(hand.frame))])
+                  .translation();
   hand_links_ = links_below(robot_, static_cast<std::size_t>(sensor_link_));
 }
 
@@ -85,10 +93,12 @@ void Judge::trace_to(const std::filesystem::path& csv_file) {
   trace_file_ = csv_file;
   trace_.open(partial(csv_file));
   if (!trace_) throw EnvironmentError(csv_file.string() + ": cannot be written");
-  trace_ << "# wrist force/torque sensor's reading about and in its own frame, and the hand's measured "
-            "position in the "
-            "stance frame\n"
-            "time_s,phase,fx_N,fy_N,fz_N,tx_Nm,ty_Nm,tz_Nm,hand_x_m,hand_y_m,hand_z_m\n";
+  trace_
+      << "# wrist force/torque sensor's reading about and in its own frame, the hand's measured position in "
+         "the "
+         "stance frame, and the torque's norm about the hand frame of what the sensor reads more than at the "
+         "last tare\n"
+         "time_s,phase,fx_N,fy_N,fz_N,tx_Nm,ty_Nm,tz_Nm,hand_x_m,hand_y_m,hand_z_m,torque_Nm\n";
 }
 
 void Judge::finish() {
@@ -102,6 +112,7 @@ void Judge::finish() {
 
 void Judge::on_phase(std::string_view phase, Time) {
   phase_ = phase;
+  if (phase == "tare") tare_ = {};
   if (phase == "weigh") {
     load_ = {};
     newest_load_ = object_load();
@@ -118,17 +129,22 @@ void Judge::on_cycle(Time now, const Wrench& F, const Eigen::Isometry3d& X_TH) {
   touch_watch_.look(emulator_.plant(), phase_);
   if (each_cycle_) each_cycle_(now);
   if (!trace_.is_open()) return;
+  if (phase_ == "tare") tare_.add(F);
+  const Wrench more{F.torque - tare_.mean().torque, F.force - tare_.mean().force};
+  const double torque = tare_.count() == 0 ? 0 : wrench::shift(more, p_SoHo_S_).torque.norm();
   const Eigen::Vector3d p = X_TH.translation();
-  trace_ << fmt::format("{:.3f},{},{:.2f},{:.2f},{:.2f},{:.3f},{:.3f},{:.3f},{:.4f},{:.4f},{:.4f}\n",
+  trace_ << fmt::format("{:.3f},{},{:.2f},{:.2f},{:.2f},{:.3f},{:.3f},{:.3f},{:.4f},{:.4f},{:.4f},{:.3f}\n",
                         std::chrono::duration<double>(now).count(), phase_, F.force.x(), F.force.y(),
-                        F.force.z(), F.torque.x(), F.torque.y(), F.torque.z(), p.x(), p.y(), p.z());
+                        F.force.z(), F.torque.x(), F.torque.y(), F.torque.z(), p.x(), p.y(), p.z(), torque);
 }
 
-void Judge::on_located(const camera::OrganizedCloud& cloud, const perception::StageOneResult&) {
+void Judge::on_located(const camera::OrganizedCloud& cloud, const perception::StageOneResult& seen) {
   if (cloud_file_.empty()) return;
   try {
     perception::write_pcd(partial(cloud_file_), cloud);
     publish(cloud_file_);
+    write_png(seen_picture(cloud, seen), partial(picture_file_));
+    publish(picture_file_);
   } catch (const std::runtime_error& e) {
     cloud_error_ = e.what();  // the run goes on without
   }
@@ -145,15 +161,37 @@ void Judge::on_stance(bool, const Eigen::Isometry3d& X_TB) {
 }
 
 void Judge::on_grasp(const Eigen::Isometry3d& X_TG) {
-  const Eigen::Isometry3d X_OW = emulator_.plant().X_WO(kObject).inverse();
-  const Eigen::Vector3d p_OG = X_OW * (X_WT_ * X_TG.translation());
-  grasp_positions_.push_back(p_OG.x() - scene_.objects[kObject].left_end);
+  const Eigen::Vector3d p_WG = X_WT_ * X_TG.translation();
+  if (grasp_positions_.empty()) {
+    object_ = object_at(p_WG);
+    touch_watch_.grasps(object_in_scene().name);
+  }
+  const Eigen::Vector3d p_OG = emulator_.plant().X_WO(object_).inverse() * p_WG;
+  grasp_positions_.push_back(p_OG.x() - object_in_scene().left_end);
 }
 
 void Judge::on_weighed(const regrasp::Weighing& weighing) {
   weighings_.push_back(weighing);
   true_weighings_.push_back(judged(weighing));
   always_held_ = always_held_ && held_now();
+}
+
+int Judge::object_at(const Eigen::Vector3d& p_W) const {
+  int nearest = 0;
+  double least = std::numeric_limits<double>::infinity();
+  for (std::size_t i = 0; i < scene_.objects.size(); ++i) {
+    const RobotModel& model = scene_.objects[i].model;
+    const std::vector<Eigen::Isometry3d> X_OL = link_poses(model, {});
+    const Eigen::Vector3d p_O = emulator_.plant().X_WO(static_cast<int>(i)).inverse() * p_W;
+    for (const motion::BodyShape& shape : motion::body_shapes(model)) {
+      const Eigen::Vector3d p_S = (X_OL[static_cast<std::size_t>(shape.link)] * shape.X_LS).inverse() * p_O;
+      const double distance = (p_S - shape.nearest_S(p_S)).norm() - shape.rounding;
+      if (distance >= least) continue;
+      least = distance;
+      nearest = static_cast<int>(i);
+    }
+  }
+  return nearest;
 }
 
 /// What the wrist truly carries beside the hand: about the true Ho, in W.
@@ -175,11 +213,11 @@ Wrench Judge::object_load() const {
 TrueWeighing Judge::judged(const regrasp::Weighing& reported) const {
   const plant::Plant& plant = emulator_.plant();
   const Eigen::Isometry3d X_WH = plant.X_WL(grasp_link_);
-  const Eigen::Vector3d p_WCm = plant.X_WO(kObject) * plant.object(kObject).p_OOcm();
+  const Eigen::Vector3d p_WCm = plant.X_WO(object_) * plant.object(object_).p_OOcm();
   const Eigen::Vector3d right_W = X_WH.linear().col(0);
   const Eigen::Vector3d level_W(right_W.x(), right_W.y(), 0);
   TrueWeighing out;
-  out.d_r = plant.object(kObject).p_OOcm().x() - scene_.objects[kObject].left_end;
+  out.d_r = plant.object(object_).p_OOcm().x() - object_in_scene().left_end;
   out.d_v = grasp_positions_.empty() ? 0 : grasp_positions_.back();
   out.displacement = level_W.dot(p_WCm - X_WH.translation()) / level_W.squaredNorm();
   out.torque = std::copysign(load_.mean().torque.norm(), out.displacement);
@@ -191,8 +229,8 @@ TrueWeighing Judge::judged(const regrasp::Weighing& reported) const {
 
 bool Judge::held_now() const {
   const plant::Plant& plant = emulator_.plant();
-  const double risen = plant.X_WO(kObject).translation().z() - scene_.objects[kObject].X_WO.translation().z();
-  return risen > kLiftedClear && !plant.object_touches_fixed(kObject);
+  const double risen = plant.X_WO(object_).translation().z() - object_in_scene().X_WO.translation().z();
+  return risen > kLiftedClear && !plant.object_touches_fixed(object_);
 }
 
 }  // namespace walkman::apps

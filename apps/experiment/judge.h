@@ -48,8 +48,11 @@ class Judge : public regrasp::Observer {
 
   /// Writes the wrench trace from now on, as CSV. Throws EnvironmentError.
   void trace_to(const std::filesystem::path& csv_file);
-  /// Writes the first cloud as PCD.
-  void keep_cloud(std::filesystem::path pcd_file) { cloud_file_ = std::move(pcd_file); }
+  /// Writes the first cloud as PCD, and what was seen in it as a picture.
+  void keep_cloud(std::filesystem::path pcd_file, std::filesystem::path picture) {
+    cloud_file_ = std::move(pcd_file);
+    picture_file_ = std::move(picture);
+  }
 
   /// Brings the trace to its file. Throws EnvironmentError when any of it, or the cloud, could not be
   /// written.
@@ -75,6 +78,9 @@ class Judge : public regrasp::Observer {
   [[nodiscard]] const std::vector<std::string>& warnings() const { return warnings_; }
   /// At each weighing the object hung free of everything but the hand.
   [[nodiscard]] bool always_held() const { return always_held_; }
+  /// Which of the scene's objects the robot works on: the one whose surface the first grasp is on; the first
+  /// until then.
+  [[nodiscard]] int object() const { return object_; }
   /// What the robot has touched that it should not have.
   [[nodiscard]] const std::vector<UnwantedTouch>& touches() const { return touch_watch_.touches(); }
   /// The object hangs free now.
@@ -84,18 +90,25 @@ class Judge : public regrasp::Observer {
   void watch(const HandParts& hand);
   [[nodiscard]] Wrench object_load() const;
   [[nodiscard]] TrueWeighing judged(const regrasp::Weighing& reported) const;
+  [[nodiscard]] const SceneObject& object_in_scene() const {
+    return scene_.objects[static_cast<std::size_t>(object_)];
+  }
+  /// The object whose surface is nearest to a point, m in W.
+  [[nodiscard]] int object_at(const Eigen::Vector3d& p_W) const;
 
   const Emulator& emulator_;
   const Scene& scene_;
   const RobotModel& robot_;  // as it truly is
+  const RobotModel& model_;  // as the driver side knows it
   const DeviceTable& devices_;
+  int object_ = 0;
   int sensor_ = -1, sensor_link_ = -1, grasp_link_ = -1;
   std::vector<std::size_t> hand_links_;  // below the sensor
   std::function<void(std::string_view)> phase_changed_;
   std::function<void(Time)> each_cycle_;
   std::function<void(std::string_view)> warned_;
   std::vector<std::string> warnings_;
-  std::filesystem::path cloud_file_;
+  std::filesystem::path cloud_file_, picture_file_;
   std::string cloud_error_;
   std::filesystem::path trace_file_;
   std::ofstream trace_;
@@ -105,6 +118,8 @@ class Judge : public regrasp::Observer {
   std::vector<regrasp::Weighing> weighings_;
   std::vector<TrueWeighing> true_weighings_;
   wrench::WrenchAverage load_;  // about the true Ho in W
+  wrench::WrenchAverage tare_;  // reading of the last tare
+  Eigen::Vector3d p_SoHo_S_ = Eigen::Vector3d::Zero();
   Wrench newest_load_;
   bool always_held_ = true;
   TouchWatch touch_watch_;

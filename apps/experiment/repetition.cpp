@@ -9,6 +9,8 @@
 
 #include "adaptation/regrasp/regrasp.h"
 #include "apps/experiment/judge.h"
+#include "apps/picture/png_file.h"
+#include "apps/picture/scene_painting.h"
 #include "apps/shared/emulated_world.h"
 #include "apps/shared/exit_code.h"
 #include "apps/shared/master_options.h"
@@ -25,6 +27,8 @@
 
 namespace walkman::apps {
 namespace {
+
+constexpr PictureView kHeldView{-1.0, 0.25, 640, 480, 9, 1};
 
 double seconds(Time t) { return std::chrono::duration<double>(t).count(); }
 
@@ -147,7 +151,7 @@ void fill_rows(const Scene& scene, const Judge& judge, RepetitionResult& result)
   const std::vector<regrasp::Weighing>& weighings = judge.weighings();
   result.weighed = !weighings.empty();
   if (!result.weighed) {
-    const SceneObject& object = scene.objects.front();
+    const SceneObject& object = scene.objects[static_cast<std::size_t>(judge.object())];
     result.row.d_r = object.p_OOcm().x() - object.left_end;
     if (!judge.grasp_positions().empty()) result.row.d_v = judge.grasp_positions().front();
     return;
@@ -260,11 +264,14 @@ RepetitionResult run_repetition(const RepetitionOptions& options) {
     progress.real_time_factor = progress.simulated_seconds / seconds(pacing::host_now() - start);
     if (options.progress) options.progress(progress);
   };
+  std::optional<Snapshot> held;
   Judge judge(
       world.emulator, world.scene, world.robot,
       [&](std::string_view phase) {
         world.emulator.begin_phase(phase);
         progress.phase = phase;
+        if (!options.out.empty() && !held && phase == regrasp::to_string(regrasp::Phase::kWatch))
+          held = take_snapshot(world);
         report_progress(world.emulator.now());
       },
       [&](Time now) {
@@ -274,7 +281,7 @@ RepetitionResult run_repetition(const RepetitionOptions& options) {
       options.warned);
   if (!options.out.empty()) {
     judge.trace_to(options.out / "wrench.csv");
-    judge.keep_cloud(options.out / "cloud.pcd");
+    judge.keep_cloud(options.out / "cloud.pcd", options.out / "seen.png");
     write_whole(options.out / "model_error.yaml",
                 to_yaml(world.truth, world.scene.model_error, world.scene.seed));
   }
@@ -305,6 +312,12 @@ RepetitionResult run_repetition(const RepetitionOptions& options) {
     } catch (const std::runtime_error& e) {
       result.unwritten = e.what();
     }
+  }
+  if (held) {
+    ScenePainting painting;
+    paint_scene(world, *held, painting);
+    write_png(portrait(painting, kHeldView), partial(options.out / "held.png"));
+    publish(options.out / "held.png");
   }
   robot.stop();
   cycle.next();  // the drives take their quick stop, and their brakes hold

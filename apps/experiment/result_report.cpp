@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 #include <map>
 
 #include <fmt/format.h>
@@ -136,7 +137,7 @@ nlohmann::json row_json(const TableRow& row, const TrueRow& truth) {
 nlohmann::json paper_json(const TableRow& row) {
   nlohmann::json json = row_json(row);
   for (const Column& column : kColumns)
-    if (!column.in_paper) json.erase(column.key);
+    if (!column.in_paper || std::isnan(row.*column.value)) json.erase(column.key);
   return json;
 }
 
@@ -155,8 +156,23 @@ JudgedRow row_from_json(const nlohmann::json& json) {
 }
 
 std::string row_text(const TableRow& row) {
-  return fmt::format("{:6.3f}  {:6.3f}  {:6.2f}  {:7.3f}  {:8.4f}  {:7.3f}  {:8.4f}  {:6.1f}", row.d_r,
-                     row.d_v, row.f_g, row.tau, row.d, row.tau_after, row.d_after, row.reduction_percent);
+  const auto cell = [](double value, int width, int decimals) {
+    return std::isnan(value) ? std::string(static_cast<std::size_t>(width), ' ')
+                             : fmt::format("{:{}.{}f}", value, width, decimals);
+  };
+  return fmt::format("{}  {}  {}  {}  {}  {}  {}  {}", cell(row.d_r, 6, 3), cell(row.d_v, 6, 3),
+                     cell(row.f_g, 6, 2), cell(row.tau, 7, 3), cell(row.d, 8, 4), cell(row.tau_after, 7, 3),
+                     cell(row.d_after, 8, 4), cell(row.reduction_percent, 6, 1));
+}
+
+/// Of the paper's Table 2.
+PaperRow torques(double tau, double tau_after, double reduction_percent) {
+  TableRow row;
+  for (const Column& column : kColumns) row.*column.value = std::numeric_limits<double>::quiet_NaN();
+  row.tau = tau;
+  row.tau_after = tau_after;
+  row.reduction_percent = reduction_percent;
+  return {row, {}};
 }
 
 constexpr std::array kOutcomes = {Outcome::kMinimumTorque, Outcome::kMinimumDisplacement,
@@ -169,16 +185,21 @@ constexpr std::array kOutcomes = {Outcome::kMinimumTorque, Outcome::kMinimumDisp
 std::optional<PaperRow> paper_row(int experiment) {
   // As printed, but for the reduction of experiment 5's first row: its torques give 77.2 %, where 22.8
   // stands.
-  static const std::map<int, PaperRow> kTable1 = {
+  static const std::map<int, PaperRow> kTables = {
       {1, {{0.520, 0.450, 12.0, 0.886, 0.0736, -0.031, -0.0020, 96.5}, {}}},
       {2, {{0.565, 0.480, 13.7, 1.323, 0.0969, 0.090, 0.0069, 93.2}, {}}},
       {3, {{0.600, 0.490, 15.9, 1.734, 0.1086, 0.178, 0.0177, 89.7}, {}}},
       {4, {{0.645, 0.500, 14.2, 1.617, 0.1138, 0.147, 0.0112, 90.9}, {}}},
       {5,
        {{0.360, 0.390, 17.9, -0.648, -0.0362, 0.148, 0.0084, 77.2},
-        TableRow{0.530, 0.390, 14.9, 1.514, 0.1013, 0.112, 0.0082, 92.6}}}};
-  const auto found = kTable1.find(experiment);
-  return found == kTable1.end() ? std::nullopt : std::optional(found->second);
+        TableRow{0.530, 0.390, 14.9, 1.514, 0.1013, 0.112, 0.0082, 92.6}}},
+      {6, torques(0.460, 0.1724, 62.5)},
+      {7, torques(1.162, 0.7075, 39.1)},
+      {8, torques(1.096, 0.7561, 31.0)},
+      {9, torques(1.079, 0.7153, 33.7)},
+      {10, torques(1.330, 0.538, 59.5)}};
+  const auto found = kTables.find(experiment);
+  return found == kTables.end() ? std::nullopt : std::optional(found->second);
 }
 
 Mean ExperimentResult::mean() const {
@@ -259,7 +280,8 @@ RepetitionResult repetition_from_json(const nlohmann::json& json) {
 
 nlohmann::json to_json(const ExperimentResult& result) {
   nlohmann::json json;
-  json["experiment"] = result.number;
+  json["experiment"] = result.number == 0 ? nlohmann::json(nullptr) : nlohmann::json(result.number);
+  json["scene"] = result.scene;
   json["interrupted"] = result.interrupted;
   json["repetitions"] = nlohmann::json::array();
   json["outcomes"] = nlohmann::json::object();
@@ -276,13 +298,43 @@ nlohmann::json to_json(const ExperimentResult& result) {
   if (mean.after_change)
     json["mean"]["after_change"] = row_json(mean.after_change->row, mean.after_change->truth);
   json["mean"]["n"] = mean.n;
-  json["paper"] = paper_json(result.paper.row);
-  if (result.paper.after_change) json["paper"]["after_change"] = paper_json(*result.paper.after_change);
+  json["paper"] = nullptr;
+  if (result.paper) json["paper"] = paper_json(result.paper->row);
+  if (result.paper && result.paper->after_change)
+    json["paper"]["after_change"] = paper_json(*result.paper->after_change);
   return json;
 }
 
+std::string title(const ExperimentResult& result) {
+  return result.number == 0 ? result.scene : fmt::format("Experiment {}", result.number);
+}
+
+std::string to_csv(const std::vector<ExperimentResult>& results) {
+  std::string text = "experiment,seed,load,outcome,regrasps";
+  for (const Column& column : kColumns) text += fmt::format(",{}", column.key);
+  for (const TrueColumn& column : kTrueColumns) text += fmt::format(",{}", column.key);
+  text += "\n";
+  for (const ExperimentResult& result : results) {
+    for (const RepetitionResult& r : result.repetitions) {
+      const auto line = [&](const char* load, const TableRow& row, const TrueRow& truth) {
+        text +=
+            fmt::format("{},{},{},{},{}", result.number == 0 ? result.scene : std::to_string(result.number),
+                        r.seed, load, to_string(r.outcome), r.regrasps);
+        for (const Column& column : kColumns)
+          text += r.weighed || !column.needs_weighing ? fmt::format(",{:.6g}", row.*column.value) : ",";
+        for (const TrueColumn& column : kTrueColumns)
+          text += r.weighed ? fmt::format(",{:.6g}", truth.*column.value) : ",";
+        text += "\n";
+      };
+      line("first", r.row, r.truth);
+      if (r.after_change) line("changed", r.after_change->row, r.after_change->truth);
+    }
+  }
+  return text;
+}
+
 std::string to_text(const ExperimentResult& result) {
-  std::string text = fmt::format("Experiment {}\n", result.number);
+  std::string text = title(result) + "\n";
   text +=
       "              d_r     d_v     f_g      tau         d     tau'        d'  reduction  regrasps  "
       "outcome\n";
@@ -302,9 +354,9 @@ std::string to_text(const ExperimentResult& result) {
                         stopped == 0 ? "" : fmt::format(", {} stopped", stopped));
   }
   if (mean.after_change) text += fmt::format("  changed   {}\n", row_text(mean.after_change->row));
-  text += fmt::format("paper       {}\n", row_text(result.paper.row));
-  if (result.paper.after_change)
-    text += fmt::format("  changed   {}\n", row_text(*result.paper.after_change));
+  if (result.paper) text += fmt::format("paper       {}\n", row_text(result.paper->row));
+  if (result.paper && result.paper->after_change)
+    text += fmt::format("  changed   {}\n", row_text(*result.paper->after_change));
   if (mean.n > 0) {
     text +=
         fmt::format("            tau is known to {:.3f} N·m, tau' to {:.3f} N·m (one standard deviation)\n",

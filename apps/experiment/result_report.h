@@ -10,13 +10,16 @@
 
 namespace walkman::apps {
 
-/// What the paper's Table 1 (Kanoulas et al., average of ten repetitions) has for an experiment.
+/// Experiments of the paper: 1 to this.
+inline constexpr int kExperiments = 11;
+
+/// What the paper's Tables 1 and 2 (Kanoulas et al., averages of ten repetitions) have for an experiment.
 struct PaperRow {
-  TableRow row;
+  TableRow row;                          ///< NaN where the table has nothing
   std::optional<TableRow> after_change;  ///< its second row, where the load changes
 };
 
-/// None for a number that the table does not have. Signs as printed.
+/// None for an experiment that the tables do not have. Signs as printed.
 [[nodiscard]] std::optional<PaperRow> paper_row(int experiment);
 
 /// Mean over the repetitions that ran to their end, whatever end: all but the stopped ones.
@@ -28,9 +31,10 @@ struct Mean {
 };
 
 struct ExperimentResult {
-  int number = 1;
+  int number = 1;                             ///< the paper's; 0: a scene of the user's own
+  std::string scene;                          ///< its file's name without folder and ending
   std::vector<RepetitionResult> repetitions;  ///< those that came to a result
-  PaperRow paper;
+  std::optional<PaperRow> paper;
   bool interrupted = false;  ///< not every repetition asked for came to a result
 
   [[nodiscard]] Mean mean() const;
@@ -38,13 +42,21 @@ struct ExperimentResult {
   [[nodiscard]] bool succeeded() const;
 };
 
-/// {"experiment", "interrupted", "repetitions": [...], "outcomes": {OUTCOME: how many}, "mean" with its "n",
-/// "paper"}; SI units, distances along the object from its left end. The same from run to run, to the byte.
+/// {"experiment" (null for a scene of the user's own), "scene", "interrupted", "repetitions": [...],
+/// "outcomes": {OUTCOME: how many}, "mean" with its "n", "paper"}; SI units, distances along the object from
+/// its left end. The same from run to run, to the byte.
 [[nodiscard]] nlohmann::json to_json(const ExperimentResult& result);
 [[nodiscard]] nlohmann::json to_json(const RepetitionResult& result);
 [[nodiscard]] RepetitionResult repetition_from_json(const nlohmann::json& json);
 
 /// A table for people: one line per repetition, the mean, the paper's row.
 [[nodiscard]] std::string to_text(const ExperimentResult& result);
+
+/// One line for each repetition of all, with its experiment, comma-separated, after a line of the columns'
+/// names.
+[[nodiscard]] std::string to_csv(const std::vector<ExperimentResult>& results);
+
+/// "Experiment 3", or the scene's name.
+[[nodiscard]] std::string title(const ExperimentResult& result);
 
 }  // namespace walkman::apps

@@ -28,6 +28,9 @@ class TouchWatch {
   /// `object` is the name of what is to be grasped.
   TouchWatch(const KnownRobot& robot, std::string object);
 
+  /// Another is to be grasped.
+  void grasps(std::string object) { object_ = std::move(object); }
+
   void look(const plant::Plant& plant, std::string_view phase);
   [[nodiscard]] const std::vector<UnwantedTouch>& touches() const { return touches_; }
 

@@ -9,7 +9,7 @@
 #include <fmt/ranges.h>
 
 #include "adaptation/regrasp/observer.h"
-#include "apps/picture/picture_renderer.h"
+#include "apps/experiment/result_report.h"
 #include "apps/picture/png_file.h"
 #include "apps/picture/run_to_phase.h"
 #include "apps/picture/scene_painting.h"
@@ -24,10 +24,7 @@
 namespace walkman::apps {
 namespace {
 
-constexpr int kMostPixels = 8192;       // a side
-constexpr double kHeightAngle = 0.42;   // rad
-constexpr double kSunBeside = -0.6;     // rad, of the sun's azimuth from the camera's
-constexpr double kSunElevation = 0.95;  // rad
+constexpr int kMostPixels = 8192;  // a side
 constexpr double kDegree = std::numbers::pi / 180;
 
 struct Options {
@@ -98,26 +95,12 @@ void go_to_moment(EmulatedWorld& world, const Options& options, const std::files
                parameters_file(world.scene, data), options.phase, after);
 }
 
-picture::Lighting lighting_for(const ScenePainting& painting, double azimuth) {
-  picture::Lighting lighting;
-  const double sun = azimuth + kSunBeside;
-  lighting.p_to_sun = Eigen::Vector3d(std::cos(kSunElevation) * std::cos(sun),
-                                      std::cos(kSunElevation) * std::sin(sun), std::sin(kSunElevation))
-                          .cast<float>();
-  Eigen::AlignedBox3d subject_W;
-  for (const Eigen::Vector3d& corner : painting.subject_W) subject_W.extend(corner);
-  lighting.shadow_reach = static_cast<float>(2 * subject_W.diagonal().norm());
-  lighting.ground_centre = subject_W.center().cast<float>();
-  return lighting;
-}
-
 int make_picture(const Options& options) {
   const auto [width, height] = picture_size(options.size);
   const auto [azimuth, elevation] = picture_view(options.view);
   if (options.phase.empty() != (options.experiment == 0)) {
     throw std::runtime_error("--experiment and --phase: one without the other says no moment, expected both");
   }
-  constexpr int kExperiments = 5;
   if (options.experiment < 0 || options.experiment > kExperiments) {
     throw std::runtime_error(fmt::format("experiment {}: there is no such experiment, expected 1 to {}",
                                          options.experiment, kExperiments));
@@ -137,10 +120,7 @@ int make_picture(const Options& options) {
 
   ScenePainting painting;
   paint_scene(world, snapshot, painting);
-  const picture::PictureCamera camera =
-      picture::camera_around(painting.subject_W, azimuth, elevation, kHeightAngle, width, height);
-  write_png(picture::render(painting.bodies, camera, lighting_for(painting, azimuth), options.samples,
-                            options.threads),
+  write_png(portrait(painting, {azimuth, elevation, width, height, options.samples, options.threads}),
             options.out);
   print(fmt::format("written to {}: {}x{} px, the plant at {:.3f} s\n", one_line(options.out), width, height,
                     std::chrono::duration<double>(snapshot.at).count()));

@@ -8,6 +8,10 @@
 namespace walkman::apps {
 namespace {
 
+constexpr double kHeightAngle = 0.42;   // rad
+constexpr double kSunBeside = -0.6;     // rad, of the sun's azimuth from the camera's
+constexpr double kSunElevation = 0.95;  // rad
+
 using picture::Paint;
 
 // Reflectances, linear.
@@ -90,6 +94,19 @@ void paint_fixed(const FixedBody& body, const Eigen::AlignedBox3d& robot_W, Scen
   }
 }
 
+picture::Lighting lighting_for(const ScenePainting& painting, double azimuth) {
+  picture::Lighting lighting;
+  const double sun = azimuth + kSunBeside;
+  lighting.p_to_sun = Eigen::Vector3d(std::cos(kSunElevation) * std::cos(sun),
+                                      std::cos(kSunElevation) * std::sin(sun), std::sin(kSunElevation))
+                          .cast<float>();
+  Eigen::AlignedBox3d subject_W;
+  for (const Eigen::Vector3d& corner : painting.subject_W) subject_W.extend(corner);
+  lighting.shadow_reach = static_cast<float>(2 * subject_W.diagonal().norm());
+  lighting.ground_centre = subject_W.center().cast<float>();
+  return lighting;
+}
+
 }  // namespace
 
 void paint_scene(const EmulatedWorld& world, const Snapshot& snapshot, ScenePainting& painting) {
@@ -98,6 +115,13 @@ void paint_scene(const EmulatedWorld& world, const Snapshot& snapshot, ScenePain
   for (const Eigen::Vector3d& corner : painting.subject_W) robot_W.extend(corner);
   paint_objects(snapshot, painting);
   for (const FixedBody& body : world.scene.fixed) paint_fixed(body, robot_W, painting);
+}
+
+picture::Picture portrait(const ScenePainting& painting, const PictureView& view) {
+  const picture::PictureCamera camera = picture::camera_around(
+      painting.subject_W, view.azimuth, view.elevation, kHeightAngle, view.width, view.height);
+  return picture::render(painting.bodies, camera, lighting_for(painting, view.azimuth), view.samples,
+                         view.threads);
 }
 
 }  // namespace walkman::apps

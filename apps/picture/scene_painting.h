@@ -1,6 +1,7 @@
 #pragma once
 
 #include "apps/picture/painted_scene.h"
+#include "apps/picture/picture_renderer.h"
 #include "apps/picture/snapshot.h"
 
 namespace walkman::apps {
@@ -15,5 +16,18 @@ struct ScenePainting {
 /// collisions where the URDF has no other. Links are told apart by their depth in the tree, so left and right
 /// look alike. Of a fixed body that surrounds the robot, as a room does, only what lies below is painted.
 void paint_scene(const EmulatedWorld& world, const Snapshot& snapshot, ScenePainting& painting);
+
+/// From where a picture is taken, and how finely.
+struct PictureView {
+  double azimuth = 0,
+         elevation = 0;       ///< of the direction towards the camera, rad; see picture::camera_around
+  int width = 0, height = 0;  ///< px
+  int samples = 1;            ///< rays a pixel
+  int threads = 1;
+};
+
+/// Renders all of a painting, with the sun beside the camera. Throws as picture::render and
+/// picture::camera_around do.
+[[nodiscard]] picture::Picture portrait(const ScenePainting& painting, const PictureView& view);
 
 }  // namespace walkman::apps
