@@ -225,7 +225,11 @@ void Manipulator::retreat() {
   const auto go = [&](const Eigen::Isometry3d& X_TH) {
     const Route route = find_route(*motion_, std::span(&X_TH, 1), limits(parameters_.travel_speed), 0);
     if (route.reach.status != motion::HandMotion::Status::kReached) return false;
-    follow(route, X_TH, limits(parameters_.travel_speed));
+    try {
+      follow(route, X_TH, limits(parameters_.travel_speed));
+    } catch (const WayBlocked&) {  // the body that moves with the arm may come out otherwise than ahead
+      return false;
+    }
     return true;
   };
   for (auto pose = way_.rbegin(); pose != way_.rend(); ++pose) static_cast<void>(go(*pose));

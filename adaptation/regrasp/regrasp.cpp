@@ -68,7 +68,7 @@ bool worth_another(const std::vector<Weighing>& weighings, double torque_thresho
   const double gain = std::abs(last.torque) - std::abs(last.torque_about_handle);
   return weighings.size() > 1 && off * last.f_g > torque_threshold &&
          off > kMostLeft * std::abs(first.displacement) && off > kSignificant * last.displacement_deviation &&
-         gain > torque_threshold / 2;
+         gain > std::max(torque_threshold, kMostLeft * std::abs(first.torque)) / 2;
 }
 
 /// A point for the middle of the image, in C, so that it has more of an object that its border cuts: the end
