@@ -115,7 +115,8 @@ struct Regrasp::Impl {
   /// How the object seen lies around the hand at X_TH, down to the table, in H.
   [[nodiscard]] Eigen::AlignedBox3d around(const Eigen::Isometry3d& X_TH) const;
   void reach(const PlannedGrasp& grasp);
-  [[nodiscard]] Weighing lift_and_weigh();
+  /// `best_cost`: of the grasp, m, where no place has room for a hand that would be better.
+  [[nodiscard]] Weighing lift_and_weigh(const std::optional<double>& best_cost);
   /// The same of a load that has become another in the hand.
   [[nodiscard]] Weighing weigh_other_load();
   /// Why the last of `weighings`, all of one load, is the end; none when a regrasp follows. `nearest`: the
@@ -127,7 +128,13 @@ struct Regrasp::Impl {
   [[nodiscard]] Weighing or_lower(const std::function<Weighing()>& measure);
   /// Returns where the hand was when it let go, in T.
   Eigen::Isometry3d lower_again();
-  [[nodiscard]] Weighing turn_and_hang(bool changed);
+  [[nodiscard]] Weighing turn_and_hang(bool changed, const std::optional<double>& best_cost);
+  /// Whether a weighing has the hand no farther from the CoM line than a planned grasp of this cost was to
+  /// bring it.
+  [[nodiscard]] bool as_planned(const Weighing& weighing, const std::optional<double>& cost) const {
+    return cost &&
+           std::abs(weighing.torque) / weighing.f_g < *cost + parameters.stage_two.displacement_threshold;
+  }
   [[nodiscard]] Weighing weigh();
   /// Distance along the handle from where |d_h × f| is least (paper, sec. 3.2), by the torque left.
   [[nodiscard]] GraspPlanner::Cost least_torque(const CarriedLine& carried,
@@ -295,18 +302,18 @@ Weighing Regrasp::Impl::or_lower(const std::function<Weighing()>& measure) {
   }
 }
 
-Weighing Regrasp::Impl::lift_and_weigh() {
-  return or_lower([this] {
+Weighing Regrasp::Impl::lift_and_weigh(const std::optional<double>& best_cost) {
+  return or_lower([&] {
     session.enter(Phase::kLift);
     manipulator.lift();
-    return turn_and_hang(false);
+    return turn_and_hang(false, best_cost);
   });
 }
 
 Weighing Regrasp::Impl::weigh_other_load() {
   return or_lower([this] {
     manipulator.take_up();
-    return turn_and_hang(true);
+    return turn_and_hang(true, std::nullopt);
   });
 }
 
@@ -315,12 +322,13 @@ Eigen::Isometry3d Regrasp::Impl::lower_again() {
   return manipulator.lower_and_release();
 }
 
-Weighing Regrasp::Impl::turn_and_hang(bool changed) {
+Weighing Regrasp::Impl::turn_and_hang(bool changed, const std::optional<double>& best_cost) {
   session.enter(Phase::kTurn);
   manipulator.turn();
   Weighing weighing = weigh();
   // No place along the handle is better by much; what is left across it goes when the object hangs straight.
-  if (std::abs(weighing.displacement) <= parameters.stage_two.displacement_threshold &&
+  if ((std::abs(weighing.displacement) <= parameters.stage_two.displacement_threshold ||
+       as_planned(weighing, best_cost)) &&
       std::abs(weighing.torque) > parameters.stage_two.torque_threshold) {
     session.enter(Phase::kTurn);
     manipulator.hang();
@@ -442,11 +450,11 @@ Report Regrasp::run() {
           no_nearer >= kEnoughTries ||
           (grasp.X_TG.translation() - X_TH_released.translation()).norm() <= limits.displacement_threshold;
     }
-    Weighing weighing = r.lift_and_weigh();
-    // It came to the place that was planned, and no other has room for a hand that would be better.
-    nearest =
-        nearest || (!same.empty() && grasp.unreached_cost > grasp.cost - limits.displacement_threshold &&
-                    std::abs(weighing.torque) / weighing.f_g < grasp.cost + limits.displacement_threshold);
+    std::optional<double> best_cost;
+    if (!same.empty() && grasp.unreached_cost > grasp.cost - limits.displacement_threshold)
+      best_cost = grasp.cost;
+    Weighing weighing = r.lift_and_weigh(best_cost);
+    nearest = nearest || r.as_planned(weighing, best_cost);
     while (true) {
       report.weighings.push_back(weighing);
       same.push_back(weighing);

@@ -277,7 +277,8 @@ std::string table_2(const std::vector<ExperimentResult>& results) {
   std::string out =
       "<h2>Table 2</h2>\n<table><tr><th>Experiment</th><th>τ, N·m</th><th>τ′, N·m</th><th>less torque, "
       "%</th><th>by true "
-      "torques, %</th><th>σ of it</th><th>n</th><th>paper: τ</th><th>τ′</th><th>less, %</th></tr>\n";
+      "torques, %</th><th>σ of it</th><th>optimality</th><th>n</th><th>paper: τ</th><th>τ′</th><th>less, "
+      "%</th></tr>\n";
   for (const ExperimentResult& result : results) {
     if (result.paper && !std::isnan(result.paper->row.d_r)) continue;
     const Mean mean = result.mean();
@@ -286,7 +287,7 @@ std::string table_2(const std::vector<ExperimentResult>& results) {
            cell(std::abs(mean.whole.row.tau_after), 3) + cell(mean.whole.row.reduction_percent, 1) +
            cell(mean.whole.truth.reduction_percent, 1) +
            cell(spread(result, [](const auto& r) { return r.truth.reduction_percent; }), 1) +
-           fmt::format("<td>{}</td>", mean.n);
+           (mean.optimality ? cell(*mean.optimality, 2) : "<td></td>") + fmt::format("<td>{}</td>", mean.n);
     if (result.paper)
       out += cell(result.paper->row.tau, 3) + cell(result.paper->row.tau_after, 3) +
              cell(result.paper->row.reduction_percent, 1);

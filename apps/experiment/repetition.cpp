@@ -9,6 +9,7 @@
 
 #include "adaptation/regrasp/regrasp.h"
 #include "apps/experiment/judge.h"
+#include "apps/experiment/least_torque.h"
 #include "apps/picture/png_file.h"
 #include "apps/picture/scene_painting.h"
 #include "apps/shared/emulated_world.h"
@@ -325,6 +326,10 @@ RepetitionResult run_repetition(const RepetitionOptions& options) {
   if (result.unwritten.empty()) result.unwritten = unwritten;
   report_progress(world.emulator.now());
   fill_rows(world.scene, judge, result);
+  if (judge.always_held() && result.outcome != Outcome::kStopped) {
+    SceneObject object = world.emulator.plant().object(judge.object());  // with the weights it has now
+    result.least_torque = least_torque(world.scene, object, world.robot, robot.joint_names(), parameters);
+  }
   result.recoveries = judge.recoveries();
   result.warnings = judge.warnings();
   for (const UnwantedTouch& touch : judge.touches()) result.touches.push_back(to_string(touch));

@@ -88,6 +88,9 @@ struct RepetitionResult {
   TrueRow truth;  ///< means something when `weighed`
   /// Of the load that became another in the hand: from the first weighing after that.
   std::optional<JudgedRow> after_change;
+  /// Least torque with which the object as it was at the end can be held level, N·m; see `least_torque`. Only
+  /// of a repetition that ended with the object held.
+  std::optional<double> least_torque;
   bool weighed = false;  ///< at least one lift was; else only d_r and d_v of the row mean anything
   int regrasps = 0;
   int recoveries = 0;  ///< how often the drivers got back what a fault had taken away

@@ -12,6 +12,9 @@
 namespace walkman::apps {
 namespace {
 
+constexpr double kLeastTorque =
+    0.05;  // N·m, of which an optimality is told: several times what weighing leaves
+
 struct Column {
   const char* key;
   double TableRow::*value;
@@ -202,6 +205,12 @@ std::optional<PaperRow> paper_row(int experiment) {
   return found == kTables.end() ? std::nullopt : std::optional(found->second);
 }
 
+std::optional<double> optimality(const RepetitionResult& result) {
+  if (!result.least_torque || *result.least_torque < kLeastTorque) return std::nullopt;
+  return std::abs(result.after_change ? result.after_change->truth.tau_after : result.truth.tau_after) /
+         *result.least_torque;
+}
+
 Mean ExperimentResult::mean() const {
   Mean mean;
   const auto add = [](JudgedRow& sum, const TableRow& row, const TrueRow& truth) {
@@ -221,6 +230,15 @@ Mean ExperimentResult::mean() const {
     if (!mean.after_change) mean.after_change.emplace();
     add(*mean.after_change, repetition.after_change->row, repetition.after_change->truth);
   }
+  double sum = 0;
+  int with_optimality = 0;
+  for (const RepetitionResult& repetition : repetitions) {
+    const auto one = apps::optimality(repetition);
+    if (!one) continue;
+    sum += *one;
+    ++with_optimality;
+  }
+  if (with_optimality > 0) mean.optimality = sum / with_optimality;
   if (mean.n > 0) divide(mean.whole, mean.n);
   if (mean.after_change) divide(*mean.after_change, mean.changed);
   return mean;
@@ -246,6 +264,10 @@ nlohmann::json to_json(const RepetitionResult& result) {
   json["model_error"] = robot_json(result.robot);
   json["regrasps"] = result.regrasps;
   json["recoveries"] = result.recoveries;
+  json["least_torque"] =
+      result.least_torque ? nlohmann::json(rounded(*result.least_torque)) : nlohmann::json(nullptr);
+  const auto quotient = optimality(result);
+  json["optimality"] = quotient ? nlohmann::json(rounded(*quotient)) : nlohmann::json(nullptr);
   json["outcome"] = to_string(result.outcome);
   if (!result.reason.empty()) json["reason"] = result.reason;
   if (!result.touches.empty()) json["touches"] = result.touches;
@@ -264,6 +286,8 @@ RepetitionResult repetition_from_json(const nlohmann::json& json) {
   result.weighed = !json.at("tau").is_null();
   result.seed = json.at("seed").get<std::uint64_t>();
   result.robot = robot_from_json(json.at("model_error"));
+  if (const auto& least = json.at("least_torque"); !least.is_null())
+    result.least_torque = least.get<double>();
   result.regrasps = json.at("regrasps").get<int>();
   result.recoveries = json.at("recoveries").get<int>();
   const auto outcome = json.at("outcome").get<std::string>();
@@ -298,6 +322,8 @@ nlohmann::json to_json(const ExperimentResult& result) {
   if (mean.after_change)
     json["mean"]["after_change"] = row_json(mean.after_change->row, mean.after_change->truth);
   json["mean"]["n"] = mean.n;
+  json["mean"]["optimality"] =
+      mean.optimality ? nlohmann::json(rounded(*mean.optimality)) : nlohmann::json(nullptr);
   json["paper"] = nullptr;
   if (result.paper) json["paper"] = paper_json(result.paper->row);
   if (result.paper && result.paper->after_change)

@@ -26,7 +26,8 @@ struct PaperRow {
 struct Mean {
   int n = 0;  ///< how many these are; 0: the rows mean nothing
   JudgedRow whole;
-  int changed = 0;  ///< in how many the load changed
+  std::optional<double> optimality;  ///< over those that have one
+  int changed = 0;                   ///< in how many the load changed
   std::optional<JudgedRow> after_change;
 };
 
@@ -47,6 +48,10 @@ struct ExperimentResult {
 /// its left end. The same from run to run, to the byte.
 [[nodiscard]] nlohmann::json to_json(const ExperimentResult& result);
 [[nodiscard]] nlohmann::json to_json(const RepetitionResult& result);
+/// True final torque over the least with which the object can be held level; none where that is next to
+/// nothing, so that the quotient means nothing. Below 1 where the object hangs straight, which takes torque
+/// away.
+[[nodiscard]] std::optional<double> optimality(const RepetitionResult& result);
 [[nodiscard]] RepetitionResult repetition_from_json(const nlohmann::json& json);
 
 /// A table for people: one line per repetition, the mean, the paper's row.
