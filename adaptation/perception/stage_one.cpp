@@ -228,16 +228,15 @@ class StageOne {
     const double thin = std::max(parameters_.outlier_voxel, kVoxelSpacings * spacing);
     SeenObject object;
     object.points = cluster.size();
-    object.measured_C = remove_outliers(voxel_centroids(measured, thin), parameters_.outlier_neighbours,
-                                        parameters_.outlier_deviations, thin, parameters_.threads);
+    const auto kept = remove_outliers(voxel_centroids(measured, thin), parameters_.outlier_neighbours,
+                                      parameters_.outlier_deviations, thin, parameters_.threads);
     timer_.done("outlier removal");
     // The curvature of a smoothed surface scatters as the noise of a point, times their spacing, over the
     // radius cubed.
     const double radius =
         std::clamp(kSmoothing * std::cbrt(deviation * spacing), parameters_.smoothing_radius,
                    std::max(parameters_.smoothing_radius, kWidestSmoothing));
-    object.surface_C =
-        smooth(object.measured_C, radius, std::max(parameters_.smoothing_voxel, thin), parameters_.threads);
+    object.surface_C = smooth(kept, radius, std::max(parameters_.smoothing_voxel, thin), parameters_.threads);
     timer_.done("smoothing");
     if (object.surface_C.empty()) return std::nullopt;
     const auto shells = find_shells(object.surface_C, parameters_);

@@ -65,8 +65,7 @@ struct StepTime {
 /// A cluster of points on the plane, judged.
 struct SeenObject {
   std::size_t points = 0;                           ///< of the cloud
-  std::vector<Eigen::Vector3f> measured_C;          ///< a point a voxel, without outliers, m
-  std::vector<Eigen::Vector3f> surface_C;           ///< smoothed, which rounds edges, m
+  std::vector<Eigen::Vector3f> surface_C;           ///< smoothed, m
   Eigen::Vector3d p_CCm = Eigen::Vector3d::Zero();  ///< visual centre of mass, m
   std::vector<Handle> handles;                      ///< longest first
   /// Handle-like, but too thin or too thick for the hand, or not certainly of its size.

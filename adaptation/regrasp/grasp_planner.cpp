@@ -135,7 +135,7 @@ std::string GraspPlanner::blocked(const View& view, const Hand& hand, const Plac
   std::vector<Eigen::Vector3d> others_T;
   const double range = 0.3 + kLastStretch;
   for (const perception::SeenObject& object : view.seen->objects) {
-    for (const Eigen::Vector3f& p : object.measured_C) {
+    for (const Eigen::Vector3f& p : object.surface_C) {
       const Eigen::Vector3d from_middle = p.cast<double>() - handle.p_CM;
       const double along = handle.axis_C.dot(from_middle);
       const double off_axis = (from_middle - along * handle.axis_C).norm();

@@ -111,7 +111,7 @@ std::vector<motion::NamedObstacle> rest_of_object(const perception::StageOneResu
   const auto height = [&](const Eigen::Vector3d& p_C) { return seen.plane.n_C.dot(p_C) + seen.plane.offset; };
   const double least = height(of.p_CM + along * of.axis_C) + of.radius + kOverHandle;
   std::array<std::vector<Eigen::Vector3d>, 2> sides_T;
-  for (const Eigen::Vector3f& p : seen.object().measured_C) {
+  for (const Eigen::Vector3f& p : seen.object().surface_C) {
     const Eigen::Vector3d p_C = p.cast<double>();
     const double beside = of.axis_C.dot(p_C - of.p_CM) - along;
     if (std::abs(beside) < kHandRoom || height(p_C) < least) continue;

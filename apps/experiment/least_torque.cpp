@@ -142,14 +142,13 @@ std::optional<double> least_torque(const Scene& scene, const SceneObject& object
       for (const Eigen::Vector3d& p_G : surface(geometry)) {
         const Eigen::Vector3d p_T = X_TG * p_G;
         lowest = std::min(lowest, p_T.z());
-        shape.measured_C.push_back(p_T.cast<float>());
+        shape.surface_C.push_back(p_T.cast<float>());
       }
       if (const auto handle = handle_of(geometry, X_TG, parameters.stage_one))
         shape.handles.push_back(*handle);
     }
   }
   if (shape.handles.empty()) return std::nullopt;
-  shape.surface_C = shape.measured_C;
   seen.plane.n_C = Eigen::Vector3d::UnitZ();
   seen.plane.offset = -lowest;
   std::vector<motion::NamedObstacle> obstacles;

@@ -52,7 +52,7 @@ picture::Picture seen_picture(const camera::OrganizedCloud& cloud, const percept
     canvas.dot(p.cast<double>(), {grey, grey, grey}, 0);
   }
   const perception::SeenObject& object = seen.object();
-  for (const Eigen::Vector3f& p : object.measured_C) canvas.dot(p.cast<double>(), kObject, 1);
+  for (const Eigen::Vector3f& p : object.surface_C) canvas.dot(p.cast<double>(), kObject, 1);
   for (const perception::Handle& handle : object.handles)
     canvas.line(handle.p_CM + handle.from * handle.axis_C, handle.p_CM + handle.to * handle.axis_C, kHandle);
   if (seen.grasp) {

@@ -49,7 +49,7 @@ class GraspPlannerTest : public testing::Test {
       handle.places.push_back(along);
       for (int step = 0; step <= 16; ++step) {
         const double angle = std::numbers::pi * step / 16;
-        bar.measured_C.push_back(
+        bar.surface_C.push_back(
             in_C({x + radius * std::cos(angle), y - along, kTable + radius + radius * std::sin(angle)})
                 .cast<float>());
       }
@@ -63,7 +63,7 @@ class GraspPlannerTest : public testing::Test {
     perception::SeenObject& wall = seen.objects.emplace_back();
     for (int i = 0; i < 20; ++i)
       for (int k = 0; 0.01 * k < height; ++k)
-        wall.measured_C.push_back(in_C({0.60 + 0.01 * i, y, kTable + 0.01 * k}).cast<float>());
+        wall.surface_C.push_back(in_C({0.60 + 0.01 * i, y, kTable + 0.01 * k}).cast<float>());
   }
 
   /// At the bar's place nearest to y.
