@@ -54,8 +54,8 @@ void require_sensors(const Scene& scene, const DeviceTable& table) {
     const auto* fault = std::get_if<SensorFaultEvent>(&event.what);
     if (fault == nullptr || std::find(known.begin(), known.end(), fault->sensor) != known.end()) continue;
     throw std::runtime_error(
-        fmt::format("{}:{}: events sensor_fault.sensor: there is no force/torque sensor \"{}\"{}",
-                    scene.file.string(), event.line, fault->sensor, did_you_mean(fault->sensor, known)));
+        fmt::format("{}: events sensor_fault.sensor: there is no force/torque sensor \"{}\"{}", event.where,
+                    fault->sensor, did_you_mean(fault->sensor, known)));
   }
 }
 

@@ -207,9 +207,9 @@ void require_phases(const Scene& scene) {
   const std::vector<std::string> names(regrasp::kPhaseNames.begin(), regrasp::kPhaseNames.end());
   for (const SceneEvent& event : scene.events) {
     if (!event.phase || std::find(names.begin(), names.end(), event.phase->phase) != names.end()) continue;
-    throw std::runtime_error(fmt::format(
-        "{}:{}: events in_phase.phase: there is no phase \"{}\"{}, expected one of {}", scene.file.string(),
-        event.line, event.phase->phase, did_you_mean(event.phase->phase, names), fmt::join(names, ", ")));
+    throw std::runtime_error(
+        fmt::format("{}: events in_phase.phase: there is no phase \"{}\"{}, expected one of {}", event.where,
+                    event.phase->phase, did_you_mean(event.phase->phase, names), fmt::join(names, ", ")));
   }
 }
 

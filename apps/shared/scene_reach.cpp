@@ -59,7 +59,8 @@ void require_reach(const Scene& scene, const RobotModel& robot) {
   }
   const auto poses = link_poses(robot, load_posture(scene.robot.srdf, scene.posture, robot));
   // What is out of one arm's reach may be in the other's: the nearest shoulder counts.
-  const auto check = [&](const char* kind, const std::string& name, int line, const auto& distance_from) {
+  const auto check = [&](const char* kind, const std::string& name, const std::string& where,
+                         const auto& distance_from) {
     double least_beyond = std::numeric_limits<double>::infinity();
     std::string refusal;
     for (const HandParts& hand : scene.robot.working_hands()) {
@@ -71,18 +72,18 @@ void require_reach(const Scene& scene, const RobotModel& robot) {
       if (distance - reach >= least_beyond) continue;
       least_beyond = distance - reach;
       refusal = fmt::format(
-          "{}:{}: {} '{}' is out of reach: {:.2f} m from the {} shoulder, expected at most the arm's length "
+          "{}: {} '{}' is out of reach: {:.2f} m from the {} shoulder, expected at most the arm's length "
           "of {:.2f} m",
-          scene.file.string(), line, kind, name, distance, hand.name, reach);
+          where, kind, name, distance, hand.name, reach);
     }
     throw std::runtime_error(refusal);
   };
   for (const FixedBody& body : scene.fixed) {
-    check("fixed body", body.name, body.line,
+    check("fixed body", body.name, body.where,
           [&](const Eigen::Vector3d& shoulder) { return distance_to_work_surface(body, shoulder); });
   }
   for (const SceneObject& object : scene.objects) {
-    check("object", object.name, object.line, [&](const Eigen::Vector3d& shoulder) {
+    check("object", object.name, object.where, [&](const Eigen::Vector3d& shoulder) {
       const Eigen::Vector3d p = object.X_WO.inverse() * shoulder;
       const Eigen::Vector3d nearest(std::clamp(p.x(), object.left_end, object.left_end + object.length), 0,
                                     0);

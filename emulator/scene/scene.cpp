@@ -67,7 +67,7 @@ AttachedWeight read_weight(const YamlMap& map, const SceneObject& object, Names&
 SceneObject read_object(const YamlMap& map, Names& names, const PackagePath& packages) {
   SceneObject object;
   object.name = names.take(map);
-  object.line = map.line();
+  object.where = map.where();
   object.model = load_with_mass(map, packages);
   read_contact(map, object.model);
   object.X_WO = map.pose();
@@ -83,7 +83,7 @@ SceneObject read_object(const YamlMap& map, Names& names, const PackagePath& pac
 }
 
 void read_rope(const YamlMap& map, HoistRope& rope) {
-  rope.line = map.line();
+  rope.where = map.where();
   if (map.has("link")) {
     rope.link = map.text("link");
     rope.p_LE.setZero();
@@ -145,7 +145,7 @@ Scene load_scene(const std::filesystem::path& yaml_file, const PackagePath& pack
   if (top.has("model_error")) scene.model_error = read_model_error(top);
   for (const YamlMap& map : top.list("fixed_bodies", {"name", "urdf", "xyz_m", "rpy_rad", "contact"})) {
     scene.fixed.push_back(
-        {names.take(map), map.line(), load_robot_model(map.existing_file("urdf"), packages), map.pose()});
+        {names.take(map), map.where(), load_robot_model(map.existing_file("urdf"), packages), map.pose()});
     read_contact(map, scene.fixed.back().model);
   }
   for (const YamlMap& map : top.list("objects", {"name", "urdf", "xyz_m", "rpy_rad", "weights", "contact"}))

@@ -27,7 +27,7 @@ enum class BaseKind {
 
 /// The rope of a hoisted robot, as on a lab's gantry: it pulls when taut and else hangs.
 struct HoistRope {
-  int line = 0;                         ///< where the scene file describes it; 0: not there
+  std::string where;                    ///< file:line of its description; empty: not there
   std::string link = "DWYTorso";        ///< of the robot, its chest
   Eigen::Vector3d p_LE = {0, 0, 0.15};  ///< where it is tied, in the link's frame, m
   std::optional<Eigen::Vector3d> p_WA;  ///< its upper end, m; unset: 1.5 m above the lower at start
@@ -45,7 +45,7 @@ struct AttachedWeight {
 /// A movable object of the scene.
 struct SceneObject {
   std::string name;
-  int line = 0;  ///< where the scene file describes it
+  std::string where;  ///< file:line of its description
   RobotModel model;
   Eigen::Isometry3d X_WO = Eigen::Isometry3d::Identity();  ///< initial pose, W as below
   double left_end = 0;                                     ///< where it begins on its own x axis, m
@@ -70,7 +70,7 @@ struct PoseJitter {
 /// A fixed body of the scene (room, table), its root link's pose in W.
 struct FixedBody {
   std::string name;
-  int line = 0;  ///< where the scene file describes it
+  std::string where;  ///< file:line of its description
   RobotModel model;
   Eigen::Isometry3d X_WF = Eigen::Isometry3d::Identity();
 };

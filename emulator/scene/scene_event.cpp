@@ -111,7 +111,7 @@ const std::vector<std::string> kKinds = {"push", "move_weight", "remove_weight",
 
 SceneEvent read_event(const YamlMap& map, const std::vector<SceneObject>& objects) {
   SceneEvent event;
-  event.line = map.line();
+  event.where = map.where();
   if (map.has("at_s") == map.has("in_phase"))
     map.fail(map.has("at_s") ? "at_s" : "", "expected either at_s or in_phase");
   if (map.has("in_phase")) {

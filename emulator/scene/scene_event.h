@@ -59,8 +59,8 @@ struct PhaseBegin {
 /// Something that happens to the world by itself, at a time of the emulated clock, or when an onlooker sees
 /// the robot begin something.
 struct SceneEvent {
-  double at = 0;  ///< s; without a phase
-  int line = 0;   ///< where the scene file describes it
+  double at = 0;      ///< s; without a phase
+  std::string where;  ///< file:line of its description
   std::variant<PushEvent, MoveWeightEvent, RemoveWeightEvent, SensorFaultEvent> what;
   std::optional<PhaseBegin> phase = {};  ///< takes the place of the time
 };

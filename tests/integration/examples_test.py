@@ -141,7 +141,7 @@ class PythonCan(unittest.TestCase):
     def test_a_joint_moves(self):
         with tempfile.TemporaryDirectory() as folder:
             # The pelvis is held: the physics is then fast enough for any machine.
-            with open(os.path.join(TREE, "urdf/scenes/experiment_1.yaml"), encoding="utf-8") as file:
+            with open(os.path.join(TREE, "urdf/scenes/robot_at_table.yaml"), encoding="utf-8") as file:
                 scene = file.read().replace("kind: floating", "kind: fixed")
             path = os.path.join(folder, "scene.yaml")
             with open(path, "w", encoding="utf-8") as file:

@@ -21,6 +21,15 @@ def emulate(*options):
     return subprocess.run([PROGRAM, "emulate", *options], capture_output=True, text=True, timeout=300, check=False)
 
 
+def whole_scene(folder):
+    """The first experiment's scene with what it extends in it."""
+    with open(os.path.join(folder, "robot_at_table.yaml"), encoding="utf-8") as stream:
+        base = stream.read()
+    with open(os.path.join(folder, "experiment_1.yaml"), encoding="utf-8") as stream:
+        own = stream.read()
+    return base.replace("objects: []\n", own[own.index("objects:"):])
+
+
 class FreeRunTest(unittest.TestCase):
     def setUp(self):
         folder = tempfile.TemporaryDirectory()
@@ -37,13 +46,11 @@ class FreeRunTest(unittest.TestCase):
         return done.stdout, json.loads(done.stdout)
 
     def scene(self, change):
-        """The first experiment's scene with its text changed, beside all that it names."""
+        """The first experiment's scene as one file with its text changed, beside all that it names."""
         shutil.copytree(os.path.join(TREE, "urdf"), self.path("urdf"))
         os.mkdir(self.path("adaptation"))
         shutil.copy(os.path.join(TREE, "adaptation/head_at_home.yaml"), self.path("adaptation"))
-        file = self.path("urdf/scenes/experiment_1.yaml")
-        with open(file, encoding="utf-8") as stream:
-            text = stream.read()
+        text = whole_scene(self.path("urdf/scenes"))
         changed = self.path("urdf/scenes/changed.yaml")
         with open(changed, "w", encoding="utf-8") as stream:
             stream.write(change(text))

@@ -164,7 +164,7 @@ Swayed pushed(const Push& push, const Truth& truth = {}) {
   event.force_W = push.force * Eigen::Vector3d(std::cos(push.direction), std::sin(push.direction), 0);
   event.p_LP = kPushedPoint;
   event.duration = kPushedFor;
-  world.events.push_back({kPushAt, 0, event});
+  world.events.push_back({kPushAt, "", event});
   const ChangedFolder actuators(kTree / "emulator/plant/actuators", "spring_constant", truth.springs);
   const ChangedFolder sensors(kTree / "emulator/nodes/measuring", "torque_range", truth.torque_range);
   EmulatorOptions options = emulator_options();

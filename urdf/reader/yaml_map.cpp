@@ -73,6 +73,8 @@ std::string YamlMap::place_of(const std::string& key) const {
   return place_.empty() ? key : key.empty() ? place_ : place_ + "." + key;
 }
 
+std::string YamlMap::where() const { return fmt::format("{}:{}", file_, node_.Mark().line + 1); }
+
 void YamlMap::fail_at(const YAML::Node& node, const std::string& place, const std::string& reason) const {
   throw std::runtime_error(
       fmt::format("{}:{}: {}{}{}", file_, node.Mark().line + 1, place, place.empty() ? "" : ": ", reason));

@@ -53,8 +53,8 @@ class YamlMap {
   [[nodiscard]] YamlMap map(const std::string& key, std::vector<std::string> keys) const;
   [[nodiscard]] std::vector<YamlMap> list(const std::string& key, const std::vector<std::string>& keys) const;
 
-  /// Line of the file the mapping begins in, from 1.
-  [[nodiscard]] int line() const { return node_.Mark().line + 1; }
+  /// "FILE:LINE", where the mapping begins.
+  [[nodiscard]] std::string where() const;
 
   /// Throws about the value of `key`, or about the whole mapping where `key` is empty or absent.
   [[noreturn]] void fail(const std::string& key, const std::string& reason) const;

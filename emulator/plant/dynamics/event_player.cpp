@@ -21,13 +21,12 @@ long step_at(double time, double step) {
   return static_cast<long>(std::ceil(time / step - kRounding));
 }
 
-int pushed_link(const Scene& scene, const SceneEvent& event, const PushEvent& push, const RobotModel& robot) {
+int pushed_link(const SceneEvent& event, const PushEvent& push, const RobotModel& robot) {
   if (const auto link = robot.find_link(push.link)) return *link;
   std::vector<std::string> names;
   for (const Link& link : robot.links) names.push_back(link.name);
-  throw std::runtime_error(fmt::format("{}:{}: events push.link: robot \"{}\" has no link \"{}\"{}",
-                                       scene.file.string(), event.line, robot.name, push.link,
-                                       did_you_mean(push.link, names)));
+  throw std::runtime_error(fmt::format("{}: events push.link: robot \"{}\" has no link \"{}\"{}", event.where,
+                                       robot.name, push.link, did_you_mean(push.link, names)));
 }
 
 /// Which object an event on weights names; the scene's reader has seen that it is there, with the weight.
@@ -36,8 +35,7 @@ std::size_t object_of(const Scene& scene, const SceneEvent& event) {
   const std::string& name = move != nullptr ? move->object : std::get<RemoveWeightEvent>(event.what).object;
   for (std::size_t i = 0; i < scene.objects.size(); ++i)
     if (scene.objects[i].name == name) return i;
-  throw std::runtime_error(
-      fmt::format("{}:{}: there is no object \"{}\"", scene.file.string(), event.line, name));
+  throw std::runtime_error(fmt::format("{}: there is no object \"{}\"", event.where, name));
 }
 
 }  // namespace
@@ -50,7 +48,7 @@ EventPlayer::EventPlayer(const Scene& scene, const RobotModel& robot, Multibody&
     Planned planned{event, event.phase ? kNotYet : step_at(event.at, step),
                     event.phase ? event.phase->occurrence : 0};
     if (const auto* push = std::get_if<PushEvent>(&event.what)) {
-      planned.link = pushed_link(scene, event, *push, robot);
+      planned.link = pushed_link(event, *push, robot);
     } else if (!std::holds_alternative<SensorFaultEvent>(event.what)) {
       planned.object = object_of(scene, event);
     }

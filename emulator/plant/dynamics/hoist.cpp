@@ -17,9 +17,9 @@ int rope_link(const Scene& scene, const RobotModel& robot) {
   if (const auto link = robot.find_link(scene.rope.link)) return *link;
   std::vector<std::string> names;
   for (const Link& link : robot.links) names.push_back(link.name);
-  const std::string place =
-      scene.rope.line > 0 ? fmt::format("{}:{}: robot.base.rope.link", scene.file.string(), scene.rope.line)
-                          : fmt::format("{}: robot.base.rope", scene.file.string());
+  const std::string place = !scene.rope.where.empty()
+                                ? fmt::format("{}: robot.base.rope.link", scene.rope.where)
+                                : fmt::format("{}: robot.base.rope", scene.file.string());
   throw std::runtime_error(fmt::format("{}: robot \"{}\" has no link \"{}\"{}", place, robot.name,
                                        scene.rope.link, did_you_mean(scene.rope.link, names)));
 }

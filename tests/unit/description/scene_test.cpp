@@ -124,7 +124,7 @@ TEST(SceneEvents, ComeInOrderOfTimeWithAllTheySay) {
   EXPECT_EQ(chest.duration, 0.1);
   const auto& elbow = std::get<PushEvent>(scene.events[1].what);
   EXPECT_EQ(elbow.p_LP, Eigen::Vector3d(0, 0.1, 0));
-  EXPECT_EQ(scene.events[1].line, 20);
+  EXPECT_THAT(scene.events[1].where, ::testing::EndsWith("events.yaml:20"));
   EXPECT_NEAR(std::get<MoveWeightEvent>(scene.events[2].what).X_LA.translation().x(), 0.4 - 1.05 / 2, 1e-8);
   EXPECT_EQ(std::get<RemoveWeightEvent>(scene.events[3].what).weight, "left_weight");
 }

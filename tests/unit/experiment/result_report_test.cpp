@@ -158,9 +158,9 @@ TEST(ResultReport, ALoadThatChangedHasARowOfItsOwn) {
   EXPECT_THAT(to_text(result), HasSubstr("changed"));
 }
 
-// Table 1, columns as printed; the reduction of each row is that of its own torques.
+// Tables 1 and 2, columns as printed; the reduction of each row is that of its own torques.
 TEST(PaperTable, ReductionsAreThoseOfTheTorques) {
-  for (int number = 1; number <= 5; ++number) {
+  for (int number = 1; number <= 10; ++number) {
     const PaperRow paper = paper_row(number).value();
     std::vector<TableRow> rows = {paper.row};
     if (paper.after_change) rows.push_back(*paper.after_change);

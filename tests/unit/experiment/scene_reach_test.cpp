@@ -15,7 +15,7 @@ TEST(SceneReach, TableAloneOutOfReachIsRefused) {
     FAIL() << "a table 2.5 m away was accepted";
   } catch (const std::runtime_error& e) {
     EXPECT_THAT(e.what(),
-                ::testing::ContainsRegex("experiment_1.yaml:[0-9]+: fixed body 'table' is out of reach"));
+                ::testing::ContainsRegex("robot_at_table.yaml:[0-9]+: fixed body 'table' is out of reach"));
   }
 }
 

@@ -20,7 +20,7 @@ class Events : public WholePlant {
 
 TEST_F(Events, APushGivesItsImpulseToTheWholeRobot) {
   stand_alone(BaseKind::kFloating, 0.5);  // free flight
-  scene_.events = {{0.02, 0, PushEvent{"DWYTorso", {300, -40, 0}, {0, 0, 0.1}, 0.1}}};
+  scene_.events = {{0.02, "", PushEvent{"DWYTorso", {300, -40, 0}, {0, 0, 0.1}, 0.1}}};
   const auto momentum = [&](Plant& plant) {
     std::vector<Eigen::Vector3d> before;
     for (std::size_t i = 0; i < robot_.links.size(); ++i)
@@ -45,7 +45,7 @@ TEST_F(Events, AWristSensorReadsAPushBeyondIt) {
   const auto calm = build();
   const Eigen::Vector3d force_W(3, -4, 5);
   const Eigen::Vector3d p_LP(0.02, 0.03, -0.2);
-  scene_.events = {{0.5, 0, PushEvent{"RSoftHandLink", force_W, p_LP, 2.0}}};
+  scene_.events = {{0.5, "", PushEvent{"RSoftHandLink", force_W, p_LP, 2.0}}};
   const auto pushed = build();
   run(*calm, 500);
   run(*pushed, 500);
@@ -69,7 +69,7 @@ TEST_F(Events, AWristSensorReadsAPushBeyondIt) {
 }
 
 TEST_F(Events, AWeightThatMovesTakesTheCentreOfMassAlong) {
-  scene_.events = {{0.5, 0, MoveWeightEvent{"bar", "left_weight", 0, scene_.objects[0].X_OX(0.40)}}};
+  scene_.events = {{0.5, "", MoveWeightEvent{"bar", "left_weight", 0, scene_.objects[0].X_OX(0.40)}}};
   const auto plant = build();
   run(*plant, 500);
   const Eigen::Isometry3d before = plant->X_WO(0);
@@ -90,7 +90,7 @@ TEST_F(Events, AWeightThatMovesTakesTheCentreOfMassAlong) {
 }
 
 TEST_F(Events, AWeightThatIsTakenOffWeighsNothing) {
-  scene_.events = {{0.5, 0, RemoveWeightEvent{"bar", "right_weight"}}};
+  scene_.events = {{0.5, "", RemoveWeightEvent{"bar", "right_weight"}}};
   const auto plant = build();
   run(*plant, 1500);
   EXPECT_EQ(plant->object(0).weights.size(), 1U);
@@ -98,7 +98,7 @@ TEST_F(Events, AWeightThatIsTakenOffWeighsNothing) {
 }
 
 TEST_F(Events, AWeightWaitsForThePhaseItsEventNames) {
-  scene_.events = {{0, 0, RemoveWeightEvent{"bar", "right_weight"}, PhaseBegin{"lift", 2, 0.01}}};
+  scene_.events = {{0, "", RemoveWeightEvent{"bar", "right_weight"}, PhaseBegin{"lift", 2, 0.01}}};
   const auto plant = build();
   plant->begin_phase("lower");
   plant->begin_phase("lift");
@@ -116,7 +116,7 @@ TEST_F(Events, AWeightWaitsForThePhaseItsEventNames) {
 
 TEST_F(Events, AWeightBesideTheAxisPullsTheCentreOfMassThere) {
   const Eigen::Isometry3d X_LA(Eigen::Translation3d(0.2, 0.05, -0.03));
-  scene_.events = {{0.5, 0, MoveWeightEvent{"bar", "left_weight", 0, X_LA}}};
+  scene_.events = {{0.5, "", MoveWeightEvent{"bar", "left_weight", 0, X_LA}}};
   const auto plant = build();
   const Eigen::Vector3d before = plant->object(0).p_OOcm();
   run(*plant, 501);
@@ -126,7 +126,7 @@ TEST_F(Events, AWeightBesideTheAxisPullsTheCentreOfMassThere) {
 
 TEST_F(Events, AMovingObjectGoesOnAsItMoved) {
   scene_.fixed.clear();
-  scene_.events = {{0.1, 0, MoveWeightEvent{"bar", "left_weight", 0, scene_.objects[0].X_OX(0.40)}}};
+  scene_.events = {{0.1, "", MoveWeightEvent{"bar", "left_weight", 0, scene_.objects[0].X_OX(0.40)}}};
   const auto plant = build();
   run(*plant, 100);
   const double before = plant->X_WO(0).translation().z();
@@ -136,7 +136,7 @@ TEST_F(Events, AMovingObjectGoesOnAsItMoved) {
 }
 
 TEST_F(Events, APushOnALinkThatIsNotThereIsRefused) {
-  scene_.events = {{0, 31, PushEvent{"RSoftHandLnk", {1, 0, 0}, {0, 0, 0}, 0.1}}};
+  scene_.events = {{0, "experiment_1.yaml:31", PushEvent{"RSoftHandLnk", {1, 0, 0}, {0, 0, 0}, 0.1}}};
   try {
     (void)build();
     FAIL() << "accepted";

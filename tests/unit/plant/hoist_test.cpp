@@ -60,7 +60,7 @@ TEST_F(Hoisted, RobotWithoutPowerSinksUntilTheRopeHoldsIt) {
 
 TEST_F(Hoisted, ARopeOnALinkThatIsNotThereIsRefused) {
   scene_.rope.link = "DWYTorsoo";
-  scene_.rope.line = 12;
+  scene_.rope.where = "experiment_1.yaml:12";
   try {
     (void)build();
     FAIL() << "accepted";

@@ -31,8 +31,8 @@ class SeenEvents : public WholePlant {
 };
 
 TEST_F(SeenEvents, TheCameraSeesAWeightWhereItIs) {
-  scene_.events = {{0.2, 0, MoveWeightEvent{"bar", "left_weight", 0, scene_.objects[0].X_OX(0.40)}},
-                   {0.4, 0, RemoveWeightEvent{"bar", "left_weight"}}};
+  scene_.events = {{0.2, "", MoveWeightEvent{"bar", "left_weight", 0, scene_.objects[0].X_OX(0.40)}},
+                   {0.4, "", RemoveWeightEvent{"bar", "left_weight"}}};
   const auto plant = build();
   MultiSense camera(robot_, scene_, robot_.link_index("multisense/left_camera_optical_frame"),
                     sensors::StereoOptions{}.noise_free(), 15, 1);

@@ -119,5 +119,33 @@ TEST_F(SurroundingsTest, WhatLiesBesideTheObjectIsAColumnAsHighAsItsHighestPoint
   EXPECT_NEAR(all[1].prism.distance({0.65, 0.15, kTableHeight}), 0.05, 1e-5);
 }
 
+TEST_F(SurroundingsTest, WhatStandsHighOnTheObjectIsInTheWayAndWhatIsLowIsNot) {
+  look(-1.5, 1.5);
+  const Eigen::Isometry3d X_CT = X_TC.inverse();
+  perception::SeenObject& hammer = seen.objects.front();
+  perception::Handle handle;
+  handle.p_CM = X_CT * Eigen::Vector3d(0.7, 0, kTableHeight + 0.055);
+  handle.axis_C = X_CT.linear() * -Eigen::Vector3d::UnitY();
+  handle.radius = 0.025;
+  handle.from = -0.3;
+  handle.to = 0.3;
+  hammer.handles = {handle};
+  hammer.surface_C.clear();
+  const auto put = [&](double y, double height) {
+    for (const double x : {0.66, 0.74})
+      for (const double beside : {-0.04, 0.04})
+        hammer.surface_C.push_back(
+            (X_CT * Eigen::Vector3d(x, y + beside, kTableHeight + height)).cast<float>());
+  };
+  put(0.35, 0.09);   // a clamp, 1 cm over the handle
+  put(-0.35, 0.12);  // a head
+  const auto parts = rest_of_object(seen, 0, 0, X_TC);
+  ASSERT_EQ(parts.size(), 1);
+  EXPECT_EQ(parts[0].name, "a part of the object, 12 cm high");
+  EXPECT_NEAR(parts[0].prism.distance({0.7, -0.26, kTableHeight + 0.05}), 0.05, 1e-5);
+  // Not within a hand's room of where it grasps.
+  EXPECT_TRUE(rest_of_object(seen, 0, 0.3, X_TC).empty());
+}
+
 }  // namespace
 }  // namespace walkman::regrasp

@@ -1,0 +1,51 @@
+#include "apps/experiment/least_torque.h"
+
+#include <cmath>
+#include <string>
+
+#include <gtest/gtest.h>
+
+#include "apps/shared/emulated_world.h"
+#include "drivers/robot/robot.h"
+#include "emulator/bus/can_bus.h"
+#include "emulator/emulator.h"
+
+namespace walkman::apps {
+namespace {
+
+/// Of the first object of a shipped scene.
+double least_of(const std::string& scene) {
+  const std::string tree = WALKMAN_SOURCE_TREE;
+  WorldOptions options;
+  options.scene = tree + "/urdf/scenes/" + scene + ".yaml";
+  options.actuators = tree + "/emulator/plant/actuators";
+  options.model_error = "none";
+  EmulatedWorld world(options);
+  const robot::Robot robot(world.robot.model, world.robot.devices, world.emulator.interfaces());
+  const MethodParameters parameters = load_method_parameters(tree + "/adaptation/parameters.yaml");
+  const auto least =
+      least_torque(world.scene, world.scene.objects.front(), world.robot, robot.joint_names(), parameters);
+  return least.value_or(std::nan(""));
+}
+
+TEST(LeastTorque, IsNothingWhereAHandCanBeAroundTheCentreOfMass) {
+  EXPECT_LT(least_of("experiment_1"), 0.02);
+}
+
+/// The centre of mass is 14.9 mm inside the head; a palm of 11 cm cannot come nearer to the head than its
+/// half, and need not keep farther off than 2 cm.
+TEST(LeastTorque, OfAHammerIsThatOfAPalmBesideItsHead) {
+  const double weight = 0.55 * 9.81, inside = 0.0149, half_palm = 0.055;
+  EXPECT_GT(least_of("experiment_10"), weight * (inside + half_palm));
+  EXPECT_LT(least_of("experiment_10"), weight * (inside + half_palm + 0.02));
+}
+
+/// 0.6 kg whose centre of mass is 26 mm beside the only handle that a hand fits on.
+TEST(LeastTorque, BesideAHandleIsItsLeverAtLeast) {
+  const double weight = 0.6 * 9.81;
+  EXPECT_GT(least_of("experiment_6"), 0.99 * weight * 0.026);
+  EXPECT_LT(least_of("experiment_6"), 1.1 * weight * 0.026);
+}
+
+}  // namespace
+}  // namespace walkman::apps
