@@ -10,9 +10,6 @@
 
 namespace walkman::apps {
 
-/// Experiments of the paper: 1 to this.
-inline constexpr int kExperiments = 11;
-
 /// What the paper's Tables 1 and 2 (Kanoulas et al., averages of ten repetitions) have for an experiment.
 struct PaperRow {
   TableRow row;                          ///< NaN where the table has nothing

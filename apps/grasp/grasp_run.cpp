@@ -189,6 +189,7 @@ GraspResult run_grasp(const KnownRobot& known, const GraspOptions& options, Stop
         is_lockstep ? regrasp::Thinking::kBetweenCycles : regrasp::Thinking::kWhileHolding);
     const regrasp::Report report = method.run();
     result.outcome = to_string(report.ending);
+    result.reason = report.hindrance;
     result.done = report.ending != regrasp::Ending::kRegraspLimit;
   } catch (const regrasp::RunStopped& stop) {
     result.outcome = "stopped";

@@ -25,7 +25,7 @@ struct GraspOptions {
 struct GraspResult {
   bool done = false;    ///< the method came to its end with the object in the hand
   std::string outcome;  ///< how it ended, in the words of the experiments: "minimum torque", "stopped", ...
-  std::string reason;   ///< of a stop
+  std::string reason;   ///< of a stop, or what kept the hand off a better place
   Pacing pacing{};
   double seconds = 0;            ///< on the master's clock
   std::uint64_t overruns = 0;    ///< real time: cycles begun too late

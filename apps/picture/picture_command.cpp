@@ -9,7 +9,6 @@
 #include <fmt/ranges.h>
 
 #include "adaptation/regrasp/observer.h"
-#include "apps/experiment/result_report.h"
 #include "apps/picture/png_file.h"
 #include "apps/picture/run_to_phase.h"
 #include "apps/picture/scene_painting.h"

@@ -10,6 +10,9 @@
 
 namespace walkman::apps {
 
+/// Experiments of the paper: 1 to this; each is the scene `experiment_NUMBER`.
+inline constexpr int kExperiments = 11;
+
 /// What the command line says about the world: `--scene`, `--model-error` and the robot's options.
 struct SceneCommandLine {
   std::string scene;

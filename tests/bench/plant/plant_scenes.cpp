@@ -53,7 +53,7 @@ std::unique_ptr<plant::Plant> PlantScenes::gripping() const {
   for (const char* hand : {"r_hand_grasp", "l_hand_grasp"}) {
     // A held bar's axis lies along the hand frame's x, its radius below the palm.
     constexpr double kRadius = 0.035;
-    FixedBody bar{std::string(hand) + "_bar", 0, scene.objects.front().model,
+    FixedBody bar{std::string(hand) + "_bar", "", scene.objects.front().model,
                   open->X_WL(robot_.link_index(hand))};
     bar.X_WF.translation() -= kRadius * bar.X_WF.linear().col(1);
     scene.fixed.push_back(bar);

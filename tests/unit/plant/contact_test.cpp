@@ -45,7 +45,7 @@ struct BlockOnFloor {
     world.setGravity(btVector3(0, 0, -kGravity));
     world.getSolverInfo().m_numIterations = 50;
     world.getSolverInfo().m_linearSlop = 1e-5;
-    FixedBody ground{"floor", 0, box("floor", {4, 4, 1}, 0), Eigen::Isometry3d::Identity()};
+    FixedBody ground{"floor", "", box("floor", {4, 4, 1}, 0), Eigen::Isometry3d::Identity()};
     ground.model.links.front().surface.friction = 0.75;
     ground.X_WF.translation().z() = -0.5;
     floor = std::make_unique<StaticBody>(world, ground);
