@@ -122,6 +122,8 @@ struct Regrasp::Impl {
   /// Why the last of `weighings`, all of one load, is the end; none when a regrasp follows. `nearest`: the
   /// grasp was the nearest that the handles allow.
   [[nodiscard]] std::optional<Ending> ending(const std::vector<Weighing>& weighings, bool nearest) const;
+  /// Lowers the object and throws RunStopped when the best place there is has no less torque than the first.
+  void require_gain(const Weighing& first, const Weighing& last, const PlannedGrasp& grasp);
   /// What keeps the hands from where the torque would be less by more than d_thres; empty when nothing.
   [[nodiscard]] std::string hindrance(const PlannedGrasp& grasp) const;
   /// `measure`; lowers the object again and throws RunStopped where that is refused.
@@ -402,6 +404,16 @@ std::string Regrasp::Impl::hindrance(const PlannedGrasp& grasp) const {
       1e3 * grasp.cost, 1e3 * grasp.least_cost, grasp.refusal);
 }
 
+void Regrasp::Impl::require_gain(const Weighing& first, const Weighing& last, const PlannedGrasp& grasp) {
+  const StageTwoParameters& limits = parameters.stage_two;
+  const std::string why = hindrance(grasp);
+  if (why.empty() || std::abs(last.displacement) <= limits.displacement_threshold ||
+      std::abs(last.torque) < std::abs(first.torque) - limits.torque_threshold)
+    return;
+  lower_again();
+  throw RunStopped(why + "; there the torque is no less than at first, and the object was lowered");
+}
+
 Regrasp::Regrasp(const KnownRobot& known, robot::Robot& robot, robot::Cycle& cycle,
                  camera::RangeCamera& camera, const MethodParameters& parameters, Observer& observer,
                  Thinking thinking)
@@ -455,6 +467,7 @@ Report Regrasp::run() {
       best_cost = grasp.cost;
     Weighing weighing = r.lift_and_weigh(best_cost);
     nearest = nearest || r.as_planned(weighing, best_cost);
+    if (nearest && !same.empty()) r.require_gain(same.front(), weighing, grasp);
     while (true) {
       report.weighings.push_back(weighing);
       same.push_back(weighing);
