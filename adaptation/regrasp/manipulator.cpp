@@ -27,7 +27,7 @@ constexpr double kPutDownShare = 0.5;                 // of its weight that the 
 constexpr std::array kHigher = {0.0, 0.1, 0.2, 0.3};  // m
 constexpr double kOverTable = 0.02;                   // m, of what turns
 // How an object turns about its handle in the fingers: when they close, rad, and with its weight, N·m/rad;
-// published and estimated values for SoftHands go from 0.1 to 1.
+// estimates for SoftHands go from 0.1 to 1, and nobody has measured it.
 constexpr double kClosingTurn = 0.1, kSoftness = 0.7;
 constexpr double kOpenTorque = 0.2;  // share of rated: enough to let the ligaments open the hand
 
