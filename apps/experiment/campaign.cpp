@@ -1,10 +1,11 @@
 #include "apps/experiment/campaign.h"
 
-#include <cmath>
+#include <algorithm>
+#include <chrono>
 #include <fstream>
+#include <functional>
 #include <iterator>
 #include <memory>
-#include <sstream>
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
@@ -28,27 +29,6 @@ std::string content(const std::filesystem::path& file) {
   return {std::istreambuf_iterator<char>(in), {}};
 }
 
-/// What a repetition depends on beside its seed, as a number: the program and every file that it may read.
-std::string inputs_of(const RepetitionOptions& options) {
-  std::uint64_t hash = 0xcbf29ce484222325;  // FNV-1a
-  const auto add = [&hash](std::string_view text) {
-    for (const char c : text) hash = (hash ^ static_cast<unsigned char>(c)) * 0x100000001b3;
-  };
-  add(content("/proc/self/exe"));
-  std::vector<std::filesystem::path> files = {options.scene, options.parameters};
-  for (const std::filesystem::path& folder :
-       {options.scene.parent_path(), options.scene.parent_path().parent_path(), options.actuators}) {
-    std::error_code none;
-    for (const auto& entry : std::filesystem::directory_iterator(folder, none))
-      if (entry.is_regular_file()) files.push_back(entry.path());
-  }
-  std::sort(files.begin(), files.end());
-  for (const std::filesystem::path& file : files) add(file.string() + content(file));
-  add(options.model_error.value_or(""));
-  add(fmt::format("{} {}", options.robot.cycle.count(), options.state_log));
-  return fmt::format("{:016x}\n", hash);
-}
-
 std::string duration_text(double seconds) {
   return seconds < 90 ? fmt::format("{:.0f} s", seconds) : fmt::format("{:.0f} min", seconds / 60);
 }
@@ -58,12 +38,11 @@ class Experiment {
  public:
   Experiment(const ExperimentPlan& plan, const CampaignOptions& options)
       : plan_(plan), folder_(plan.out), results_(static_cast<std::size_t>(options.repeat)) {
-    const std::string inputs = options.resume ? inputs_of(plan.repetition) : "";
-    if (options.resume && content(plan.out / kInputsName) == inputs) {
+    if (!plan.inputs.empty() && content(plan.out / kInputsName) == plan.inputs) {
       take_over();
     } else {
       folder_.clear();
-      if (options.resume) write_whole(plan.out / kInputsName, inputs);
+      if (!plan.inputs.empty()) write_whole(plan.out / kInputsName, plan.inputs);
     }
     write();
   }
@@ -110,6 +89,21 @@ class Experiment {
 };
 
 }  // namespace
+
+std::string inputs_text(const std::string& settings, const std::vector<std::filesystem::path>& places) {
+  std::vector<std::filesystem::path> files = {"/proc/self/exe"};
+  for (const std::filesystem::path& place : places) {
+    if (std::filesystem::is_regular_file(place)) files.push_back(place);
+    std::error_code none;
+    for (const auto& entry : std::filesystem::recursive_directory_iterator(place, none))
+      if (entry.is_regular_file()) files.push_back(entry.path());
+  }
+  std::sort(files.begin(), files.end());
+  std::string all = settings;
+  for (const std::filesystem::path& file : files)
+    all += fmt::format("\n{} {:x}", file.string(), std::hash<std::string>{}(content(file)));
+  return fmt::format("{}\nfiles {:016x}\n", settings, std::hash<std::string>{}(all));
+}
 
 std::vector<ExperimentResult> run_campaign(const std::vector<ExperimentPlan>& plans,
                                            const CampaignOptions& options, StopSignals& signals) {

@@ -18,13 +18,19 @@ struct ExperimentPlan {
   std::string scene;  ///< its file's name without folder and ending
   RepetitionOptions repetition;
   std::filesystem::path out;  ///< folder of its results
+  /// What its repetitions depend on beside their seeds. Those that a campaign which said the same has left in
+  /// the folder count as done; empty: none do.
+  std::string inputs;
 };
+
+/// For ExperimentPlan::inputs: `settings`, and a number that changes with this program and with any file in
+/// `places`, which are files and folders.
+[[nodiscard]] std::string inputs_text(const std::string& settings,
+                                      const std::vector<std::filesystem::path>& places);
 
 struct CampaignOptions {
   int repeat = 1;  ///< repetitions of each, with the seeds of the plan's repetition and those after it
   int jobs = 1;    ///< repetitions at a time; the results do not depend on it
-  /// Repetitions that an interrupted campaign of the same inputs has left in their folders count as done.
-  bool resume = false;
 };
 
 /// Runs the repetitions of all plans, as many at a time as there are jobs, and keeps `result.json` of every

@@ -76,6 +76,19 @@ ExperimentPlan plan_of(int number, const Options& options, const std::filesystem
   return plan;
 }
 
+/// All that the results of a plan depend on but the seeds.
+std::string inputs_of(const ExperimentPlan& plan, const Options& options, const std::filesystem::path& data) {
+  std::vector<std::filesystem::path> places = {data / "urdf", data / "adaptation", data / "emulator",
+                                               plan.repetition.parameters};
+  if (!options.master.layout.empty()) places.emplace_back(options.master.layout);
+  for (const std::string& package : options.scene.robot.packages) places.emplace_back(package);
+  return inputs_text(
+      fmt::format("{}, model error {}, layout {}, SYNC {}, FD {}, state log {}", plan.scene,
+                  options.scene.model_error, options.master.layout, options.master.rate_hz.value_or(0),
+                  options.scene.robot.fd, options.state_log),
+      places);
+}
+
 /// All results as one.
 std::string all_json(const std::vector<ExperimentResult>& results) {
   nlohmann::json json;
@@ -106,10 +119,12 @@ int run_experiment(const Options& options) {
           ? std::filesystem::path("out") / "experiments"
           : std::filesystem::path("out") /
                 (numbers.front() == 0 ? plans.front().scene : fmt::format("experiment-{}", numbers.front()));
-  for (ExperimentPlan& plan : plans) plan.out = all ? out / fmt::format("experiment-{}", plan.number) : out;
+  for (ExperimentPlan& plan : plans) {
+    plan.out = all ? out / fmt::format("experiment-{}", plan.number) : out;
+    if (all) plan.inputs = inputs_of(plan, options, data);
+  }
   StopSignals signals;  // before any child
-  const std::vector<ExperimentResult> results =
-      run_campaign(plans, {options.repeat, options.jobs, all}, signals);
+  const std::vector<ExperimentResult> results = run_campaign(plans, {options.repeat, options.jobs}, signals);
   if (all) {
     write_whole(out / "result.json", all_json(results));
     write_whole(out / "repetitions.csv", to_csv(results));

@@ -23,8 +23,8 @@ namespace fs = std::filesystem;
 constexpr const char* kLockName = ".lock";
 constexpr const char* kResultName = "result.json";
 constexpr const char* kRepetitionPrefix = "repetition-";
-constexpr std::array kFiles = {kResultName, "can.log",          "cloud.pcd", "wrench.csv",
-                               "state.csv", "model_error.yaml", "seen.png",  "held.png"};
+constexpr std::array kFiles = {kResultName,        "can.log",  "cloud.pcd", "wrench.csv", "state.csv",
+                               "model_error.yaml", "seen.png", "held.png",  "inputs.txt"};
 
 void remove_files(const fs::path& folder) {
   for (const char* name : kFiles) {
