@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <fstream>
+#include <initializer_list>
 #include <iterator>
 #include <sstream>
 
@@ -217,6 +218,12 @@ std::string escaped(const std::string& text) {
   return out;
 }
 
+std::string table_head(std::initializer_list<const char*> columns) {
+  std::string out = "<table><tr>";
+  for (const char* column : columns) out += fmt::format("<th>{}</th>", column);
+  return out + "</tr>\n";
+}
+
 std::string cell(double value, int decimals) {
   return std::isnan(value) ? "<td></td>" : fmt::format("<td>{:.{}f}</td>", value, decimals);
 }
@@ -248,11 +255,9 @@ std::string table_1_row(const std::string& name, const TableRow& row, double tru
 
 std::string table_1(const std::vector<ExperimentResult>& results) {
   std::string out =
-      "<h2>Table 1</h2>\n<table><tr><th>Experiment</th><th>d<sub>r</sub>, m</th><th>d<sub>v</sub>, "
-      "m</th><th>f<sub>g</sub>, "
-      "N</th><th>τ, N·m</th><th>d, m</th><th>τ′, N·m</th><th>d′, m</th><th>less torque, %</th><th>by true "
-      "torques, "
-      "%</th><th>σ of it</th><th>n</th></tr>\n";
+      "<h2>Table 1</h2>\n" +
+      table_head({"Experiment", "d<sub>r</sub>, m", "d<sub>v</sub>, m", "f<sub>g</sub>, N", "τ, N·m", "d, m",
+                  "τ′, N·m", "d′, m", "less torque, %", "by true torques, %", "σ of it", "n"});
   for (const ExperimentResult& result : results) {
     if (!result.paper || std::isnan(result.paper->row.d_r)) continue;
     const Mean mean = result.mean();
@@ -274,11 +279,9 @@ std::string table_1(const std::vector<ExperimentResult>& results) {
 }
 
 std::string table_2(const std::vector<ExperimentResult>& results) {
-  std::string out =
-      "<h2>Table 2</h2>\n<table><tr><th>Experiment</th><th>τ, N·m</th><th>τ′, N·m</th><th>less torque, "
-      "%</th><th>by true "
-      "torques, %</th><th>σ of it</th><th>optimality</th><th>n</th><th>paper: τ</th><th>τ′</th><th>less, "
-      "%</th></tr>\n";
+  std::string out = "<h2>Table 2</h2>\n" +
+                    table_head({"Experiment", "τ, N·m", "τ′, N·m", "less torque, %", "by true torques, %",
+                                "σ of it", "optimality", "n", "paper: τ", "τ′", "less, %"});
   for (const ExperimentResult& result : results) {
     if (result.paper && !std::isnan(result.paper->row.d_r)) continue;
     const Mean mean = result.mean();
@@ -299,9 +302,8 @@ std::string table_2(const std::vector<ExperimentResult>& results) {
 }
 
 std::string endings(const ExperimentResult& result) {
-  std::string out =
-      "<table><tr><th>seed</th><th>outcome</th><th>regrasps</th><th>τ, N·m</th><th>σ</th><th>τ′, "
-      "N·m</th><th>σ</th><th>true τ</th><th>true τ′</th><th>robot, kg</th></tr>\n";
+  std::string out = table_head(
+      {"seed", "outcome", "regrasps", "τ, N·m", "σ", "τ′, N·m", "σ", "true τ", "true τ′", "robot, kg"});
   for (const RepetitionResult& r : result.repetitions) {
     const bool good = r.outcome == Outcome::kMinimumTorque || r.outcome == Outcome::kMinimumDisplacement;
     out += fmt::format("<tr><td>{}</td><td{}>{}</td><td>{}</td>", r.seed, good ? "" : " class='bad'",
