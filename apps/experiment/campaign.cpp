@@ -157,6 +157,7 @@ std::vector<ExperimentResult> run_campaign(const std::vector<ExperimentPlan>& pl
     static_cast<void>(run_repetitions(repetitions, options.jobs, events, &signals));
   }
   std::vector<ExperimentResult> results;
+  results.reserve(experiments.size());
   for (const auto& experiment : experiments) results.push_back(experiment->result());
   return results;
 }

@@ -48,8 +48,9 @@ std::vector<double> ticks(const Axis& axis) {
       break;
     }
   std::vector<double> out;
-  for (double value = std::ceil(axis.from / step) * step; value <= axis.to + 1e-9; value += step)
-    out.push_back(std::abs(value) < 1e-9 * step ? 0 : value);
+  const auto first = static_cast<int>(std::ceil(axis.from / step));
+  const auto last = static_cast<int>(std::floor(axis.to / step + 1e-9));
+  for (int multiple = first; multiple <= last; ++multiple) out.push_back(multiple * step);
   return out;
 }
 
