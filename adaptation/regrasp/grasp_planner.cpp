@@ -16,7 +16,7 @@ namespace walkman::regrasp {
 namespace {
 
 constexpr double kSearchStep = 0.001;  // m along a handle
-constexpr double kPlaceStep = 0.005;   // m, places this near are the same
+constexpr double kPlaceStep = 0.002;   // m, places nearer than half of it are the same
 constexpr double kPlaceGrowth = 0.25;  // part of the distance from the best place, where that is more
 constexpr std::array<double, 5> kPitches = {0, 0.35, -0.35, 0.7, -0.7};  // rad, upright first
 constexpr int kClosingSteps = 8;
@@ -24,8 +24,10 @@ constexpr int kDescentSteps = 4;
 constexpr double kLastStretch = 0.06;  // m over the grasp, where the open fingers pass the handle
 constexpr double kOnHandle = 0.012;    // m, points so near a handle's surface are its own
 constexpr double kFingerRoom = 0.002;  // m between a finger and the table
-// m between the hand and what is beside the handle: twice what a hand is beside where the camera sees it
+// m between the hand and what is beside the handle: twice what a hand is beside where the camera sees it, and
+// what fingers keep to the table where the hand would otherwise be too far from the wanted place
 constexpr double kBesideRoom = 0.006;
+constexpr double kLeastBesideRoom = 0.002;
 constexpr double kPlannedRoom = 0.004;  // m more than the motions themselves keep, which come another way
 constexpr double kNoGrasp = -1;
 constexpr double kWorthLeaving = 0.25;  // more room than a straighter grasp, or one with the hand named first
@@ -125,7 +127,7 @@ std::vector<GraspPlanner::Place> GraspPlanner::places(const View& view, const Co
 }
 
 /// What the hand would touch there, empty when nothing.
-std::string GraspPlanner::blocked(const View& view, const Hand& hand, const Place& place,
+std::string GraspPlanner::blocked(const View& view, const Hand& hand, const Place& place, double beside_room,
                                   const Eigen::Isometry3d& X_TEnd) const {
   const perception::Handle& handle = view.seen->object().handles[static_cast<std::size_t>(place.handle)];
   const perception::Plane& plane = view.seen->plane;
@@ -168,7 +170,7 @@ std::string GraspPlanner::blocked(const View& view, const Hand& hand, const Plac
                   kFingerRoom);
       const Eigen::Isometry3d X_ST = X_TS.inverse();
       for (const Eigen::Vector3d& p_T : others_T)
-        found(shape, "what lies beside the handle", distance(shape, X_ST, p_T) - kBesideRoom);
+        found(shape, "what lies beside the handle", distance(shape, X_ST, p_T) - beside_room);
     }
     return what;
   };
@@ -193,12 +195,12 @@ std::string GraspPlanner::blocked(const View& view, const Hand& hand, const Plac
   return "";
 }
 
-double GraspPlanner::judge(const View& view, Hand& hand, const Place& place, PlannedGrasp& grasp,
-                           Refusal& refusal) {
+double GraspPlanner::judge(const View& view, Hand& hand, const Place& place, double beside_room,
+                           PlannedGrasp& grasp, Refusal& refusal) {
   std::vector<Eigen::Isometry3d> way =
       approach_way(grasp.X_TG, parameters_.stage_two.palm_clearance, parameters_.stage_two);
   grasp.X_TH = way.back();
-  refusal.reason = blocked(view, hand, place, grasp.X_TH);
+  refusal.reason = blocked(view, hand, place, beside_room, grasp.X_TH);
   if (!refusal.reason.empty()) return kNoGrasp;
   grasp.obstacles = view.obstacles;
   for (motion::NamedObstacle& part : rest_of_object(*view.seen, place.handle, place.along, view.X_TC))
@@ -226,44 +228,55 @@ double GraspPlanner::judge(const View& view, Hand& hand, const Place& place, Pla
   return room_of(route.reach);
 }
 
+std::optional<PlannedGrasp> GraspPlanner::grasp_at(const View& view, const Place& place, std::size_t pitches,
+                                                   double beside_room, Refusals& refusals) {
+  std::optional<PlannedGrasp> best;
+  double best_room = kNoGrasp;
+  const auto& handle = view.seen->object().handles[static_cast<std::size_t>(place.handle)];
+  const Eigen::Isometry3d X_TUpright =
+      view.X_TC * perception::grasp_frame_at(*view.seen, place.handle, place.along).X_CG;
+  for (std::size_t turn = 0; turn < pitches && best_room < 1; ++turn) {
+    for (std::size_t hand = 0; hand < hands_.size() && best_room < 1; ++hand) {
+      PlannedGrasp grasp;
+      grasp.hand = hand;
+      grasp.X_TG = turned_about_handle(X_TUpright, handle.radius, kPitches[turn]);
+      grasp.radius = handle.radius;
+      grasp.cost = place.cost;
+      Refusal refusal;
+      const double room = judge(view, *hands_[hand], place, beside_room, grasp, refusal);
+      if (room < 0 && refusals.first[hand].empty()) refusals.first[hand] = refusal.reason;
+      if (room < 0 && refusal.no_way) refusals.unreached_cost = std::min(refusals.unreached_cost, place.cost);
+      if (room <= best_room + (best_room < 0 ? 0 : kWorthLeaving)) continue;
+      best_room = room;
+      best = std::move(grasp);
+    }
+  }
+  return best;
+}
+
 PlannedGrasp GraspPlanner::plan(const View& view, const Cost& cost) {
   const std::vector<Place> all = places(view, cost);
-  std::vector<std::string> first_refusals(hands_.size());
-  double unreached_cost = std::numeric_limits<double>::infinity();
+  Refusals refusals{std::vector<std::string>(hands_.size())};
+  const auto planned = [&](PlannedGrasp grasp) {
+    std::vector<Eigen::Isometry3d>& led = hands_[grasp.hand]->led;
+    led.assign(grasp.way.begin(), grasp.way.end() - kWayOver);
+    grasp.least_cost = all.front().cost;
+    grasp.unreached_cost = refusals.unreached_cost;
+    if (grasp.cost > all.front().cost) grasp.refusal = both_hands(refusals.first);
+    return grasp;
+  };
   // The place is the method's to choose; which hand, and how it is turned, is a matter of room.
+  std::optional<PlannedGrasp> close;  // the nearest one, with little room beside
   for (const Place& place : all) {
-    PlannedGrasp best;
-    double best_room = kNoGrasp;
-    const auto& handle = view.seen->object().handles[static_cast<std::size_t>(place.handle)];
-    const Eigen::Isometry3d X_TUpright =
-        view.X_TC * perception::grasp_frame_at(*view.seen, place.handle, place.along).X_CG;
+    if (close && place.cost > close->cost + parameters_.stage_two.displacement_threshold) break;
     const std::size_t pitches = &place == &all.front() ? kPitches.size() : kFewPitches;
-    for (std::size_t turn = 0; turn < pitches && best_room < 1; ++turn) {
-      for (std::size_t hand = 0; hand < hands_.size() && best_room < 1; ++hand) {
-        PlannedGrasp grasp;
-        grasp.hand = hand;
-        grasp.X_TG = turned_about_handle(X_TUpright, handle.radius, kPitches[turn]);
-        grasp.radius = handle.radius;
-        grasp.cost = place.cost;
-        Refusal refusal;
-        const double room = judge(view, *hands_[hand], place, grasp, refusal);
-        if (room < 0 && first_refusals[hand].empty()) first_refusals[hand] = refusal.reason;
-        if (room < 0 && refusal.no_way) unreached_cost = std::min(unreached_cost, place.cost);
-        if (room <= best_room + (best_room < 0 ? 0 : kWorthLeaving)) continue;
-        best_room = room;
-        best = std::move(grasp);
-      }
-    }
-    if (best_room < 0) continue;
-    std::vector<Eigen::Isometry3d>& led = hands_[best.hand]->led;
-    led.assign(best.way.begin(), best.way.end() - kWayOver);
-    best.least_cost = all.front().cost;
-    best.unreached_cost = unreached_cost;
-    if (&place != &all.front()) best.refusal = both_hands(first_refusals);
-    return best;
+    if (std::optional<PlannedGrasp> grasp = grasp_at(view, place, pitches, kBesideRoom, refusals))
+      return planned(std::move(*grasp));
+    if (!close) close = grasp_at(view, place, pitches, kLeastBesideRoom, refusals);
   }
+  if (close) return planned(std::move(*close));
   throw RunStopped("no hand can grasp the object; at the best place, straight down, " +
-                   both_hands(first_refusals));
+                   both_hands(refusals.first));
 }
 
 std::string GraspPlanner::both_hands(const std::vector<std::string>& refusals) const {

@@ -58,7 +58,8 @@ class GraspPlanner {
                const std::optional<motion::Stance>& stance, const MethodParameters& parameters);
 
   /// At the nearest place that either hand can grasp, the grasp with the most room: to joints' limits, to the
-  /// robot's own links, to what is on the table. Takes seconds.
+  /// robot's own links, to what is on the table. A place with little room beside the handle is taken where
+  /// one with more is further off than regrasps are made for. Takes seconds.
   /// Throws RunStopped with what stops each hand at the nearest place when there is none.
   [[nodiscard]] PlannedGrasp plan(const View& view, const Cost& cost);
 
@@ -74,7 +75,7 @@ class GraspPlanner {
   };
   [[nodiscard]] std::vector<Place> places(const View& view, const Cost& cost) const;
   [[nodiscard]] std::string blocked(const View& view, const Hand& hand, const Place& place,
-                                    const Eigen::Isometry3d& X_TEnd) const;
+                                    double beside_room, const Eigen::Isometry3d& X_TEnd) const;
   /// "the right hand: ...; the left hand: ...".
   [[nodiscard]] std::string both_hands(const std::vector<std::string>& refusals) const;
   /// Why a grasp cannot be, and whether only for want of a way.
@@ -83,8 +84,17 @@ class GraspPlanner {
     bool no_way = false;
   };
   /// Room of the grasp, as a share of what is enough; kNoGrasp when it cannot be.
-  [[nodiscard]] double judge(const View& view, Hand& hand, const Place& place, PlannedGrasp& grasp,
-                             Refusal& refusal);
+  [[nodiscard]] double judge(const View& view, Hand& hand, const Place& place, double beside_room,
+                             PlannedGrasp& grasp, Refusal& refusal);
+  struct Refusals {
+    std::vector<std::string> first;  // of each hand
+    double unreached_cost = std::numeric_limits<double>::infinity();
+  };
+  /// The grasp with the most room there, none when no hand can; `beside_room` is what the hand keeps to what
+  /// is beside the handle, m.
+  [[nodiscard]] std::optional<PlannedGrasp> grasp_at(const View& view, const Place& place,
+                                                     std::size_t pitches, double beside_room,
+                                                     Refusals& refusals);
 
   const KnownRobot& known_;
   const MethodParameters& parameters_;

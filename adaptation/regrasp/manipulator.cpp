@@ -29,6 +29,8 @@ constexpr double kOverTable = 0.02;                   // m, of what turns
 // How an object turns about its handle in the fingers: when they close, rad, and with its weight, N·m/rad;
 // estimates for SoftHands go from 0.1 to 1, and nobody has measured it.
 constexpr double kClosingTurn = 0.1, kSoftness = 0.7;
+constexpr double kDensest = 7850;    // kg/m³, steel
+constexpr double kDeviations = 3;    // of a torque that is not chance
 constexpr double kOpenTorque = 0.2;  // share of rated: enough to let the ligaments open the hand
 
 wrench::LoadEstimator::DataSheet sensor_of(const StageTwoParameters& parameters) {
@@ -109,11 +111,14 @@ void Manipulator::require_strength() const {
   const auto overload = session_.overload();
   if (!overload) return;
   const Wrench load = object_load();
-  throw Refused(fmt::format(
-      "{} has to give {:.1f} N·m while the wrist carries {:.1f} N and {:.2f} N·m, expected at most "
-      "{:.1f} N·m, a tenth above what its motor can give for good: the object is too heavy or too far beside "
-      "the hand",
-      overload->joint, overload->torque, load.force.norm(), load.torque.norm(), overload->most));
+  throw HeldTooFar(
+      fmt::format(
+          "{} has to give {:.1f} N·m while the wrist carries {:.1f} N and {:.2f} N·m, expected at most "
+          "{:.1f} N·m, a tenth above what its motor can give for good: the object is too heavy or too far "
+          "beside "
+          "the hand",
+          overload->joint, overload->torque, load.force.norm(), load.torque.norm(), overload->most),
+      load);
 }
 
 void Manipulator::calibrate() {
@@ -168,9 +173,11 @@ void Manipulator::settle() {
   double waited = 0;
   while (!watch.at_rest(session_.X_TH().translation(), session_.period())) {
     if (waited > parameters_.rest_timeout) {
-      throw Refused(
+      const std::string reason =
           fmt::format("the hand does not come to rest: {:.0f} s after a motion it still reaches {:.1f} mm/s",
-                      waited, 1e3 * watch.unrest()));
+                      waited, 1e3 * watch.unrest());
+      if (payload_.mass > 0) throw HeldTooFar(reason, object_load());
+      throw Refused(reason);
     }
     cycle();
     waited += session_.period();
@@ -319,11 +326,13 @@ void Manipulator::lift() {
   while (true) {
     const double next = lifted_ + parameters_.lift_step;
     if (next > parameters_.lift_max + 1e-9) {
-      throw Refused(fmt::format(
-          "at {:.2f} m the wrist carries {:.1f} N and {:.2f} N·m, {:.2f} N more or less than {:.0f} cm "
-          "below, expected at most {:g} N: the object turns in the hand or still rests on something",
-          lifted_, load.force.norm(), load.torque.norm(), change, 100 * parameters_.lift_step,
-          parameters_.lift_force_change));
+      throw HeldTooFar(
+          fmt::format(
+              "at {:.2f} m the wrist carries {:.1f} N and {:.2f} N·m, {:.2f} N more or less than {:.0f} cm "
+              "below, expected at most {:g} N: the object turns in the hand or still rests on something",
+              lifted_, load.force.norm(), load.torque.norm(), change, 100 * parameters_.lift_step,
+              parameters_.lift_force_change),
+          load);
     }
     const Wrench higher = rise_to(next);
     change = std::abs(higher.force.norm() - load.force.norm());
@@ -338,9 +347,34 @@ void Manipulator::lift() {
   lifting_ = false;
 }
 
+void Manipulator::require_of_object(const Wrench& F_Ho_T, double torque_deviation) const {
+  const auto line = wrench::com_line(F_Ho_T, parameters_.min_force);
+  if (!line) return;
+  const double force = F_Ho_T.force.norm(), torque = F_Ho_T.torque.norm();
+  const double heaviest = kDensest * object_H_.volume() * motion::kGravity;
+  if (!(force <= heaviest)) {
+    throw Refused(fmt::format(
+        "by the wrist the object weighs {:.1f} N, expected at most the {:.1f} N of solid steel of the size "
+        "seen: these readings are of no weight that hangs there",
+        force, heaviest));
+  }
+  const Eigen::Matrix3d R_HT = session_.X_TH().linear().transpose();
+  const double beside = wrench::distance_of({R_HT * line->p_PF, R_HT * line->direction}, object_H_);
+  const double bound = parameters_.displacement_threshold + kDeviations * torque_deviation / force;
+  if (beside <= bound) return;
+  throw Refused(
+      fmt::format("by {:.1f} N and {:.2f} N·m at the wrist the centre of mass would be {:.0f} mm outside of "
+                  "the object seen, expected at most {:.0f} mm: these readings are of no weight that hangs "
+                  "there",
+                  force, torque, 1e3 * beside, 1e3 * bound));
+}
+
 void Manipulator::carry(const Wrench& F_Ho_T) {
   const auto line = wrench::com_line(F_Ho_T, parameters_.min_force);
   if (!line) return;
+  // The gains of force and torque, each as its data sheet has it, over the lever from the sensor.
+  const double lever = (session_.X_TH().translation() - session_.X_TS().translation()).norm();
+  require_of_object(F_Ho_T, std::numbers::sqrt2 * parameters_.sensor_gain * lever * F_Ho_T.force.norm());
   payload_ = {F_Ho_T.force.norm() / motion::kGravity, session_.X_TH().linear().transpose() * line->p_PF};
   for_seconds(parameters_.payload_time,
               [&](double share) { motion_->set_payload(share * payload_.mass, payload_.p_HCm); });
@@ -406,21 +440,26 @@ Manipulator::Load Manipulator::weigh() {
   weighed_So_S_ = level.reading;
   if (level.slope.force.norm() > parameters_.force_slope ||
       level.slope.torque.norm() > parameters_.torque_slope) {
-    throw Refused(fmt::format(
-        "the wrist's reading does not stay what it is: by {:.2f} N and {:.3f} N·m it changes per second "
-        "while the object hangs still, expected less than {:g} and {:g}: the sensor drifts, or the object "
-        "slips",
-        level.slope.force.norm(), level.slope.torque.norm(), parameters_.force_slope,
-        parameters_.torque_slope));
+    throw HeldTooFar(
+        fmt::format(
+            "the wrist's reading does not stay what it is: by {:.2f} N and {:.3f} N·m it changes per second "
+            "while the object hangs still, expected less than {:g} and {:g}: the sensor drifts, or the "
+            "object "
+            "slips",
+            level.slope.force.norm(), level.slope.torque.norm(), parameters_.force_slope,
+            parameters_.torque_slope),
+        object_load());
   }
   const wrench::LoadEstimator::Object object = estimator_.object();
   if (!(object.misfit < kMostMisfit)) {
     const Wrench load = object_load();
-    throw Refused(fmt::format(
-        "the wrist's readings contradict each other: with {:.1f} N and {:.2f} N·m and the hand turned they "
-        "are {:.1f} standard deviations away from what any one object would make, expected less than {:g}: "
-        "the sensor is wrong, or the object turns in the hand",
-        load.force.norm(), load.torque.norm(), object.misfit, kMostMisfit));
+    throw HeldTooFar(fmt::format("the wrist's readings contradict each other: with {:.1f} N and {:.2f} N·m "
+                                 "and the hand turned they "
+                                 "are {:.1f} standard deviations away from what any one object would make, "
+                                 "expected less than {:g}: "
+                                 "the sensor is wrong, or the object turns in the hand",
+                                 load.force.norm(), load.torque.norm(), object.misfit, kMostMisfit),
+                     load);
   }
   const Eigen::Isometry3d& X_TS = session_.X_TS();
   const Eigen::Vector3d down_T = -Eigen::Vector3d::UnitZ();
@@ -515,6 +554,7 @@ Eigen::Isometry3d Manipulator::lower_and_release() {
   hold(parameters_.hold_time);
   hand_weight_.hold(session_.hand().frame, {});
   session_.set_holding(false);
+  payload_ = {};
   ascend();
   lifted_ = 0;
   return X_TH;

@@ -64,6 +64,10 @@ class Manipulator {
   /// Reads it level for the averaging time. Returns the load that fits these readings and those before.
   /// Throws Refused when they are none of a sensor as its data sheet has it, or do not stay what they are.
   [[nodiscard]] Load weigh();
+  /// Throws Refused when the force (N) is more than the object seen would weigh of solid steel, or its line
+  /// passes that by more than the displacement threshold and three of the torque's standard deviations
+  /// (N·m).
+  void require_of_object(const Wrench& F_Ho_T, double torque_deviation) const;
   /// After `weigh`: turns the hand about the handle so that the object's centre of mass hangs straight below
   /// it, which takes away the torque across the handle; as far as `hanging_turn`, the table and the arm
   /// allow. `weigh` again afterwards.
@@ -99,6 +103,7 @@ class Manipulator {
   /// The two joints of the camera go where they are in q.
   void turn_head(const Eigen::VectorXd& q);
   [[nodiscard]] motion::MotionLimits limits(double speed) const;
+  /// Takes the load over as feed-forward; throws Refused for what nothing of the object seen could be.
   void carry(const Wrench& F_Ho_T);
   /// Throws Refused when the arm gives more than it can for good: its drives would fall back to that, and the
   /// arm sag, within seconds.

@@ -2,6 +2,7 @@
 
 #include <array>
 #include <stdexcept>
+#include <string>
 #include <string_view>
 
 #include "adaptation/perception/stage_one.h"
@@ -48,6 +49,14 @@ class RunStopped : public std::runtime_error {
 class Refused : public RunStopped {
  public:
   using RunStopped::RunStopped;
+};
+
+/// The same of an object that a grasp nearer to its centre of mass may lift: what the wrist carried of it,
+/// about the hand's Ho in T.
+class HeldTooFar : public Refused {
+ public:
+  HeldTooFar(const std::string& reason, const Wrench& load_Ho_T) : Refused(reason), F_Ho_T(load_Ho_T) {}
+  Wrench F_Ho_T;
 };
 
 /// What one lift measured. T is the robot's stance (motion::Stance; its base where that is held), H the

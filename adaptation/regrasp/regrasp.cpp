@@ -5,6 +5,7 @@
 #include <cmath>
 #include <functional>
 #include <future>
+#include <limits>
 
 #include <Eigen/Eigenvalues>
 #include <fmt/format.h>
@@ -23,16 +24,9 @@ constexpr double kFarthestTurn = 1.0;               // rad, for what may be anyw
 constexpr int kMostPlans = 3;
 constexpr int kEnoughTries = 2;
 constexpr double kMostLeft = 0.05;     // of the first displacement; the paper's regrasps leave less (table 1)
-constexpr double kDeviations = 3;      // reported with a torque
 constexpr double kSignificant = 2;     // deviations of what is not chance
 constexpr double kAnyLength = 10;      // m, more than a hand holds
 constexpr double kCloudTimeout = 5.0;  // s without a new cloud: many frame periods of the camera
-
-/// The CoM line as the hand carries it: relative to Ho, in H.
-struct CarriedLine {
-  wrench::ComLine line_H;
-  double force;  // N
-};
 
 /// Axial position on a handle nearest to a line: both as point and unit direction, in one frame.
 double nearest_along(const Eigen::Vector3d& centre, const Eigen::Vector3d& axis, const Eigen::Vector3d& point,
@@ -111,7 +105,8 @@ struct Regrasp::Impl {
   /// The grasp to go for, with the hand in use that takes it.
   [[nodiscard]] PlannedGrasp plan(const GraspPlanner::Cost& cost);
   /// Plans a grasp and takes it; where the way turns out blocked, the next one from where the hand came to.
-  PlannedGrasp reach_and_grasp(const GraspPlanner::Cost& cost);
+  /// Throws RunStopped with `wanted` where no place costs less than `most`, m.
+  PlannedGrasp reach_and_grasp(const GraspPlanner::Cost& cost, double most, const std::string& wanted);
   /// How the object seen lies around the hand at X_TH, down to the table, in H.
   [[nodiscard]] Eigen::AlignedBox3d around(const Eigen::Isometry3d& X_TH) const;
   void reach(const PlannedGrasp& grasp);
@@ -126,10 +121,15 @@ struct Regrasp::Impl {
   void require_gain(const Weighing& first, const Weighing& last, const PlannedGrasp& grasp);
   /// What keeps the hands from where the torque would be less by more than d_thres; empty when nothing.
   [[nodiscard]] std::string hindrance(const PlannedGrasp& grasp) const;
-  /// `measure`; lowers the object again and throws RunStopped where that is refused.
-  [[nodiscard]] Weighing or_lower(const std::function<Weighing()>& measure);
+  /// `measure`; lowers the object again and throws RunStopped where that is refused, but for HeldTooFar when
+  /// that is left to the caller.
+  [[nodiscard]] Weighing or_lower(const std::function<Weighing()>& measure, bool leave_too_far);
   /// Returns where the hand was when it let go, in T.
   Eigen::Isometry3d lower_again();
+  /// After a release at X_TH_released: looks at the object that the hand carried with F_Ho_T when it was at
+  /// X_TH. Returns what a place on it costs by the line of that weight.
+  [[nodiscard]] GraspPlanner::Cost look_again(const Wrench& F_Ho_T, const Eigen::Isometry3d& X_TH,
+                                              const Eigen::Isometry3d& X_TH_released);
   [[nodiscard]] Weighing turn_and_hang(bool changed, const std::optional<double>& best_cost);
   /// Whether a weighing has the hand no farther from the CoM line than a planned grasp of this cost was to
   /// bring it.
@@ -139,7 +139,8 @@ struct Regrasp::Impl {
   }
   [[nodiscard]] Weighing weigh();
   /// Distance along the handle from where |d_h × f| is least (paper, sec. 3.2), by the torque left.
-  [[nodiscard]] GraspPlanner::Cost least_torque(const CarriedLine& carried,
+  /// `line_H`: of the centre of mass as the hand at X_TH carries it.
+  [[nodiscard]] GraspPlanner::Cost least_torque(const wrench::ComLine& line_H,
                                                 const Eigen::Isometry3d& X_TH) const;
 
   const KnownRobot& known;
@@ -157,7 +158,6 @@ struct Regrasp::Impl {
   // The table as the first look had it, in T: with the head turned, less of it is in the image.
   std::vector<Eigen::Vector3d> table_T;
   std::vector<motion::NamedObstacle> obstacles;  // in T
-  Eigen::AlignedBox3d held_H;                    // the object that is in the hand, as it was seen
   // While the robot stood still for `cloud`.
   motion::KinematicTree posed;
   Eigen::Isometry3d X_TC = Eigen::Isometry3d::Identity();
@@ -248,9 +248,11 @@ PlannedGrasp Regrasp::Impl::plan(const GraspPlanner::Cost& cost) {
   return grasp;
 }
 
-PlannedGrasp Regrasp::Impl::reach_and_grasp(const GraspPlanner::Cost& cost) {
+PlannedGrasp Regrasp::Impl::reach_and_grasp(const GraspPlanner::Cost& cost, double most,
+                                            const std::string& wanted) {
   for (int plans = 1;; ++plans) {
     PlannedGrasp grasp = plan(cost);
+    if (grasp.cost >= most) throw RunStopped(wanted);
     observer.on_grasp(grasp.X_TG);
     try {
       reach(grasp);
@@ -258,8 +260,7 @@ PlannedGrasp Regrasp::Impl::reach_and_grasp(const GraspPlanner::Cost& cost) {
       if (plans == kMostPlans) throw;
       continue;
     }
-    held_H = around(grasp.X_TH);
-    manipulator.grasp(grasp.radius, held_H);
+    manipulator.grasp(grasp.radius, around(grasp.X_TH));
     return grasp;
   }
 }
@@ -295,33 +296,49 @@ void Regrasp::Impl::reach(const PlannedGrasp& grasp) {
   }
 }
 
-Weighing Regrasp::Impl::or_lower(const std::function<Weighing()>& measure) {
+Weighing Regrasp::Impl::or_lower(const std::function<Weighing()>& measure, bool leave_too_far) {
   try {
     return measure();
   } catch (const Refused& refusal) {
+    if (leave_too_far && dynamic_cast<const HeldTooFar*>(&refusal) != nullptr) throw;
     lower_again();
     throw RunStopped(fmt::format("{}; the object was lowered", refusal.what()));
   }
 }
 
 Weighing Regrasp::Impl::lift_and_weigh(const std::optional<double>& best_cost) {
-  return or_lower([&] {
-    session.enter(Phase::kLift);
-    manipulator.lift();
-    return turn_and_hang(false, best_cost);
-  });
+  return or_lower(
+      [&] {
+        session.enter(Phase::kLift);
+        manipulator.lift();
+        return turn_and_hang(false, best_cost);
+      },
+      true);
 }
 
 Weighing Regrasp::Impl::weigh_other_load() {
-  return or_lower([this] {
-    manipulator.take_up();
-    return turn_and_hang(true, std::nullopt);
-  });
+  return or_lower(
+      [this] {
+        manipulator.take_up();
+        return turn_and_hang(true, std::nullopt);
+      },
+      false);
 }
 
 Eigen::Isometry3d Regrasp::Impl::lower_again() {
   session.enter(Phase::kLower);
   return manipulator.lower_and_release();
+}
+
+GraspPlanner::Cost Regrasp::Impl::look_again(const Wrench& F_Ho_T, const Eigen::Isometry3d& X_TH,
+                                             const Eigen::Isometry3d& X_TH_released) {
+  manipulator.check_residual();
+  session.enter(Phase::kRetreat);
+  manipulator.retreat();
+  look(X_TH_released.translation());
+  const auto line = wrench::com_line(F_Ho_T, parameters.stage_two.min_force);
+  const Eigen::Matrix3d R_HT = X_TH.linear().transpose();
+  return least_torque({R_HT * line->p_PF, R_HT * line->direction}, X_TH_released);
 }
 
 Weighing Regrasp::Impl::turn_and_hang(bool changed, const std::optional<double>& best_cost) {
@@ -352,17 +369,7 @@ Weighing Regrasp::Impl::weigh() {
   weighing.f_g = -weighing.F_Ho_T.force.z();
   const auto line = wrench::com_line(weighing.F_Ho_T, parameters.stage_two.min_force);
   if (!line) throw Refused("the object slipped out of the hand while it was weighed");
-  const Eigen::Matrix3d R_HT = weighing.X_TH.linear().transpose();
-  const double beside = wrench::distance_of({R_HT * line->p_PF, R_HT * line->direction}, held_H);
-  const double bound =
-      parameters.stage_two.displacement_threshold + kDeviations * weighing.torque_deviation / weighing.f_g;
-  if (!(beside <= bound)) {
-    throw Refused(
-        fmt::format("by {:.1f} N and {:.2f} N·m at the wrist the centre of mass would be {:.0f} mm outside "
-                    "of the object seen, "
-                    "expected at most {:.0f} mm: these readings are of no weight that hangs there",
-                    weighing.F_Ho_T.force.norm(), weighing.F_Ho_T.torque.norm(), 1e3 * beside, 1e3 * bound));
-  }
+  manipulator.require_of_object(weighing.F_Ho_T, weighing.torque_deviation);
   const Eigen::Vector3d right_T = weighing.X_TH.linear().col(0);
   weighing.displacement = nearest_along(Eigen::Vector3d::Zero(), right_T, line->p_PF, line->direction);
   weighing.displacement_deviation = deviation_of_displacement(load.covariance, right_T, weighing);
@@ -371,10 +378,10 @@ Weighing Regrasp::Impl::weigh() {
   return weighing;
 }
 
-GraspPlanner::Cost Regrasp::Impl::least_torque(const CarriedLine& carried,
+GraspPlanner::Cost Regrasp::Impl::least_torque(const wrench::ComLine& line_H,
                                                const Eigen::Isometry3d& X_TH) const {
-  const Eigen::Vector3d point = X_TH * carried.line_H.p_PF;
-  const Eigen::Vector3d direction = X_TH.linear() * carried.line_H.direction;
+  const Eigen::Vector3d point = X_TH * line_H.p_PF;
+  const Eigen::Vector3d direction = X_TH.linear() * line_H.direction;
   return [this, point, direction](const perception::Handle& handle, double along) {
     // About where the palm lies on the handle: of one that leans, that is not level with its axis.
     const Eigen::Vector3d n_C = seen.plane.n_C - seen.plane.n_C.dot(handle.axis_C) * handle.axis_C;
@@ -451,8 +458,11 @@ Report Regrasp::run() {
   Eigen::Isometry3d X_TH_released = Eigen::Isometry3d::Identity();
   bool nearest = false;  // the grasp is the nearest to the CoM line that the handles allow
   int no_nearer = 0;     // how often it was not nearer than the one before
+  int too_far = 0;       // how often the object could not be lifted
+  double most = std::numeric_limits<double>::infinity();
+  std::string wanted;
   while (true) {
-    const PlannedGrasp grasp = r.reach_and_grasp(cost);
+    const PlannedGrasp grasp = r.reach_and_grasp(cost, most, wanted);
     if (!report.weighings.empty()) {
       // Nothing that can be grasped is nearer by more than what counts; from where the hand comes next time
       // there may be.
@@ -465,7 +475,23 @@ Report Regrasp::run() {
     std::optional<double> best_cost;
     if (!same.empty() && grasp.unreached_cost > grasp.cost - limits.displacement_threshold)
       best_cost = grasp.cost;
-    Weighing weighing = r.lift_and_weigh(best_cost);
+    Weighing weighing;
+    try {
+      weighing = r.lift_and_weigh(best_cost);
+    } catch (const HeldTooFar& refusal) {
+      const auto line = wrench::com_line(refusal.F_Ho_T, limits.min_force);
+      most = line ? line->p_PF.norm() - limits.displacement_threshold : 0;
+      wanted = fmt::format("{}; the object was lowered", refusal.what());
+      const Eigen::Isometry3d X_TH = r.session.X_TH();
+      X_TH_released = r.lower_again();
+      if (most <= 0 || ++too_far > limits.max_regrasps) throw RunStopped(wanted);
+      wanted += fmt::format(", and no hand can grasp it within {:.0f} mm of its centre of mass", 1e3 * most);
+      r.observer.on_warning(fmt::format("{}; it is grasped nearer to its centre of mass", refusal.what()),
+                            r.session.now());
+      cost = r.look_again(refusal.F_Ho_T, X_TH, X_TH_released);
+      continue;
+    }
+    most = std::numeric_limits<double>::infinity();
     nearest = nearest || r.as_planned(weighing, best_cost);
     if (nearest && !same.empty()) r.require_gain(same.front(), weighing, grasp);
     while (true) {
@@ -484,16 +510,8 @@ Report Regrasp::run() {
       nearest = false;
       no_nearer = 0;
     }
-    const auto line = wrench::com_line(weighing.F_Ho_T, limits.min_force);
-    const Eigen::Matrix3d R_HT = weighing.X_TH.linear().transpose();
-    const CarriedLine carried{{R_HT * line->p_PF, R_HT * line->direction}, weighing.F_Ho_T.force.norm()};
-
     X_TH_released = r.lower_again();
-    r.manipulator.check_residual();
-    r.session.enter(Phase::kRetreat);
-    r.manipulator.retreat();
-    r.look(X_TH_released.translation());
-    cost = r.least_torque(carried, X_TH_released);
+    cost = r.look_again(weighing.F_Ho_T, weighing.X_TH, X_TH_released);
   }
 }
 

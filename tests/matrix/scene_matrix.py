@@ -62,6 +62,8 @@ def verdict(case, r):
         return "wrong", f"centre of mass {1e3 * weighing_error(r):+.1f} mm off"
     if r["regrasps"] == 0 and abs(r["d_true"]) <= NEAR_ENOUGH:
         return "held", f"at once {1e3 * abs(r['d_true']):.0f} mm from the centre of mass"
+    if r["regrasps"] == 0:
+        return "short", f"no regrasp {1e3 * abs(r['d_true']):.0f} mm from the centre of mass"
     if reduction(r) < REDUCTION:
         return "short", f"{reduction(r):.1f} % less torque"
     return "held", f"{reduction(r):.1f} % less torque"
