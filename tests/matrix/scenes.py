@@ -167,7 +167,7 @@ def one_at_a_time() -> typing.List[Case]:
 
 
 def beyond() -> typing.List[Case]:
-    """Heavier, or with a longer lever, than hand and arm may be asked for: to be put down again, or held all the same."""
+    """Heavier, or with a longer lever, than hand and arm may be asked for: to be put down again, and held where they can be."""
     # A bar whose far end still rests turns in the fingers, slips in them, or is more than the forearm's motor can hold.
     why = r"object turns in the hand|object slips|its motor can give for good"
     cases = [Case(f"beyond: mass {m} kg", mass=m, refusal=why) for m in (6.0, 8.0, 12.0)]
