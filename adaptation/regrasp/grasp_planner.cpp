@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <string_view>
 
 #include <fmt/format.h>
 
@@ -28,6 +29,7 @@ constexpr double kFingerRoom = 0.002;  // m between a finger and the table
 // what fingers keep to the table where the hand would otherwise be too far from the wanted place
 constexpr double kBesideRoom = 0.006;
 constexpr double kLeastBesideRoom = 0.002;
+constexpr const char* kBeside = "what lies beside the handle";
 constexpr double kPlannedRoom = 0.004;  // m more than the motions themselves keep, which come another way
 constexpr double kNoGrasp = -1;
 constexpr double kWorthLeaving = 0.25;  // more room than a straighter grasp, or one with the hand named first
@@ -127,8 +129,8 @@ std::vector<GraspPlanner::Place> GraspPlanner::places(const View& view, const Co
 }
 
 /// What the hand would touch there, empty when nothing.
-std::string GraspPlanner::blocked(const View& view, const Hand& hand, const Place& place, double beside_room,
-                                  const Eigen::Isometry3d& X_TEnd) const {
+GraspPlanner::Refusal GraspPlanner::blocked(const View& view, const Hand& hand, const Place& place,
+                                            double beside_room, const Eigen::Isometry3d& X_TEnd) const {
   const perception::Handle& handle = view.seen->object().handles[static_cast<std::size_t>(place.handle)];
   const perception::Plane& plane = view.seen->plane;
   const Eigen::Vector3d n_T = view.X_TC.linear() * plane.n_C;
@@ -153,14 +155,16 @@ std::string GraspPlanner::blocked(const View& view, const Hand& hand, const Plac
   const Eigen::Vector3d axis_point_T = view.X_TC * (handle.p_CM + place.along * handle.axis_C);
   const Eigen::Vector3d axis_T = view.X_TC.linear() * handle.axis_C;
   const auto touched = [&](const std::vector<motion::BodyShape>& shapes, const Eigen::Isometry3d& X_TH,
-                           bool table) -> std::string {
+                           bool table) {
     double least = 0;
-    std::string what;
+    Refusal refusal;
     const auto found = [&](const motion::BodyShape& shape, const char* other, double over) {
       if (over >= least) return;
       least = over;
-      what = fmt::format("{} and {} would touch, {:.1f} mm too near",
-                         known_.model.links[static_cast<std::size_t>(shape.link)].name, other, -1e3 * over);
+      refusal.beside = std::string_view(other) == kBeside;
+      refusal.reason =
+          fmt::format("{} and {} would touch, {:.1f} mm too near",
+                      known_.model.links[static_cast<std::size_t>(shape.link)].name, other, -1e3 * over);
     };
     for (const motion::BodyShape& shape : shapes) {
       const Eigen::Isometry3d X_TS = X_TH * shape.X_LS;
@@ -170,9 +174,9 @@ std::string GraspPlanner::blocked(const View& view, const Hand& hand, const Plac
                   kFingerRoom);
       const Eigen::Isometry3d X_ST = X_TS.inverse();
       for (const Eigen::Vector3d& p_T : others_T)
-        found(shape, "what lies beside the handle", distance(shape, X_ST, p_T) - beside_room);
+        found(shape, kBeside, distance(shape, X_ST, p_T) - beside_room);
     }
-    return what;
+    return refusal;
   };
   const auto around_handle = [&](const motion::BodyShape& shape) {
     const Eigen::Vector3d from_axis = (X_TEnd * shape.X_LS).translation() - axis_point_T;
@@ -180,19 +184,19 @@ std::string GraspPlanner::blocked(const View& view, const Hand& hand, const Plac
   };
   for (int step = kDescentSteps; step >= 0; --step) {
     const Eigen::Isometry3d X_TH = X_TEnd * Eigen::Translation3d(0, kLastStretch * step / kDescentSteps, 0);
-    std::string what = touched(hand.closing.front(), X_TH, true);
-    if (what.empty()) continue;
+    const Refusal on_the_way = touched(hand.closing.front(), X_TH, true);
+    if (on_the_way.reason.empty()) continue;
     // How far it is at the grasp says more than where it begins.
-    std::string there = touched(hand.closing.front(), X_TEnd, true);
-    return there.empty() ? what : there;
+    const Refusal there = touched(hand.closing.front(), X_TEnd, true);
+    return there.reason.empty() ? on_the_way : there;
   }
   // Closing fingers may slide along the table: they are soft, and a low handle can be held in no other way.
   // Open ones that lie on it would close over a handle, not round it.
   for (const auto& shapes : hand.closing) {
     if (std::any_of(shapes.begin(), shapes.end(), around_handle)) break;  // the handle has stopped it by now
-    if (std::string what = touched(shapes, X_TEnd, false); !what.empty()) return what;
+    if (Refusal closing = touched(shapes, X_TEnd, false); !closing.reason.empty()) return closing;
   }
-  return "";
+  return {};
 }
 
 double GraspPlanner::judge(const View& view, Hand& hand, const Place& place, double beside_room,
@@ -200,7 +204,7 @@ double GraspPlanner::judge(const View& view, Hand& hand, const Place& place, dou
   std::vector<Eigen::Isometry3d> way =
       approach_way(grasp.X_TG, parameters_.stage_two.palm_clearance, parameters_.stage_two);
   grasp.X_TH = way.back();
-  refusal.reason = blocked(view, hand, place, beside_room, grasp.X_TH);
+  refusal = blocked(view, hand, place, beside_room, grasp.X_TH);
   if (!refusal.reason.empty()) return kNoGrasp;
   grasp.obstacles = view.obstacles;
   for (motion::NamedObstacle& part : rest_of_object(*view.seen, place.handle, place.along, view.X_TC))
@@ -220,7 +224,8 @@ double GraspPlanner::judge(const View& view, Hand& hand, const Place& place, dou
   const std::size_t beyond = way.size() - kWayOver;
   Route route = find_route(hand.motion, way, limits, 1, hand.led);
   if (route.reach.status != motion::HandMotion::Status::kReached) {
-    refusal = {route.reach.reason, true};
+    refusal.reason = route.reach.reason;
+    refusal.no_way = true;
     return kNoGrasp;
   }
   grasp.way = std::move(route.way);
@@ -245,6 +250,7 @@ std::optional<PlannedGrasp> GraspPlanner::grasp_at(const View& view, const Place
       Refusal refusal;
       const double room = judge(view, *hands_[hand], place, beside_room, grasp, refusal);
       if (room < 0 && refusals.first[hand].empty()) refusals.first[hand] = refusal.reason;
+      refusals.beside = refusals.beside || (room < 0 && refusal.beside);
       if (room < 0 && refusal.no_way) refusals.unreached_cost = std::min(refusals.unreached_cost, place.cost);
       if (room <= best_room + (best_room < 0 ? 0 : kWorthLeaving)) continue;
       best_room = room;
@@ -254,7 +260,7 @@ std::optional<PlannedGrasp> GraspPlanner::grasp_at(const View& view, const Place
   return best;
 }
 
-PlannedGrasp GraspPlanner::plan(const View& view, const Cost& cost) {
+PlannedGrasp GraspPlanner::plan(const View& view, const Cost& cost, double nearer_than) {
   const std::vector<Place> all = places(view, cost);
   Refusals refusals{std::vector<std::string>(hands_.size())};
   const auto planned = [&](PlannedGrasp grasp) {
@@ -266,24 +272,34 @@ PlannedGrasp GraspPlanner::plan(const View& view, const Cost& cost) {
     return grasp;
   };
   // The place is the method's to choose; which hand, and how it is turned, is a matter of room.
+  const double what_counts = parameters_.stage_two.displacement_threshold;
   std::optional<PlannedGrasp> close;  // the nearest one, with little room beside
+  double farthest = nearer_than;
   for (const Place& place : all) {
-    if (close && place.cost > close->cost + parameters_.stage_two.displacement_threshold) break;
+    if (place.cost >= farthest) break;
     const std::size_t pitches = &place == &all.front() ? kPitches.size() : kFewPitches;
+    refusals.beside = false;
     if (std::optional<PlannedGrasp> grasp = grasp_at(view, place, pitches, kBesideRoom, refusals))
       return planned(std::move(*grasp));
-    if (!close) close = grasp_at(view, place, pitches, kLeastBesideRoom, refusals);
+    if (close || !refusals.beside) continue;
+    close = grasp_at(view, place, pitches, kLeastBesideRoom, refusals);
+    // More room is not worth a place that would have to be regrasped from, or is farther off by what counts.
+    if (close)
+      farthest = std::min(farthest, close->cost <= what_counts ? what_counts : close->cost + what_counts);
   }
   if (close) return planned(std::move(*close));
-  throw RunStopped("no hand can grasp the object; at the best place, straight down, " +
-                   both_hands(refusals.first));
+  throw RunStopped(fmt::format("no hand can grasp the object{}; at the best place, straight down, {}",
+                               std::isfinite(nearer_than)
+                                   ? fmt::format(" within {:.0f} mm of its centre of mass", 1e3 * nearer_than)
+                                   : "",
+                               both_hands(refusals.first)));
 }
 
 std::string GraspPlanner::both_hands(const std::vector<std::string>& refusals) const {
   std::string text;
   for (std::size_t hand = 0; hand < hands_.size(); ++hand) {
     text += fmt::format("{}the {} hand: {}", hand == 0 ? "" : "; ", known_.description.hands[hand].name,
-                        refusals[hand]);
+                        refusals[hand].empty() ? "no place is so near" : refusals[hand]);
   }
   return text;
 }

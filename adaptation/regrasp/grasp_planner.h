@@ -58,10 +58,12 @@ class GraspPlanner {
                const std::optional<motion::Stance>& stance, const MethodParameters& parameters);
 
   /// At the nearest place that either hand can grasp, the grasp with the most room: to joints' limits, to the
-  /// robot's own links, to what is on the table. A place with little room beside the handle is taken where
-  /// one with more is further off than regrasps are made for. Takes seconds.
-  /// Throws RunStopped with what stops each hand at the nearest place when there is none.
-  [[nodiscard]] PlannedGrasp plan(const View& view, const Cost& cost);
+  /// robot's own links, to what is on the table. A place with less room beside the handle is taken when the
+  /// next roomier one is farther off by more than the displacement threshold. Takes seconds.
+  /// Throws RunStopped with what stops each hand at the nearest place when there is none that costs less than
+  /// `nearer_than` (m).
+  [[nodiscard]] PlannedGrasp plan(const View& view, const Cost& cost,
+                                  double nearer_than = std::numeric_limits<double>::infinity());
 
  private:
   struct Hand {
@@ -74,20 +76,22 @@ class GraspPlanner {
     double along, cost;
   };
   [[nodiscard]] std::vector<Place> places(const View& view, const Cost& cost) const;
-  [[nodiscard]] std::string blocked(const View& view, const Hand& hand, const Place& place,
-                                    double beside_room, const Eigen::Isometry3d& X_TEnd) const;
-  /// "the right hand: ...; the left hand: ...".
-  [[nodiscard]] std::string both_hands(const std::vector<std::string>& refusals) const;
-  /// Why a grasp cannot be, and whether only for want of a way.
+  /// Why a grasp cannot be: what would touch, or that there is no way to it. No reason when it can.
   struct Refusal {
     std::string reason;
+    bool beside = false;  // touches what lies beside the handle
     bool no_way = false;
   };
+  [[nodiscard]] Refusal blocked(const View& view, const Hand& hand, const Place& place, double beside_room,
+                                const Eigen::Isometry3d& X_TEnd) const;
+  /// "the right hand: ...; the left hand: ...".
+  [[nodiscard]] std::string both_hands(const std::vector<std::string>& refusals) const;
   /// Room of the grasp, as a share of what is enough; kNoGrasp when it cannot be.
   [[nodiscard]] double judge(const View& view, Hand& hand, const Place& place, double beside_room,
                              PlannedGrasp& grasp, Refusal& refusal);
   struct Refusals {
     std::vector<std::string> first;  // of each hand
+    bool beside = false;             // any for want of room beside the handle
     double unreached_cost = std::numeric_limits<double>::infinity();
   };
   /// The grasp with the most room there, none when no hand can; `beside_room` is what the hand keeps to what

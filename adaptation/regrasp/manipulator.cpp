@@ -176,7 +176,7 @@ void Manipulator::settle() {
       const std::string reason =
           fmt::format("the hand does not come to rest: {:.0f} s after a motion it still reaches {:.1f} mm/s",
                       waited, 1e3 * watch.unrest());
-      if (payload_.mass > 0) throw HeldTooFar(reason, object_load());
+      if (lifting_ || payload_.mass > 0) throw HeldTooFar(reason, mean_object_load(parameters_.lift_window));
       throw Refused(reason);
     }
     cycle();
@@ -347,6 +347,12 @@ void Manipulator::lift() {
   lifting_ = false;
 }
 
+void Manipulator::require_of_object(const Wrench& F_Ho_T) const {
+  // The gains of force and torque, each as its data sheet has it, over the lever from the sensor.
+  const double lever = (session_.X_TH().translation() - session_.X_TS().translation()).norm();
+  require_of_object(F_Ho_T, std::numbers::sqrt2 * parameters_.sensor_gain * lever * F_Ho_T.force.norm());
+}
+
 void Manipulator::require_of_object(const Wrench& F_Ho_T, double torque_deviation) const {
   const auto line = wrench::com_line(F_Ho_T, parameters_.min_force);
   if (!line) return;
@@ -355,7 +361,7 @@ void Manipulator::require_of_object(const Wrench& F_Ho_T, double torque_deviatio
   if (!(force <= heaviest)) {
     throw Refused(fmt::format(
         "by the wrist the object weighs {:.1f} N, expected at most the {:.1f} N of solid steel of the size "
-        "seen: these readings are of no weight that hangs there",
+        "seen: no object that hangs there gives such readings",
         force, heaviest));
   }
   const Eigen::Matrix3d R_HT = session_.X_TH().linear().transpose();
@@ -372,17 +378,21 @@ void Manipulator::require_of_object(const Wrench& F_Ho_T, double torque_deviatio
 void Manipulator::carry(const Wrench& F_Ho_T) {
   const auto line = wrench::com_line(F_Ho_T, parameters_.min_force);
   if (!line) return;
-  // The gains of force and torque, each as its data sheet has it, over the lever from the sensor.
-  const double lever = (session_.X_TH().translation() - session_.X_TS().translation()).norm();
-  require_of_object(F_Ho_T, std::numbers::sqrt2 * parameters_.sensor_gain * lever * F_Ho_T.force.norm());
-  payload_ = {F_Ho_T.force.norm() / motion::kGravity, session_.X_TH().linear().transpose() * line->p_PF};
-  for_seconds(parameters_.payload_time,
-              [&](double share) { motion_->set_payload(share * payload_.mass, payload_.p_HCm); });
+  require_of_object(F_Ho_T);
+  const Payload before = payload_;
+  const Payload load{F_Ho_T.force.norm() / motion::kGravity,
+                     session_.X_TH().linear().transpose() * line->p_PF};
+  for_seconds(parameters_.payload_time, [&](double share) {
+    payload_ = {(1 - share) * before.mass + share * load.mass, load.p_HCm};
+    motion_->set_payload(payload_.mass, payload_.p_HCm);
+  });
 }
 
 Wrench Manipulator::object_load() const {
-  const Wrench hand = hand_weight_.F_So_S(session_.measured());
-  const Wrench& reading = session_.F_So_S();
+  return load_of(session_.F_So_S(), hand_weight_.F_So_S(session_.measured()));
+}
+
+Wrench Manipulator::load_of(const Wrench& reading, const Wrench& hand) const {
   const Eigen::Isometry3d& X_TS = session_.X_TS();
   const Wrench F_So_T{X_TS.linear() * (reading.torque - residual_So_S_.torque - hand.torque),
                       X_TS.linear() * (reading.force - residual_So_S_.force - hand.force)};
@@ -438,6 +448,7 @@ Manipulator::MeanReading Manipulator::add_loaded(double seconds) {
 Manipulator::Load Manipulator::weigh() {
   const MeanReading level = add_loaded(parameters_.average_time);
   weighed_So_S_ = level.reading;
+  const Wrench load = load_of(level.reading, level.hand);
   if (level.slope.force.norm() > parameters_.force_slope ||
       level.slope.torque.norm() > parameters_.torque_slope) {
     throw HeldTooFar(
@@ -448,11 +459,10 @@ Manipulator::Load Manipulator::weigh() {
             "slips",
             level.slope.force.norm(), level.slope.torque.norm(), parameters_.force_slope,
             parameters_.torque_slope),
-        object_load());
+        load);
   }
   const wrench::LoadEstimator::Object object = estimator_.object();
   if (!(object.misfit < kMostMisfit)) {
-    const Wrench load = object_load();
     throw HeldTooFar(fmt::format("the wrist's readings contradict each other: with {:.1f} N and {:.2f} N·m "
                                  "and the hand turned they "
                                  "are {:.1f} standard deviations away from what any one object would make, "

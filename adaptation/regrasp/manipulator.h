@@ -68,6 +68,11 @@ class Manipulator {
   /// passes that by more than the displacement threshold and three of the torque's standard deviations
   /// (N·m).
   void require_of_object(const Wrench& F_Ho_T, double torque_deviation) const;
+  /// The same with the torque's deviation by the sensor's data sheet.
+  void require_of_object(const Wrench& F_Ho_T) const;
+  /// After HeldTooFar: what was read with the object in the hand tells nothing of the sensor, for it may have
+  /// slipped.
+  void forget_load() { estimator_.change_load(); }
   /// After `weigh`: turns the hand about the handle so that the object's centre of mass hangs straight below
   /// it, which takes away the torque across the handle; as far as `hanging_turn`, the table and the arm
   /// allow. `weigh` again afterwards.
@@ -135,6 +140,8 @@ class Manipulator {
   MeanReading add_loaded(double seconds);
   /// What the sensor as it is says of the object alone, about Ho in T.
   [[nodiscard]] Wrench object_load() const;
+  /// The same of a reading with the hand's weight at that time.
+  [[nodiscard]] Wrench load_of(const Wrench& reading, const Wrench& hand) const;
 
   Session& session_;
   StageTwoParameters parameters_;

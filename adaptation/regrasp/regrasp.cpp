@@ -23,6 +23,7 @@ constexpr double kAtBorder = 0.03, kInView = 0.09;  // rad from the image's bord
 constexpr double kFarthestTurn = 1.0;               // rad, for what may be anywhere
 constexpr int kMostPlans = 3;
 constexpr int kEnoughTries = 2;
+constexpr int kMostGivenUp = 2;        // lifts in a row
 constexpr double kMostLeft = 0.05;     // of the first displacement; the paper's regrasps leave less (table 1)
 constexpr double kSignificant = 2;     // deviations of what is not chance
 constexpr double kAnyLength = 10;      // m, more than a hand holds
@@ -103,14 +104,15 @@ struct Regrasp::Impl {
   template <typename T>
   [[nodiscard]] T await(const std::function<T()>& think);
   /// The grasp to go for, with the hand in use that takes it.
-  [[nodiscard]] PlannedGrasp plan(const GraspPlanner::Cost& cost);
-  /// Plans a grasp and takes it; where the way turns out blocked, the next one from where the hand came to.
-  /// Throws RunStopped with `wanted` where no place costs less than `most`, m.
-  PlannedGrasp reach_and_grasp(const GraspPlanner::Cost& cost, double most, const std::string& wanted);
+  [[nodiscard]] PlannedGrasp plan(const GraspPlanner::Cost& cost, double nearer_than);
+  /// Plans a grasp that costs less than `nearer_than` (m) and takes it; where the way turns out blocked, the
+  /// next one from where the hand came to.
+  PlannedGrasp reach_and_grasp(const GraspPlanner::Cost& cost, double nearer_than);
   /// How the object seen lies around the hand at X_TH, down to the table, in H.
   [[nodiscard]] Eigen::AlignedBox3d around(const Eigen::Isometry3d& X_TH) const;
   void reach(const PlannedGrasp& grasp);
-  /// `best_cost`: of the grasp, m, where no place has room for a hand that would be better.
+  /// Throws HeldTooFar with the object still in the hand. `best_cost`: of the grasp, m, where no place has
+  /// room for a hand that would be better.
   [[nodiscard]] Weighing lift_and_weigh(const std::optional<double>& best_cost);
   /// The same of a load that has become another in the hand.
   [[nodiscard]] Weighing weigh_other_load();
@@ -121,15 +123,17 @@ struct Regrasp::Impl {
   void require_gain(const Weighing& first, const Weighing& last, const PlannedGrasp& grasp);
   /// What keeps the hands from where the torque would be less by more than d_thres; empty when nothing.
   [[nodiscard]] std::string hindrance(const PlannedGrasp& grasp) const;
-  /// `measure`; lowers the object again and throws RunStopped where that is refused, but for HeldTooFar when
-  /// that is left to the caller.
-  [[nodiscard]] Weighing or_lower(const std::function<Weighing()>& measure, bool leave_too_far);
+  /// Lowers the object again and throws RunStopped with the reason.
+  [[noreturn]] void lower_for(const Refused& refusal);
   /// Returns where the hand was when it let go, in T.
   Eigen::Isometry3d lower_again();
   /// After a release at X_TH_released: looks at the object that the hand carried with F_Ho_T when it was at
   /// X_TH. Returns what a place on it costs by the line of that weight.
   [[nodiscard]] GraspPlanner::Cost look_again(const Wrench& F_Ho_T, const Eigen::Isometry3d& X_TH,
                                               const Eigen::Isometry3d& X_TH_released);
+  /// What a place has to cost less than (m) to be nearer by what counts to the centre of mass that the hand
+  /// felt; 0 when none can be.
+  [[nodiscard]] double distance_to_beat(const HeldTooFar& refusal) const;
   [[nodiscard]] Weighing turn_and_hang(bool changed, const std::optional<double>& best_cost);
   /// Whether a weighing has the hand no farther from the CoM line than a planned grasp of this cost was to
   /// bring it.
@@ -240,19 +244,17 @@ void Regrasp::Impl::look(const std::optional<Eigen::Vector3d>& p_T) {
   observer.on_located(cloud, seen);
 }
 
-PlannedGrasp Regrasp::Impl::plan(const GraspPlanner::Cost& cost) {
+PlannedGrasp Regrasp::Impl::plan(const GraspPlanner::Cost& cost, double nearer_than) {
   const GraspPlanner::View view{&seen, X_TC, obstacles, manipulator.motion().q_ref()};
-  PlannedGrasp grasp = await<PlannedGrasp>([&] { return planner->plan(view, cost); });
+  PlannedGrasp grasp = await<PlannedGrasp>([&] { return planner->plan(view, cost, nearer_than); });
   manipulator.use(grasp.hand);
   manipulator.set_obstacles(grasp.obstacles);
   return grasp;
 }
 
-PlannedGrasp Regrasp::Impl::reach_and_grasp(const GraspPlanner::Cost& cost, double most,
-                                            const std::string& wanted) {
+PlannedGrasp Regrasp::Impl::reach_and_grasp(const GraspPlanner::Cost& cost, double nearer_than) {
   for (int plans = 1;; ++plans) {
-    PlannedGrasp grasp = plan(cost);
-    if (grasp.cost >= most) throw RunStopped(wanted);
+    PlannedGrasp grasp = plan(cost, nearer_than);
     observer.on_grasp(grasp.X_TG);
     try {
       reach(grasp);
@@ -296,33 +298,42 @@ void Regrasp::Impl::reach(const PlannedGrasp& grasp) {
   }
 }
 
-Weighing Regrasp::Impl::or_lower(const std::function<Weighing()>& measure, bool leave_too_far) {
-  try {
-    return measure();
-  } catch (const Refused& refusal) {
-    if (leave_too_far && dynamic_cast<const HeldTooFar*>(&refusal) != nullptr) throw;
-    lower_again();
-    throw RunStopped(fmt::format("{}; the object was lowered", refusal.what()));
-  }
+void Regrasp::Impl::lower_for(const Refused& refusal) {
+  const std::string reason = fmt::format("{}; the object was lowered", refusal.what());
+  lower_again();
+  throw RunStopped(reason);
 }
 
 Weighing Regrasp::Impl::lift_and_weigh(const std::optional<double>& best_cost) {
-  return or_lower(
-      [&] {
-        session.enter(Phase::kLift);
-        manipulator.lift();
-        return turn_and_hang(false, best_cost);
-      },
-      true);
+  try {
+    session.enter(Phase::kLift);
+    manipulator.lift();
+    return turn_and_hang(false, best_cost);
+  } catch (const HeldTooFar&) {
+    throw;
+  } catch (const Refused& refusal) {
+    lower_for(refusal);
+  }
 }
 
 Weighing Regrasp::Impl::weigh_other_load() {
-  return or_lower(
-      [this] {
-        manipulator.take_up();
-        return turn_and_hang(true, std::nullopt);
-      },
-      false);
+  try {
+    manipulator.take_up();
+    return turn_and_hang(true, std::nullopt);
+  } catch (const Refused& refusal) {
+    lower_for(refusal);
+  }
+}
+
+double Regrasp::Impl::distance_to_beat(const HeldTooFar& refusal) const {
+  const double what_counts = parameters.stage_two.displacement_threshold;
+  const auto line = wrench::com_line(refusal.F_Ho_T, parameters.stage_two.min_force);
+  if (!line) return 0;
+  const Eigen::Vector3d right_T = session.X_TH().linear().col(0);
+  const double along = std::abs(nearest_along(Eigen::Vector3d::Zero(), right_T, line->p_PF, line->direction));
+  if (along <= what_counts) return 0;
+  const double across = std::sqrt(std::max(0.0, line->p_PF.squaredNorm() - along * along));
+  return std::hypot(across, along - what_counts);
 }
 
 Eigen::Isometry3d Regrasp::Impl::lower_again() {
@@ -458,11 +469,50 @@ Report Regrasp::run() {
   Eigen::Isometry3d X_TH_released = Eigen::Isometry3d::Identity();
   bool nearest = false;  // the grasp is the nearest to the CoM line that the handles allow
   int no_nearer = 0;     // how often it was not nearer than the one before
-  int too_far = 0;       // how often the object could not be lifted
-  double most = std::numeric_limits<double>::infinity();
-  std::string wanted;
+  int given_up = 0;      // lifts, one after the other
+  double nearer_than = std::numeric_limits<double>::infinity();
+  std::string why;  // the last of them
+  // What comes after a lift that was given up does not hide why it was.
+  const auto with_reason = [&](const RunStopped& stopped) {
+    return RunStopped(fmt::format("{}; then: {}", why, stopped.what()));
+  };
   while (true) {
-    const PlannedGrasp grasp = r.reach_and_grasp(cost, most, wanted);
+    PlannedGrasp grasp;
+    Weighing weighing;
+    std::optional<double> best_cost;
+    try {
+      grasp = r.reach_and_grasp(cost, nearer_than);
+    } catch (const RunStopped& stopped) {
+      if (why.empty()) throw;
+      throw with_reason(stopped);
+    }
+    if (!same.empty() && grasp.unreached_cost > grasp.cost - limits.displacement_threshold)
+      best_cost = grasp.cost;
+    try {
+      weighing = r.lift_and_weigh(best_cost);
+    } catch (const HeldTooFar& refusal) {
+      nearer_than = r.distance_to_beat(refusal);
+      if (nearer_than <= 0 || ++given_up > kMostGivenUp) r.lower_for(refusal);
+      const Eigen::Isometry3d X_TH = r.session.X_TH();
+      try {
+        r.manipulator.require_of_object(refusal.F_Ho_T);
+      } catch (const Refused&) {
+        r.lower_for(refusal);  // what the sensor says leads nowhere
+      }
+      why = fmt::format("{}; the object was lowered", refusal.what());
+      X_TH_released = r.lower_again();
+      r.manipulator.forget_load();
+      r.observer.on_warning(why + ", to be grasped nearer to its centre of mass", r.session.now());
+      try {
+        cost = r.look_again(refusal.F_Ho_T, X_TH, X_TH_released);
+      } catch (const RunStopped& stopped) {
+        throw with_reason(stopped);
+      }
+      continue;
+    }
+    given_up = 0;
+    nearer_than = std::numeric_limits<double>::infinity();
+    why.clear();
     if (!report.weighings.empty()) {
       // Nothing that can be grasped is nearer by more than what counts; from where the hand comes next time
       // there may be.
@@ -472,26 +522,6 @@ Report Regrasp::run() {
           no_nearer >= kEnoughTries ||
           (grasp.X_TG.translation() - X_TH_released.translation()).norm() <= limits.displacement_threshold;
     }
-    std::optional<double> best_cost;
-    if (!same.empty() && grasp.unreached_cost > grasp.cost - limits.displacement_threshold)
-      best_cost = grasp.cost;
-    Weighing weighing;
-    try {
-      weighing = r.lift_and_weigh(best_cost);
-    } catch (const HeldTooFar& refusal) {
-      const auto line = wrench::com_line(refusal.F_Ho_T, limits.min_force);
-      most = line ? line->p_PF.norm() - limits.displacement_threshold : 0;
-      wanted = fmt::format("{}; the object was lowered", refusal.what());
-      const Eigen::Isometry3d X_TH = r.session.X_TH();
-      X_TH_released = r.lower_again();
-      if (most <= 0 || ++too_far > limits.max_regrasps) throw RunStopped(wanted);
-      wanted += fmt::format(", and no hand can grasp it within {:.0f} mm of its centre of mass", 1e3 * most);
-      r.observer.on_warning(fmt::format("{}; it is grasped nearer to its centre of mass", refusal.what()),
-                            r.session.now());
-      cost = r.look_again(refusal.F_Ho_T, X_TH, X_TH_released);
-      continue;
-    }
-    most = std::numeric_limits<double>::infinity();
     nearest = nearest || r.as_planned(weighing, best_cost);
     if (nearest && !same.empty()) r.require_gain(same.front(), weighing, grasp);
     while (true) {

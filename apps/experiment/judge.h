@@ -41,7 +41,7 @@ struct TrueWeighing {
 class Judge : public regrasp::Observer {
  public:
   /// `phase_changed` is told every phase as it begins, `each_cycle` every cycle's time, `warned` every
-  /// warning of the drivers.
+  /// warning of the drivers and the method.
   Judge(const Emulator& emulator, const Scene& scene, const KnownRobot& robot,
         std::function<void(std::string_view)> phase_changed, std::function<void(Time)> each_cycle,
         std::function<void(std::string_view)> warned = {});
@@ -74,7 +74,7 @@ class Judge : public regrasp::Observer {
   /// One for each of `weighings`.
   [[nodiscard]] const std::vector<TrueWeighing>& true_weighings() const { return true_weighings_; }
   [[nodiscard]] int recoveries() const { return recoveries_; }
-  /// Of the drivers, one sentence each.
+  /// Of the drivers and the method, one sentence each.
   [[nodiscard]] const std::vector<std::string>& warnings() const { return warnings_; }
   /// At each weighing the object hung free of everything but the hand.
   [[nodiscard]] bool always_held() const { return always_held_; }

@@ -98,7 +98,7 @@ struct RepetitionResult {
   std::string
       reason;  ///< of a stop or a wrong result, or what kept the hand off a better place; one sentence
   std::vector<std::string> touches;   ///< of the robot with itself or its surroundings, one sentence each
-  std::vector<std::string> warnings;  ///< of the drivers, one sentence each
+  std::vector<std::string> warnings;  ///< of drivers and method, one sentence each
   std::string unwritten;  ///< which file could not be written completely, one sentence; empty: all were
   double simulated_seconds = 0;
 };
@@ -122,7 +122,7 @@ struct RepetitionOptions {
       out;  ///< folder for the CAN log and its DBC files, the cloud, the wrench trace; none when empty
   bool state_log = false;                         ///< and for what the devices' objects were at every PDO
   std::function<void(const Progress&)> progress;  ///< every cycle
-  std::function<void(std::string_view sentence)> warned;  ///< of a warning of the drivers, once each
+  std::function<void(std::string_view sentence)> warned;  ///< of a warning, once each
   /// Told of the emulated robot before it is booted; for tests that lose frames of its buses, or send some.
   std::function<void(Emulator&)> prepare;
 };

@@ -61,7 +61,9 @@ def verdict(case, r):
     if abs(weighing_error(r)) > COM_ERROR:
         return "wrong", f"centre of mass {1e3 * weighing_error(r):+.1f} mm off"
     if r["regrasps"] == 0 and abs(r["d_true"]) <= NEAR_ENOUGH:
-        return "held", f"at once {1e3 * abs(r['d_true']):.0f} mm from the centre of mass"
+        given_up = sum("grasped nearer" in warning for warning in r.get("warnings", []))
+        at = f"after {given_up} lift{'s' * (given_up > 1)} given up" if given_up else "at once"
+        return "held", f"{at} {1e3 * abs(r['d_true']):.0f} mm from the centre of mass"
     if r["regrasps"] == 0:
         return "short", f"no regrasp {1e3 * abs(r['d_true']):.0f} mm from the centre of mass"
     if reduction(r) < REDUCTION:

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numbers>
 
 #include <gmock/gmock.h>
@@ -67,12 +68,15 @@ class GraspPlannerTest : public testing::Test {
   }
 
   /// At the bar's place nearest to y.
-  PlannedGrasp plan(double y) {
+  PlannedGrasp plan(double y, double nearer_than = std::numeric_limits<double>::infinity()) {
     GraspPlanner::View view{&seen, X_TC, {}, home.q_home};
     view.obstacles = {{"the table", motion::ConvexPrism(Eigen::Vector3d::UnitZ(), table_T)}};
-    return planner.plan(view, [&](const perception::Handle& handle, double along) {
-      return std::abs((X_TC * (handle.p_CM + along * handle.axis_C)).y() - y);
-    });
+    return planner.plan(
+        view,
+        [&](const perception::Handle& handle, double along) {
+          return std::abs((X_TC * (handle.p_CM + along * handle.axis_C)).y() - y);
+        },
+        nearer_than);
   }
 
   const motion::ReferenceRobot& home;
@@ -132,6 +136,33 @@ TEST_F(GraspPlannerTest, KeepsTheWholeHandOffWhatStandsBesideTheHandle) {
   EXPECT_THAT(grasp.refusal,
               testing::ContainsRegex(
                   "right hand: R.* and what lies beside the handle would touch, [0-9.]+ mm too near"));
+}
+
+/// Between walls the palm of 11 cm has what is left of their distance; the next place with more is beyond one
+/// of them.
+TEST_F(GraspPlannerTest, TakesLittleRoomWhereMoreWouldBeFarOff) {
+  put_bar(0.65, -0.3, 0.035);
+  constexpr double kBetween = 0.1185;  // 4 mm at both sides
+  put_wall(-0.3 - kBetween / 2, 0.15);
+  put_wall(-0.3 + kBetween / 2, 0.15);
+  EXPECT_LT(plan(-0.3).cost, 0.004);
+}
+
+TEST_F(GraspPlannerTest, TakesMoreRoomThatIsNotFarOff) {
+  put_bar(0.65, -0.3, 0.035);
+  put_wall(-0.3 + 0.055 + 0.004, 0.15);
+  const PlannedGrasp grasp = plan(-0.3);
+  EXPECT_GT(grasp.cost, 0.001);
+  EXPECT_LT(grasp.cost, 0.006);
+}
+
+TEST_F(GraspPlannerTest, RefusesWhatIsNotNearerThanAskedFor) {
+  put_bar(0.65, -0.3, 0.035);
+  put_wall(-0.3, 0.15);
+  EXPECT_THAT([&] { static_cast<void>(plan(-0.3, 0.03)); },
+              testing::ThrowsMessage<RunStopped>(
+                  testing::HasSubstr("no hand can grasp the object within 30 mm of its centre of mass")));
+  EXPECT_LT(plan(-0.3, 0.15).cost, 0.15);
 }
 
 TEST_F(GraspPlannerTest, OpenFingersDoNotFitRoundABarThatLiesLow) {
