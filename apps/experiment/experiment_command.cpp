@@ -112,6 +112,7 @@ int run_experiment(const Options& options) {
   const std::vector<int> numbers = numbers_of(options);
   const bool all = options.experiment == kAll;
   std::vector<ExperimentPlan> plans;
+  plans.reserve(numbers.size());
   for (const int number : numbers) plans.push_back(plan_of(number, options, data));
   const std::filesystem::path out =
       !options.out.empty() ? std::filesystem::path(options.out)
