@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <limits>
 #include <set>
+#include <utility>
 
 #include <fmt/format.h>
 
@@ -118,19 +119,13 @@ void BodyGuard::update(bool with_fingers) noexcept {
   obstacle_clearance_ = obstacles_.empty() ? std::numeric_limits<double>::infinity() : kFarthest;
   for (std::size_t i = 0; i < shapes_.size(); ++i)
     X_WS_[i] = kinematics_->X_WL(shapes_[i].link) * shapes_[i].X_LS;
-  for (Pair& pair : pairs_) {
-    const auto a = static_cast<std::size_t>(pair.shape), b = static_cast<std::size_t>(pair.other);
-    const double within = extents_[a] + extents_[b] + kFarthest;
-    if ((X_WS_[a].translation() - X_WS_[b].translation()).squaredNorm() > within * within) continue;
-    // Links move little between two looks: what kept most of them far apart mostly still does.
-    if (apart_along(shapes_[a], X_WS_[a], shapes_[b], X_WS_[b], pair.n_W) >= kFarthest) continue;
-    const Nearness found{separation(shapes_[a], X_WS_[a], shapes_[b], X_WS_[b], kFarthest), pair.shape,
-                         pair.other, -1};
-    pair.n_W = found.gap.n_W;
-    if (found.gap.distance >= kFarthest) continue;
-    own_clearance_ = std::min(own_clearance_, found.gap.distance);
-    add(found);
-  }
+  for (Pair& pair : pairs_) look_at(pair);
+  // Links move little between two looks: what is near now fills the list first next time, and most others are
+  // known to be farther by the direction that kept them apart last.
+  const double listed = enough();
+  std::size_t front = 0;
+  for (Pair& pair : pairs_)
+    if (pair.distance <= listed) std::swap(pair, pairs_[front++]);
   for (const auto* watched : {&against_obstacles_, &fingers_}) {
     const bool fingers = watched == &fingers_;
     if (fingers && !with_fingers) continue;
@@ -143,6 +138,21 @@ void BodyGuard::update(bool with_fingers) noexcept {
       }
     }
   }
+}
+
+void BodyGuard::look_at(Pair& pair) noexcept {
+  const auto a = static_cast<std::size_t>(pair.shape), b = static_cast<std::size_t>(pair.other);
+  const double within = extents_[a] + extents_[b] + kFarthest;
+  pair.distance = std::numeric_limits<double>::infinity();
+  if ((X_WS_[a].translation() - X_WS_[b].translation()).squaredNorm() > within * within) return;
+  if (apart_along(shapes_[a], X_WS_[a], shapes_[b], X_WS_[b], pair.n_W) >= enough()) return;
+  const Nearness found{separation(shapes_[a], X_WS_[a], shapes_[b], X_WS_[b], enough()), pair.shape,
+                       pair.other, -1};
+  pair.n_W = found.gap.n_W;
+  pair.distance = found.gap.distance;
+  if (pair.distance >= enough()) return;
+  own_clearance_ = std::min(own_clearance_, pair.distance);
+  add(found);
 }
 
 Separation BodyGuard::gap_to(std::size_t obstacle, int shape, const Eigen::Isometry3d& X_WS) const noexcept {

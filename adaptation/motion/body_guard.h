@@ -79,7 +79,20 @@ class BodyGuard {
   static constexpr double kFarthest = 0.12;  ///< m, what is farther away needs no row
 
  private:
+  /// Two shapes, the direction in which they were farthest apart when that was last found, and how far they are
+  /// apart now, infinite when that was not worth finding.
+  struct Pair {
+    int shape, other;
+    Eigen::Vector3d n_W = Eigen::Vector3d::Zero();
+    double distance = 0;
+  };
+
   void add(const Nearness& nearness) noexcept;
+  /// From this distance on a pair is of no interest, m: the list is full of nearer ones.
+  [[nodiscard]] double enough() const noexcept {
+    return near_count_ == kMostNear ? near_.back().gap.distance : kFarthest;
+  }
+  void look_at(Pair& pair) noexcept;
   /// How much nearer the two come when what `twist` carries is turned by margins.turn, m.
   [[nodiscard]] double turned(const Nearness& nearness) const noexcept;
   /// From an obstacle to a shape there, less than kFarthest or what is enough to know that it is not.
@@ -90,12 +103,7 @@ class BodyGuard {
   std::vector<BodyShape> shapes_;
   std::vector<double> extents_;
   std::vector<Eigen::Isometry3d> X_WS_;
-  /// Two shapes, and the direction in which they were farthest apart when last looked at.
-  struct Pair {
-    int shape, other;
-    Eigen::Vector3d n_W = Eigen::Vector3d::Zero();
-  };
-  std::vector<Pair> pairs_;             // by the first
+  std::vector<Pair> pairs_;             // those of near() first
   std::vector<int> against_obstacles_;  // shapes
   std::vector<int> fingers_;            // the same for the working hand's
   int twist_ = -1;                      // joint

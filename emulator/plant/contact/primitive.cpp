@@ -67,18 +67,23 @@ Nearest nearest_cylinder(double radius, double half_length, const btVector3& p) 
   return beyond_side > beyond_end ? Nearest{beyond_side, radial} : Nearest{beyond_end, axial};
 }
 
-/// The fraction of the way from `from` to `to` (both in C) that is nearest to the primitive.
-double nearest_fraction(const Primitive& primitive, const btVector3& from, const btVector3& to) {
+/// The fraction of the way from `from` to `to` (both in C) that is nearest to the primitive; none when no
+/// point of the way is nearer than `within`.
+std::optional<double> nearest_fraction(const Primitive& primitive, const btVector3& from, const btVector3& to,
+                                       double within) {
   const btVector3 way = to - from;
+  const double length = way.length();
   // The distance is convex along a line, and the normal its gradient.
   const auto falls = [&](double t) { return nearest(primitive, from + way * t).normal.dot(way) < 0; };
   double low = 0;
   double high = 1;
-  if (!falls(low)) return 0;
-  if (falls(high)) return 1;
+  if (!falls(low)) return low;
+  if (falls(high)) return high;
   for (int i = 0; i < kBisections; ++i) {
     const double middle = (low + high) / 2;
-    (falls(middle) ? low : high) = middle;
+    const Nearest there = nearest(primitive, from + way * middle);
+    if (there.distance - (high - low) / 2 * length >= within) return std::nullopt;
+    (there.normal.dot(way) < 0 ? low : high) = middle;
   }
   return (low + high) / 2;
 }
@@ -116,11 +121,12 @@ Touches round_on(const Primitive& a, const btTransform& X_WA, const Primitive& b
     return touches;
   }
   const double length = 2 * a.half_length;
-  const double between = nearest_fraction(b, from, to);
-  touch_at(between);
+  const std::optional<double> between = nearest_fraction(b, from, to, reach + a.radius);
+  if (!between) return touches;
+  touch_at(*between);
   // Where it lies along a surface, its ends carry too.
-  if (between * length > kSamePlace) touch_at(0);
-  if ((1 - between) * length > kSamePlace) touch_at(1);
+  if (*between * length > kSamePlace) touch_at(0);
+  if ((1 - *between) * length > kSamePlace) touch_at(1);
   return touches;
 }
 
@@ -327,7 +333,9 @@ Touches on_edge(const Primitive& cylinder, const btTransform& X_WA, const Primit
       to[along] *= -1;
       const btVector3 p = X_AB * from;
       const btVector3 q = X_AB * to;
-      const btVector3 nearest_p = p + (q - p) * nearest_fraction(cylinder, p, q);
+      const auto between = nearest_fraction(cylinder, p, q, std::min(best.distance, reach));
+      if (!between) continue;
+      const btVector3 nearest_p = p + (q - p) * *between;
       const Nearest found = nearest(cylinder, nearest_p);
       if (found.distance >= best.distance) continue;
       best = found;
