@@ -14,7 +14,7 @@ namespace {
 
 constexpr int kRootLink = 0;  // parents come before their children
 /// Step of the run ahead in `reachable`, s.
-constexpr double kAheadStep = 0.01;
+constexpr double kAheadStep = 0.02;
 /// Between a leg's joints and their limits, rad: what the stabiliser's 4 cm take, and bent knees.
 constexpr double kLegMargin = 0.1;
 /// Longest motion `reachable` follows, s.
@@ -251,9 +251,10 @@ void HandMotion::advance(double dt) noexcept {
   const Eigen::Matrix<double, 6, 1> still = Eigen::Matrix<double, 6, 1>::Zero();
   if (stance_) {
     ik_.next_level(options_.feet_damping);
+    const double feet_gain = std::min(options_.feet_gain, 1 / dt);  // more would overshoot
     for (int foot = 0; foot < Stance::kFeet; ++foot) {
       ik_.track_pose(stance_->sole_link(foot), Eigen::Vector3d::Zero(), stance_->X_TF(foot), still,
-                     options_.feet_gain);
+                     feet_gain);
     }
     // Before the hand: a robot that gives its balance up for a place hard to reach steps off its feet.
     ik_.next_level(options_.com_damping);
