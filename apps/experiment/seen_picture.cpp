@@ -26,8 +26,8 @@ class Canvas {
   /// A square of 2 `half` + 1 pixels at a point in C.
   void dot(const Eigen::Vector3d& p_C, const Colour& colour, int half) {
     if (!(p_C.z() > 0.05)) return;
-    const auto u = static_cast<int>(std::lround(kSide / 2 + kFocal * p_C.x() / p_C.z()));
-    const auto v = static_cast<int>(std::lround(kSide / 2 + kFocal * p_C.y() / p_C.z()));
+    const auto u = static_cast<int>(std::lround(0.5 * kSide + kFocal * p_C.x() / p_C.z()));
+    const auto v = static_cast<int>(std::lround(0.5 * kSide + kFocal * p_C.y() / p_C.z()));
     for (int y = std::max(0, v - half); y <= std::min(kSide - 1, v + half); ++y)
       for (int x = std::max(0, u - half); x <= std::min(kSide - 1, u + half); ++x)
         picture_.pixels[static_cast<std::size_t>(y) * kSide + static_cast<std::size_t>(x)] = colour;
