@@ -79,8 +79,8 @@ class BodyGuard {
   static constexpr double kFarthest = 0.12;  ///< m, what is farther away needs no row
 
  private:
-  /// Two shapes, the direction in which they were farthest apart when that was last found, and how far they are
-  /// apart now, infinite when that was not worth finding.
+  /// Two shapes, the direction in which they were farthest apart when that was last found, and how far they
+  /// are apart now, infinite when that was not worth finding.
   struct Pair {
     int shape, other;
     Eigen::Vector3d n_W = Eigen::Vector3d::Zero();
