@@ -3,6 +3,9 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <vector>
+
+#include <Eigen/Cholesky>
 
 namespace walkman::tests {
 namespace {
@@ -81,10 +84,10 @@ HandWorld::HandWorld(const Grasp& grasp)
   cylinder_ =
       std::make_unique<plant::Multibody>(world_, cylinder_model_, plant::RigidTree(cylinder_model_, {}, {}),
                                          false, body_->X_WL(palm_face_) * X_PO, kObjectGroup, kRobotGroup);
-  const auto actuators =
-      plant::load_actuators(std::string(WALKMAN_URDF_DIR) + "/../emulator/plant/actuators");
-  hand_ = std::make_unique<plant::SoftHand>(hand_model_, *body_, synergy, actuators.at("hand"),
-                                            plant::SoftHandParameters{});
+  actuator_ =
+      plant::load_actuators(std::string(WALKMAN_URDF_DIR) + "/../emulator/plant/actuators").at("hand");
+  hand_ =
+      std::make_unique<plant::SoftHand>(hand_model_, *body_, synergy, actuator_, plant::SoftHandParameters{});
   hand_->reset();
   body_->update_poses();
   meter_ = std::make_unique<plant::SlipMeter>(*body_, 0, *cylinder_);
@@ -111,14 +114,16 @@ void HandWorld::for_each_contact(Visit visit) {
     const btPersistentManifold* manifold = dispatcher_.getManifoldByIndexInternal(i);
     for (int k = 0; k < manifold->getNumContacts(); ++k) {
       const btManifoldPoint& point = manifold->getContactPoint(k);
-      if (point.getAppliedImpulse() > 0) visit(*manifold, point.getAppliedImpulse() / kStep);
+      if (point.getAppliedImpulse() > 0) visit(*manifold, point);
     }
   }
 }
 
 double HandWorld::grip() {
   double sum = 0;
-  for_each_contact([&](const btPersistentManifold&, double force) { sum += force; });
+  for_each_contact([&](const btPersistentManifold&, const btManifoldPoint& point) {
+    sum += point.getAppliedImpulse() / kStep;
+  });
   return sum;
 }
 
@@ -142,9 +147,63 @@ double HandWorld::squeeze() {
   return sum;
 }
 
+Eigen::Matrix<double, 6, 6> HandWorld::stiffness(bool tendon_sticks) {
+  std::vector<int> fingers;  // joints
+  for (std::size_t i = 0; i < hand_model_.joints.size(); ++i)
+    if (hand_model_.joints[i].mimic) fingers.push_back(static_cast<int>(i));
+  const auto n = static_cast<Eigen::Index>(fingers.size());
+  const Eigen::Vector3d p_WC = cylinder_->X_WL(0).translation();
+  Eigen::MatrixXd K = Eigen::MatrixXd::Zero(6 + n, 6 + n);
+  for_each_contact([&](const btPersistentManifold& manifold, const btManifoldPoint& point) {
+    const auto* a = btMultiBodyLinkCollider::upcast(manifold.getBody0());
+    const auto* b = btMultiBodyLinkCollider::upcast(manifold.getBody1());
+    const int group = (a->m_multiBody == &body_->bullet() ? a : b)->m_link + 1;
+    const btVector3 middle = (point.getPositionWorldOnA() + point.getPositionWorldOnB()) / 2;
+    const Eigen::Vector3d p_W(middle.x(), middle.y(), middle.z());
+    const Eigen::Vector3d normal_W(point.m_normalWorldOnB.x(), point.m_normalWorldOnB.y(),
+                                   point.m_normalWorldOnB.z());
+    // Of the cylinder against the hand.
+    Eigen::MatrixXd J = Eigen::MatrixXd::Zero(3, 6 + n);
+    J.leftCols<3>().setIdentity();
+    for (int k = 0; k < 3; ++k) J.col(3 + k) = Eigen::Vector3d::Unit(k).cross(p_W - p_WC);
+    int link = body_->tree().groups()[static_cast<std::size_t>(group)].root_link;
+    const double pad = hand_model_.links[static_cast<std::size_t>(link)].surface.stiffness;
+    for (int joint = hand_model_.links[static_cast<std::size_t>(link)].parent_joint; joint >= 0;
+         joint = hand_model_.links[static_cast<std::size_t>(link)].parent_joint) {
+      const auto found = std::find(fingers.begin(), fingers.end(), joint);
+      if (found != fingers.end()) {
+        const Eigen::Isometry3d X_WF = body_->X_WL(link);
+        const Eigen::Vector3d axis_W =
+            X_WF.linear() * hand_model_.joints[static_cast<std::size_t>(joint)].axis;
+        J.col(6 + (found - fingers.begin())) = -axis_W.cross(p_W - X_WF.translation());
+      }
+      link = hand_model_.joints[static_cast<std::size_t>(joint)].parent_link;
+    }
+    const Eigen::Matrix3d across = normal_W * normal_W.transpose();
+    constexpr double kMindlin = 2.0 / 3;  // 2 (1 − ν) / (2 − ν) of an incompressible pad, 1949
+    K += pad * J.transpose() * (across + kMindlin * (Eigen::Matrix3d::Identity() - across)) * J;
+  });
+  const plant::SoftHandParameters parameters;
+  Eigen::VectorXd lever(n);
+  for (Eigen::Index i = 0; i < n; ++i) {
+    const int joint = fingers[static_cast<std::size_t>(i)];
+    const std::string& name = hand_model_.joints[static_cast<std::size_t>(joint)].name;
+    const bool distal = name.ends_with("Flexion2");
+    const bool thumb = name.find("Thumb") != std::string::npos;
+    lever(i) = (distal ? parameters.distal_radius : parameters.proximal_radius) *
+               (thumb ? parameters.thumb_factor : 1);
+    K(6 + i, 6 + i) +=
+        parameters.return_stiffness + (tendon_sticks ? lever(i) * lever(i) * parameters.tendon_stiffness : 0);
+  }
+  const double to_motor = actuator_.spring_constant / std::pow(parameters.pulley_radius, 2);  // N/m
+  K.bottomRightCorner(n, n) += to_motor * lever * lever.transpose();
+  return K.topLeftCorner<6, 6>() -
+         K.topRightCorner(6, n) * K.bottomRightCorner(n, n).ldlt().solve(K.bottomLeftCorner(n, 6));
+}
+
 std::set<std::string> HandWorld::touching() {
   std::set<std::string> names;
-  for_each_contact([&](const btPersistentManifold& manifold, double) {
+  for_each_contact([&](const btPersistentManifold& manifold, const btManifoldPoint&) {
     for (const btCollisionObject* object : {manifold.getBody0(), manifold.getBody1()}) {
       const auto* collider = btMultiBodyLinkCollider::upcast(object);
       if (collider == nullptr || collider->m_multiBody != &body_->bullet()) continue;

@@ -42,6 +42,11 @@ class HandWorld {
   /// Force through the cylinder's middle plane, which is parallel to the palm's face: what a force sensor
   /// between its halves reads along the palm's normal, N.
   [[nodiscard]] double squeeze();
+  /// Stiffness of the cylinder's seat against a small movement of its centre of mass and about it, (m, rad)
+  /// to (N, N·m), world axes: the pads' springs where the hand touches now, each along its normal and by
+  /// Mindlin's share along its face, in series with the joints of the fingers they are on. A joint's springs
+  /// are its ligament, the tendon between joints where it sticks to its pulleys, and its run to the motor.
+  [[nodiscard]] Eigen::Matrix<double, 6, 6> stiffness(bool tendon_sticks);
   /// Links that press on the cylinder.
   [[nodiscard]] std::set<std::string> touching();
   /// The cylinder in the frame of the palm's face: x along its axis when it is not turned, y out of the palm
@@ -62,6 +67,7 @@ class HandWorld {
   plant::RowSpaceSolver solver_;
   plant::PlantWorld world_{&dispatcher_, &broadphase_, &solver_, &configuration_};
   std::unique_ptr<plant::Multibody> body_, cylinder_;
+  plant::ActuatorParameters actuator_;
   std::unique_ptr<plant::SoftHand> hand_;
   std::unique_ptr<plant::SlipMeter> meter_;
   int palm_face_ = 0;  // link in the middle of the palm's face
