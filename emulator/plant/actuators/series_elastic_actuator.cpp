@@ -31,7 +31,8 @@ SeriesElasticActuator::SeriesElasticActuator(const ActuatorParameters& parameter
       transmission_(Transmission::kSpring),
       calibration_(calibration),
       gear_error_(gear_error),
-      motor_(parameters) {}
+      motor_(parameters),
+      gear_(this->gear_error()) {}
 
 SeriesElasticActuator::GearError SeriesElasticActuator::gear_error() const {
   const auto [sine, cosine] = gear_error_;
@@ -41,14 +42,13 @@ SeriesElasticActuator::GearError SeriesElasticActuator::gear_error() const {
   return {sine * s + cosine * c, waves * (sine * c - cosine * s)};
 }
 
-double SeriesElasticActuator::transmitted(const GearError& gear, double link_position,
-                                          double link_velocity) const {
-  const double difference = motor_.position() + gear.value - link_position;
+double SeriesElasticActuator::transmitted(double link_position, double link_velocity) const {
+  const double difference = motor_.position() + gear_.value - link_position;
   const double play = parameters_.backlash / 2;
   const double deflection = difference - std::clamp(difference, -play, play);
   if (deflection == 0 && play > 0) return 0;
   const double torque = parameters_.spring_constant * deflection +
-                        parameters_.spring_damping * ((1 + gear.slope) * motor_.velocity() - link_velocity);
+                        parameters_.spring_damping * ((1 + gear_.slope) * motor_.velocity() - link_velocity);
   return transmission_ == Transmission::kTendon ? std::max(0.0, torque) : torque;
 }
 
@@ -57,6 +57,7 @@ void SeriesElasticActuator::reset(double link_position, double torque) {
   const double given_out = link_position + torque / parameters_.spring_constant + play;
   motor_.reset(given_out);
   motor_.reset(given_out - gear_error().value);
+  gear_ = gear_error();
   readings_ = {};
   readings_.motor_position =
       on_lattice(motor_.position() + calibration_.motor_zero, parameters_.motor_encoder_step);
@@ -68,12 +69,11 @@ void SeriesElasticActuator::reset(double link_position, double torque) {
 
 double SeriesElasticActuator::advance(double link_position, double link_velocity, double wanted_torque,
                                       bool locked, double dt) {
-  const GearError before = gear_error();
   // The spring's work on the gear's output is its work on the motor.
-  motor_.advance(wanted_torque, (1 + before.slope) * transmitted(before, link_position, link_velocity),
-                 locked, dt);
+  motor_.advance(wanted_torque, (1 + gear_.slope) * transmitted(link_position, link_velocity), locked, dt);
+  gear_ = gear_error();
   read_sensors(link_position, dt);
-  return transmitted(gear_error(), link_position, link_velocity);
+  return transmitted(link_position, link_velocity);
 }
 
 void SeriesElasticActuator::read_sensors(double link_position, double dt) {

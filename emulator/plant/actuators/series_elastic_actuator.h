@@ -60,7 +60,7 @@ class SeriesElasticActuator {
     double value = 0, slope = 0;
   };
   [[nodiscard]] GearError gear_error() const;
-  [[nodiscard]] double transmitted(const GearError& gear, double link_position, double link_velocity) const;
+  [[nodiscard]] double transmitted(double link_position, double link_velocity) const;
   void read_sensors(double link_position, double dt);
 
   ActuatorParameters parameters_;
@@ -68,6 +68,7 @@ class SeriesElasticActuator {
   SensorCalibration calibration_;
   std::array<double, 2> gear_error_ = {0, 0};
   Motor motor_;
+  GearError gear_;  // at the motor's position
   ActuatorReadings readings_;
 };
 

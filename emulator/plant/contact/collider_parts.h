@@ -17,7 +17,8 @@ namespace walkman::plant {
 /// What a contact point carries from step to step: how far its surfaces have been shifted against each other
 /// while they stick. Static friction holds them there, so a steady load makes nothing creep.
 struct Stick {
-  btVector3 shift_A{0, 0, 0};  ///< of A against B, in A's frame, m
+  btVector3 shift_A{0, 0, 0};    ///< of A against B, in A's frame, m
+  btVector3 impulse_A{0, 0, 0};  ///< on A in its frame, N·s: of a soft contact that held, in the last step
 };
 
 /// One solid of a body that collides.

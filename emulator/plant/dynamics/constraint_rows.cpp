@@ -150,14 +150,14 @@ void ConstraintRows::add_contact(const RowBlock& block, const btMatrix3x3& R_WA,
   // back.
   if (point.m_combinedRestitution > 0 && speed < -kBouncing && gap + speed * dt <= 0)
     target = std::max(target, -point.m_combinedRestitution * speed);
-  rows_.push_back({speed, target, softness});
-
   const auto* stick = static_cast<const Stick*>(point.m_userPersistentData);
   const btVector3 shift = stick == nullptr ? btVector3(0, 0, 0) : R_WA * stick->shift_A;
+  const btVector3 start = stick == nullptr ? btVector3(0, 0, 0) : R_WA * stick->impulse_A;
+  rows_.push_back({speed, target, softness, std::max(0.0, start.dot(point.m_normalWorldOnB))});
   btPlaneSpace1(point.m_normalWorldOnB, point.m_lateralFrictionDir1, point.m_lateralFrictionDir2);
   for (const btVector3& tangent : {point.m_lateralFrictionDir1, point.m_lateralFrictionDir2}) {
     const double slide = add_direction(block, point, tangent);
-    rows_.push_back({slide, -shift.dot(tangent) * erp_along / dt, along});
+    rows_.push_back({slide, -shift.dot(tangent) * erp_along / dt, along, start.dot(tangent)});
   }
 }
 
@@ -278,6 +278,7 @@ void ConstraintRows::shift(const ContactRow& contact, int row, const Eigen::Vect
   btManifoldPoint& point = *contact.point;
   auto* stick = static_cast<Stick*>(point.m_userPersistentData);
   if (stick == nullptr) return;
+  stick->impulse_A.setZero();
   const double limit = contact.friction * impulses[row];
   const double held_square = impulses[row + 1] * impulses[row + 1] + impulses[row + 2] * impulses[row + 2];
   const bool slips = held_square >= limit * limit * (1 - 2e-9);
@@ -285,6 +286,11 @@ void ConstraintRows::shift(const ContactRow& contact, int row, const Eigen::Vect
     stick->shift_A.setZero();
     return;
   }
+  if (!slips && contact.give > 0)
+    stick->impulse_A =
+        (point.m_normalWorldOnB * impulses[row] + point.m_lateralFrictionDir1 * impulses[row + 1] +
+         point.m_lateralFrictionDir2 * impulses[row + 2]) *
+        *contact.R_WA;
   btVector3 shift = *contact.R_WA * stick->shift_A;
   const btVector3& normal = point.m_normalWorldOnB;
   shift -= normal * shift.dot(normal);

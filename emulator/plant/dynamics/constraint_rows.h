@@ -29,9 +29,10 @@ struct RowBlock {
 
 /// One inequality or friction row, in impulses (N·s or N·m·s) and velocities (m/s or rad/s) along it.
 struct Row {
-  double velocity;  // before the solve
-  double target;    // what the impulse shall make of it
-  double softness;  // velocity the row gives way by per impulse: Bullet's CFM over the step
+  double velocity;   // before the solve
+  double target;     // what the impulse shall make of it
+  double softness;   // velocity the row gives way by per impulse: Bullet's CFM over the step
+  double start = 0;  // impulse that the sweeps start from
 };
 
 /// A contact: three rows, along its normal and two tangents.

@@ -2,7 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 #include <span>
+
+#include <BulletDynamics/Featherstone/btMultiBodyLinkCollider.h>
 
 namespace walkman::plant {
 namespace {
@@ -16,6 +19,16 @@ void add(double* __restrict sum, const double* __restrict a, double times_a, std
 void add(double* __restrict sum, const double* __restrict a, double times_a, const double* __restrict b,
          double times_b, std::ptrdiff_t count) {
   for (std::ptrdiff_t i = 0; i < count; ++i) sum[i] += a[i] * times_a + b[i] * times_b;
+}
+
+/// The index of the body that an object is a part of; their number: it does not move.
+std::size_t body_of(std::span<const KnownBody> bodies, const btCollisionObject& object) {
+  const auto* collider = btMultiBodyLinkCollider::upcast(&object);
+  if (collider == nullptr) return bodies.size();
+  const auto found = std::find_if(bodies.begin(), bodies.end(), [&](const KnownBody& known) {
+    return known.body == collider->m_multiBody;
+  });
+  return static_cast<std::size_t>(found - bodies.begin());
 }
 
 }  // namespace
@@ -101,10 +114,44 @@ WALKMAN_WIDE_VECTORS double RowSpaceSolver::sweep_turns() {
   return worst;
 }
 
+void RowSpaceSolver::find_islands(std::span<const KnownBody> bodies,
+                                  std::span<btPersistentManifold* const> manifolds) {
+  island_.resize(bodies.size());
+  std::iota(island_.begin(), island_.end(), std::size_t{0});
+  for (const btPersistentManifold* manifold : manifolds) {
+    if (manifold->getNumContacts() == 0) continue;
+    const std::size_t a = body_of(bodies, *manifold->getBody0());
+    const std::size_t b = body_of(bodies, *manifold->getBody1());
+    if (a == bodies.size() || b == bodies.size() || island_[a] == island_[b]) continue;
+    const auto [kept, joined] = std::minmax(island_[a], island_[b]);
+    std::replace(island_.begin(), island_.end(), std::size_t{joined}, std::size_t{kept});
+  }
+}
+
 void RowSpaceSolver::solve(std::span<const KnownBody> bodies,
                            std::span<btPersistentManifold* const> manifolds,
                            const btContactSolverInfo& info) {
-  rows_.build(bodies, stops_, manifolds, info);
+  find_islands(bodies, manifolds);
+  for (std::size_t island = 0; island < bodies.size(); ++island) {
+    if (island_[island] != island) continue;
+    island_manifolds_.clear();
+    island_stops_.clear();
+    for (btPersistentManifold* manifold : manifolds) {
+      const std::size_t a = body_of(bodies, *manifold->getBody0());
+      const std::size_t one = a < bodies.size() ? a : body_of(bodies, *manifold->getBody1());
+      if (island_[one] == island) island_manifolds_.push_back(manifold);
+    }
+    for (const JointStop& stop : stops_) {
+      const auto body = std::find_if(bodies.begin(), bodies.end(),
+                                     [&](const KnownBody& known) { return known.body == &stop.body(); });
+      if (island_[static_cast<std::size_t>(body - bodies.begin())] == island) island_stops_.push_back(stop);
+    }
+    solve_island(bodies, info);
+  }
+}
+
+void RowSpaceSolver::solve_island(std::span<const KnownBody> bodies, const btContactSolverInfo& info) {
+  rows_.build(bodies, island_stops_, island_manifolds_, info);
   const auto count = static_cast<Eigen::Index>(rows_.rows().size());
   if (count == 0) return;
   rows_.delassus(delassus_);
@@ -117,8 +164,11 @@ void RowSpaceSolver::solve(std::span<const KnownBody> bodies,
     softness_[i] = row.softness;
     diagonal_[i] = delassus_(i, i) + row.softness;
     inverse_[i] = diagonal_[i] > kImmovable ? 1 / diagonal_[i] : 0;
+    impulse_[i] = row.start;
   }
-  impulse_.setZero();
+  for (Eigen::Index i = 0; i < count; ++i) {
+    if (impulse_[i] != 0) add(velocity_.data(), delassus_.col(i).data(), impulse_[i], count);
+  }
   for (int sweep = 0; sweep < info.m_numIterations; ++sweep) {
     const bool forward = (sweep & 1) != 0;
     const double residual =

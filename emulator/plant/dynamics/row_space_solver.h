@@ -16,9 +16,10 @@ namespace walkman::plant {
 /// keeps one velocity vector as long as all degrees of freedom and touches it twice for each row and sweep.
 /// Here W = J H⁻¹ Jᵀ comes from a factorised H along the links' own paths, and the sweeps run on W alone, in
 /// the stock solver's row order; the friction cone is exact (both tangential impulses
-/// scaled together), and what sticks stays where it stuck (Stick). The sweeps start from no impulse: impulses
-/// kept from the step before would let friction hold what wedged itself in, far beyond what the normal forces
-/// of a grip explain.
+/// scaled together), and what sticks stays where it stuck (Stick). Bodies that hang together by contacts are
+/// swept by themselves. A soft contact that stuck starts from its impulse of the step before: its springs
+/// leave one solution. All others start from none: kept impulses would let friction hold what wedged itself
+/// in, far beyond what the normal forces of a grip explain.
 ///
 /// PlantWorld calls it once per step with all contacts. Bullet's own constraints and rigid bodies that move,
 /// which PlantWorld refuses, are not known here.
@@ -33,6 +34,8 @@ class RowSpaceSolver {
              const btContactSolverInfo& info);
 
  private:
+  void find_islands(std::span<const KnownBody> bodies, std::span<btPersistentManifold* const> manifolds);
+  void solve_island(std::span<const KnownBody> bodies, const btContactSolverInfo& info);
   double sweep_stops(bool forward);
   double sweep_normals();
   double sweep_friction();
@@ -45,6 +48,9 @@ class RowSpaceSolver {
   double move(int row, double impulse);
 
   std::vector<JointStop> stops_;
+  std::vector<std::size_t> island_;  // of each body: the first one that it hangs together with by contacts
+  std::vector<btPersistentManifold*> island_manifolds_;
+  std::vector<JointStop> island_stops_;
   ConstraintRows rows_;
   Eigen::MatrixXd delassus_;  // W
   Eigen::VectorXd velocity_;  // J v of each row, with the impulses so far
