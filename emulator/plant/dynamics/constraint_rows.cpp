@@ -286,11 +286,7 @@ void ConstraintRows::shift(const ContactRow& contact, int row, const Eigen::Vect
     stick->shift_A.setZero();
     return;
   }
-  if (!slips && contact.give > 0)
-    stick->impulse_A =
-        (point.m_normalWorldOnB * impulses[row] + point.m_lateralFrictionDir1 * impulses[row + 1] +
-         point.m_lateralFrictionDir2 * impulses[row + 2]) *
-        *contact.R_WA;
+  if (!slips && contact.give > 0) stick->impulse_A = impulse_of(point) * *contact.R_WA;
   btVector3 shift = *contact.R_WA * stick->shift_A;
   const btVector3& normal = point.m_normalWorldOnB;
   shift -= normal * shift.dot(normal);
