@@ -56,13 +56,14 @@ struct StageTwoParameters {
   // Of the wrist's sensor: standard deviations of its matrix after calibration, and its data sheet's full
   // scale.
   double sensor_gain = 0.015;             ///< of an axis
+  double sensor_axial_gain = 0.007;       ///< of the force along z
   double sensor_cross_talk = 0.01;        ///< of a force on another, of a torque on another
   double sensor_force_per_torque = 0.3;   ///< 1/m
   double sensor_torque_per_force = 5e-4;  ///< m
   double sensor_force_range = 1500;       ///< N
   double sensor_torque_range = 35;        ///< N·m, likewise
   double calibration_turn = 0.7;          ///< rad, of the empty hand to either side, to calibrate it
-  double weighing_turn = 0.25;            ///< rad, of the hand that holds, about the handle to either side
+  double weighing_turn = 0.5;             ///< rad, of the hand that holds, about the handle to either side
   double approach_height = 0.15;          ///< above the grasp, straight up
   double approach_back = 0.08;            ///< and towards the robot
   double palm_clearance = 0.003;          ///< between palm and object surface before the hand closes
@@ -88,6 +89,7 @@ struct StageTwoParameters {
   double approach_speed = 0.08;  ///< m/s, near the object
   double lift_speed = 0.06;      ///< m/s
   double hanging_turn = 0.5;     ///< rad, the farthest for the centre of mass to hang below the hand
+  double hanging_roll = 0.35;    ///< rad, the same across the handle
   double carry_time = 3.0;       ///< s that a motion with the object in the hand takes at least
   double angular_speed = 0.8;    ///< rad/s
 };

@@ -17,7 +17,7 @@ constexpr double kLongerThanAHand = 0.5;  // m, half the cylinder
 Grip::Grip(const RobotModel& model, const std::string& hand_link, const std::string& motor) : model_(model) {
   const std::vector<Eigen::Isometry3d> X_RL = link_poses(model, {});
   const Eigen::Isometry3d X_HR = X_RL[static_cast<std::size_t>(model.link_index(hand_link))].inverse();
-  const double travel = model.joints[static_cast<std::size_t>(model.joint_index(motor))].limits.upper;
+  static_cast<void>(model.joint_index(motor));  // throws for a name that the model does not have
   const std::vector<BodyShape> shapes = body_shapes(model);
   for (std::size_t j = 0; j < model.joints.size(); ++j) {
     const Joint& joint = model.joints[j];
@@ -31,7 +31,8 @@ Grip::Grip(const RobotModel& model, const std::string& hand_link, const std::str
     if (finger.parent < 0)
       finger.X_PJ = X_HR * X_RL[static_cast<std::size_t>(joint.parent_link)] * joint.X_PJ;
     finger.open = joint.mimic->offset;
-    finger.closed = std::min(joint.limits.upper, joint.mimic->offset + joint.mimic->multiplier * travel);
+    finger.closed =
+        joint.limits.upper;  // one that its fellow's contact leaves the tendon to goes on to its stop
     for (const BodyShape& shape : shapes)
       if (shape.link == finger.link) finger.shapes.push_back(shape);
     fingers_.push_back(std::move(finger));
@@ -43,7 +44,7 @@ std::vector<Grip::Phalanx> Grip::around(double radius) const {
   handle.cylinder = true;
   handle.half = {radius, radius, kLongerThanAHand};
   const Eigen::Isometry3d X_HHandle =
-      Eigen::Translation3d(0, -radius, 0) *
+      Eigen::Translation3d(0, kDepth - radius, 0) *
       Eigen::Quaterniond::FromTwoVectors(Eigen::Vector3d::UnitZ(), Eigen::Vector3d::UnitX());
   std::vector<Phalanx> phalanges;
   for (const Finger& finger : fingers_) {

@@ -17,6 +17,9 @@ class Grip {
     Eigen::Isometry3d X_HL = Eigen::Isometry3d::Identity();
   };
 
+  /// How deep a handle lies in the palm's pad under the full grip, m.
+  static constexpr double kDepth = 0.0075;
+
   /// `hand_link` carries H: x along the handle, y against the palm, origin on the palm. The fingers are what
   /// moves with `motor`. Keeps a reference to `model`. Throws std::out_of_range for names that the model does
   /// not have.

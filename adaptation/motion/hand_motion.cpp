@@ -276,12 +276,11 @@ void HandMotion::advance(double dt) noexcept {
   }
   // Once the hand is where it should be, the null space comes to rest too: weighing needs an arm that stands
   // still.
-  const bool tends = moving && !keep_posture_;
-  stay_upright(tends);
-  if (tends) {
+  stay_upright(moving);
+  if (moving) {
     for (const auto* targets : {&posture_, &legs_})
       for (const Target& target : *targets)
-        ik_.track_joint(target.dof, target.position, options_.posture_gain, options_.posture_weight);
+        ik_.track_joint(target.dof, wanted(target), options_.posture_gain, options_.posture_weight);
   } else {
     ik_.next_level(options_.comfort_damping);
     for (const int dof : active_) ik_.track_joint(dof, 0, 0);
@@ -306,11 +305,22 @@ void HandMotion::advance(double dt) noexcept {
   if (moving) judge(dt, progress);
 }
 
+double HandMotion::wanted(const Target& target) const noexcept {
+  return keep_posture_ ? kept_[target.dof] : target.position;
+}
+
 void HandMotion::stay_upright(bool tends) noexcept {
   const double gain = tends ? options_.upright_gain : 0;
   ik_.next_level(options_.comfort_damping);
-  for (const Target& target : upright_) ik_.track_joint(target.dof, target.position, gain);
-  if (stance_) ik_.track_orientation(kRootLink, Eigen::Matrix3d::Identity(), Eigen::Vector3d::Zero(), gain);
+  for (const Target& target : upright_) ik_.track_joint(target.dof, wanted(target), gain);
+  const Eigen::Matrix3d R_WB = keep_posture_ ? R_WB_kept_ : Eigen::Matrix3d::Identity();
+  if (stance_) ik_.track_orientation(kRootLink, R_WB, Eigen::Vector3d::Zero(), gain);
+}
+
+void HandMotion::keep_posture(bool keep) {
+  keep_posture_ = keep;
+  kept_ = state_.q;
+  R_WB_kept_ = state_.X_WB.linear();
 }
 
 void HandMotion::integrate(double dt) noexcept {

@@ -63,9 +63,9 @@ class HandMotion {
   /// Mass (kg) carried at p_HCm (m, hand frame); enters the feed-forward torques with the next step.
   void set_payload(double mass, const Eigen::Vector3d& p_HCm) noexcept;
 
-  /// Whether arm and torso stay as near as they can to where they are while the hand moves, in place of
-  /// tending to their postures.
-  void keep_posture(bool keep) noexcept { keep_posture_ = keep; }
+  /// Whether arm and torso tend to where they are now while the hand moves, in place of their postures: what
+  /// comes back to where it set out has them as before.
+  void keep_posture(bool keep);
 
   /// Starts towards a pose of the hand frame in W, along a straight line from where the reference is now.
   void go_to(const Eigen::Isometry3d& X_WH, const MotionLimits& limits) noexcept;
@@ -165,6 +165,7 @@ class HandMotion {
   void pose() noexcept;
   [[nodiscard]] std::string cause() const;
   void advance(double dt) noexcept;
+  [[nodiscard]] double wanted(const Target& target) const noexcept;
   void stay_upright(bool tends) noexcept;
   void integrate(double dt) noexcept;
   void judge(double dt, double progress) noexcept;
@@ -185,6 +186,8 @@ class HandMotion {
   Eigen::Vector2d com_shift_ = Eigen::Vector2d::Zero();
   double twist_ = 0;
   bool keep_posture_ = false;
+  Eigen::VectorXd kept_;  // of the joints, then
+  Eigen::Matrix3d R_WB_kept_ = Eigen::Matrix3d::Identity();
   int twist_dof_ = -1, torso_ = -1;  // and the link that it turns
   Eigen::VectorXd static_torques_, offsets_;
   Eigen::MatrixXd foot_jacobian_;

@@ -23,9 +23,11 @@ constexpr int kMostCorrections = 5;
 constexpr double kPlaced = 0.0004, kTurned = 0.003;  // m, rad: as near as a hand has to be
 constexpr int kPutDownSteps = 8;
 constexpr double kPutDownStep = 0.003;                // m
+constexpr double kPutDownWindow = 0.2;                // s
 constexpr double kPutDownShare = 0.5;                 // of its weight that the hand may still carry
 constexpr std::array kHigher = {0.0, 0.1, 0.2, 0.3};  // m
 constexpr double kOverTable = 0.02;                   // m, of what turns
+constexpr double kFarthestEnd = 1.0;  // m beside the hand, of an object that goes on where the image ends
 // How an object turns about its handle in the fingers: when they close, rad, and with its weight, N·m/rad;
 // estimates for SoftHands go from 0.1 to 1, and nobody has measured it.
 constexpr double kClosingTurn = 0.1, kSoftness = 0.7;
@@ -35,11 +37,16 @@ constexpr double kOpenTorque = 0.2;  // share of rated: enough to let the ligame
 
 wrench::LoadEstimator::DataSheet sensor_of(const StageTwoParameters& parameters) {
   return {.gain = parameters.sensor_gain,
+          .axial_gain = parameters.sensor_axial_gain,
           .cross_talk = parameters.sensor_cross_talk,
           .force_per_torque = parameters.sensor_force_per_torque,
           .torque_per_force = parameters.sensor_torque_per_force,
           .force_range = parameters.sensor_force_range,
           .torque_range = parameters.sensor_torque_range};
+}
+
+Eigen::Quaterniond about_handle(double angle) {
+  return Eigen::Quaterniond(Eigen::AngleAxisd(angle, Eigen::Vector3d::UnitX()));
 }
 
 Eigen::Isometry3d raised(const Eigen::Isometry3d& X_T, double height) {
@@ -130,9 +137,14 @@ void Manipulator::calibrate() {
     recoveries = session_.recoveries();
     estimator_ = before;
     estimator_.begin_series();
-    for (const double turn : {-parameters_.calibration_turn, parameters_.calibration_turn, 0.0}) {
+    const double turn = parameters_.calibration_turn;
+    const auto turned = [&](double angle, const Eigen::Vector3d& axis_H) {
       Eigen::Isometry3d X_TH = X_TH_start_;
-      X_TH.rotate(Eigen::AngleAxisd(turn, R_HS.col(2)));
+      X_TH.rotate(Eigen::AngleAxisd(angle, axis_H));
+      return X_TH;
+    };
+    for (const Eigen::Isometry3d& X_TH :
+         {turned(-turn, R_HS.col(2)), turned(turn, R_HS.col(0)), turned(turn, R_HS.col(2)), X_TH_start_}) {
       move_to(X_TH, parameters_.travel_speed);
       add_empty();
     }
@@ -208,7 +220,11 @@ void Manipulator::move_to(const Eigen::Isometry3d& X_TH, const motion::MotionLim
 bool Manipulator::go_straight(const Eigen::Isometry3d& X_TH, const motion::MotionLimits& bounds) {
   const Route route = straight_route(*motion_, std::span(&X_TH, 1), bounds);
   if (route.reach.status != motion::HandMotion::Status::kReached) return false;
-  follow(route, X_TH, bounds);
+  try {
+    follow(route, X_TH, bounds);
+  } catch (const WayBlocked&) {  // the body that moves with the arm may come out otherwise than ahead
+    return false;
+  }
   return true;
 }
 
@@ -405,26 +421,29 @@ Wrench Manipulator::mean_object_load(double seconds) {
   return average.mean();
 }
 
-Eigen::Isometry3d Manipulator::turned_clear(double turn) const {
+Eigen::Isometry3d Manipulator::turned_clear(const Eigen::Quaterniond& turn) const {
   const Eigen::Vector3d up_H = X_TH_grasp_.linear().transpose().col(2);
-  const auto lowest = [&](double angle) {
-    const Eigen::Vector3d up = Eigen::AngleAxisd(-angle, Eigen::Vector3d::UnitX()) * up_H;
-    const Eigen::Vector3d &low = object_H_.min(), &high = object_H_.max();
-    return std::min(up.y() * low.y(), up.y() * high.y()) + std::min(up.z() * low.z(), up.z() * high.z());
+  const auto lowest = [&](const Eigen::Quaterniond& R) {
+    const Eigen::Array3d up = (R.inverse() * up_H).array();
+    const Eigen::Array3d low = object_H_.min().array().max(-kFarthestEnd);
+    const Eigen::Array3d high = object_H_.max().array().min(kFarthestEnd);
+    return (up * low).min(up * high).sum();
   };
   const double torque = payload_.mass * motion::kGravity * payload_.p_HCm.cross(up_H).x();
   const double droop = kClosingTurn + std::abs(torque) / kSoftness;
-  const double needed =
-      lowest(0) - std::min({lowest(turn - droop), lowest(turn), lowest(turn + droop)}) + kOverTable;
+  const double turned =
+      std::min({lowest(turn * about_handle(-droop)), lowest(turn), lowest(turn * about_handle(droop))});
+  const double needed = lowest(Eigen::Quaterniond::Identity()) - turned + kOverTable;
   Eigen::Isometry3d X_TH = raised(X_TH_grasp_, std::max(lifted_, needed));
-  X_TH.rotate(Eigen::AngleAxisd(turn, Eigen::Vector3d::UnitX()));
+  X_TH.rotate(turn);
   return X_TH;
 }
 
 void Manipulator::turn() {
   const Eigen::Isometry3d X_TH = raised(X_TH_grasp_, lifted_);
   for (const double turn : {-parameters_.weighing_turn, parameters_.weighing_turn}) {
-    carry_to(turned_clear(turn));
+    if (!go_straight(turned_clear(about_handle(turn)), carrying_limits()))
+      carry_to(turned_clear(about_handle(turn / 2)));
     settle();
     add_loaded(parameters_.tare_time);
   }
@@ -487,11 +506,19 @@ void Manipulator::hang() {
   const Eigen::Isometry3d X_HT = session_.X_TH().inverse();
   const Eigen::Vector3d p_HCm = X_HT * (session_.X_TS() * Eigen::Vector3d(object.moment_S / object.weight));
   const Eigen::Vector3d down_H = -X_HT.linear().col(2);
+  const double most = parameters_.hanging_turn, most_roll = parameters_.hanging_roll;
   const double turn = std::remainder(std::atan2(down_H.z(), down_H.y()) - std::atan2(p_HCm.z(), p_HCm.y()),
                                      2 * std::numbers::pi);
-  const double most = parameters_.hanging_turn;
+  // From the handle's axis to the centre of mass, which is down when the hand has turned.
+  const Eigen::Vector3d below_H(0, p_HCm.y(), p_HCm.z());
+  const Eigen::Vector3d across_H = Eigen::Vector3d::UnitX().cross(below_H).normalized();
+  // A place farther off is no place to hang it from: there a bar would have to be stood on its end.
+  const double roll =
+      std::abs(p_HCm.x()) > parameters_.displacement_threshold ? 0 : std::atan2(p_HCm.x(), below_H.norm());
   for (const double share : {1.0, 0.75, 0.5, 0.25}) {
-    if (!go_straight(turned_clear(share * std::clamp(turn, -most, most)), carrying_limits())) continue;
+    const Eigen::AngleAxisd rolled(share * std::clamp(roll, -most_roll, most_roll), across_H);
+    const Eigen::Quaterniond turned = about_handle(share * std::clamp(turn, -most, most)) * rolled;
+    if (!go_straight(turned_clear(turned), carrying_limits())) continue;
     settle();
     return;
   }
@@ -540,7 +567,7 @@ void Manipulator::put_down() {
   carry_to(X_TH_grasp_);
   hold(parameters_.hold_time);
   for (int step = 1; step <= kPutDownSteps; ++step) {
-    const double force = mean_object_load(parameters_.lift_window).force.norm();
+    const double force = mean_object_load(kPutDownWindow).force.norm();
     if (force < kPutDownShare * weight ||
         !go_straight(raised(X_TH_grasp_, -step * kPutDownStep), limits(parameters_.approach_speed)))
       return;

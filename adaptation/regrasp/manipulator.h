@@ -26,8 +26,8 @@ class Manipulator {
 
   /// Takes over the posture and the stance the drives and sensors report; to be called once after boot.
   void start();
-  /// Reads the wrist's sensor with the empty hand turned about its long axis to either side and as it was:
-  /// its weight on other axes shows what the sensor makes of a load.
+  /// Reads the wrist's sensor with the empty hand turned about its long axis to either side, raised or
+  /// lowered, and as it was: its weight on other axes shows what the sensor makes of a load.
   void calibrate();
   /// The hand that works from now on, by its place in the robot's description; the first until then. The one
   /// that worked goes where it is, empty; a new one is calibrated.
@@ -73,9 +73,9 @@ class Manipulator {
   /// After HeldTooFar: what was read with the object in the hand tells nothing of the sensor, for it may have
   /// slipped.
   void forget_load() { estimator_.change_load(); }
-  /// After `weigh`: turns the hand about the handle so that the object's centre of mass hangs straight below
-  /// it, which takes away the torque across the handle; as far as `hanging_turn`, the table and the arm
-  /// allow. `weigh` again afterwards.
+  /// After `weigh`: turns the hand about the handle, and rolls it across, so that the object's centre of mass
+  /// hangs straight below it, which takes the torque away; as far as `hanging_turn`, `hanging_roll`, the
+  /// table and the arm allow. `weigh` again afterwards.
   void hang();
   /// After `weigh`: holds for `watch_time`. True, and it holds no longer, when what hangs in the hand has
   /// become another load.
@@ -115,7 +115,7 @@ class Manipulator {
   void require_strength() const;
   void move_to(const Eigen::Isometry3d& X_TH, double speed);
   void move_to(const Eigen::Isometry3d& X_TH, const motion::MotionLimits& bounds);
-  /// Straight there; false, and still where it is, when the way is blocked.
+  /// Straight there; false when the way is blocked: before the hand moves where that can be seen ahead.
   [[nodiscard]] bool go_straight(const Eigen::Isometry3d& X_TH, const motion::MotionLimits& bounds);
   void follow(const Route& route, const Eigen::Isometry3d& X_TH, const motion::MotionLimits& bounds);
   [[nodiscard]] motion::MotionLimits carrying_limits() const;
@@ -123,9 +123,9 @@ class Manipulator {
   void carry_to(const Eigen::Isometry3d& X_TH);
   /// The reference that brings the hand to X_TH as long as it is as far beside its reference as now.
   [[nodiscard]] Eigen::Isometry3d reference_for(const Eigen::Isometry3d& X_TH) const;
-  /// Where the hand is when it is turned about the handle (rad) with the object in it: as high as lifted, or
-  /// higher where a part of the object would come down on the table.
-  [[nodiscard]] Eigen::Isometry3d turned_clear(double turn) const;
+  /// Where the hand is when it is turned with the object in it: as high as lifted, or higher where a part of
+  /// the object would come down on the table.
+  [[nodiscard]] Eigen::Isometry3d turned_clear(const Eigen::Quaterniond& turn) const;
   void put_down();
   void for_seconds(double seconds, const std::function<void(double share)>& each_cycle);
   [[nodiscard]] Wrench mean_object_load(double seconds);

@@ -63,6 +63,7 @@ LoadEstimator::LoadEstimator(const DataSheet& sheet) : sheet_(sheet), deviation_
   E << Matrix3d::Constant(sheet.cross_talk), Matrix3d::Constant(sheet.force_per_torque),
       Matrix3d::Constant(sheet.torque_per_force), Matrix3d::Constant(sheet.cross_talk);
   E.diagonal().setConstant(sheet.gain);
+  E(2, 2) = sheet.axial_gain;
   for (int i = 0; i < 6; ++i) deviation_.segment<6>(kCrossTalk + 6 * i) = E.row(i).transpose();
   deviation_[kHandMass] = kMassError;
   deviation_.segment<3>(kHandCentre).setConstant(kCentreError);
@@ -112,6 +113,14 @@ Vector3d LoadEstimator::mean_down() const {
   return count > 0 ? Vector3d(sum / count) : sum;
 }
 
+/// Of the torque, when an object gives way in the hand along what its weight has turned by: N·m, per axis.
+Vector3d LoadEstimator::swing_of(double weight, const Vector3d& level_S, const Vector3d& down_S) const {
+  const Vector3d turn = level_S.cross(down_S);
+  if (turn.norm() < 1e-9) return Vector3d::Zero();
+  const double give = weight * (down_S - level_S).norm() / sheet_.grasp_stiffness;  // m
+  return weight * give * turn.normalized();
+}
+
 LoadEstimator::Fit LoadEstimator::fit() const {
   Fit out;
   out.unknowns = VectorXd::Zero(kUnknowns);
@@ -147,11 +156,11 @@ LoadEstimator::Fit LoadEstimator::fit() const {
       const Vector6 model = load + E * load + out.unknowns.segment<6>(kResidual);
       const Vector6 ahead = stacked(r.reading) - model + slope * out.unknowns;
       const double force = load.head<3>().norm() * kDownError;
-      const double give = r.loaded ? weight * (r.down_S - level).norm() / sheet_.grasp_stiffness : 0;  // m
-      const double torque = std::hypot(load.tail<3>().norm() * kDownError, weight * give);
+      const double torque = load.tail<3>().norm() * kDownError;
+      const Vector3d swing = r.loaded ? swing_of(weight, level, r.down_S) : Vector3d(Vector3d::Zero());
       for (int i = 0; i < 6; ++i) {
         const double noise = i < 3 ? sheet_.force_noise : sheet_.torque_noise;
-        const double posture = i < 3 ? force : torque;
+        const double posture = i < 3 ? force : std::hypot(torque, swing[i - 3]);
         const double information = 1 / (noise * noise / r.count + posture * posture);
         out.information += information * slope.row(i).transpose() * slope.row(i);
         out.weighted += information * slope.row(i).transpose() * ahead[i];

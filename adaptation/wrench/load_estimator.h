@@ -23,6 +23,7 @@ class LoadEstimator {
   struct DataSheet {
     // Standard deviations of E's entries, of a sensor that was calibrated and mounted with care.
     double gain = 0.015;             ///< of an axis
+    double axial_gain = 0.007;       ///< of the force along z
     double cross_talk = 0.01;        ///< of a force on another, of a torque on another
     double force_per_torque = 0.3;   ///< 1/m
     double torque_per_force = 5e-4;  ///< m; its origin's place, too
@@ -78,6 +79,8 @@ class LoadEstimator {
   };
   [[nodiscard]] Fit fit() const;
   [[nodiscard]] Eigen::Vector3d mean_down() const;
+  [[nodiscard]] Eigen::Vector3d swing_of(double weight, const Eigen::Vector3d& level_S,
+                                         const Eigen::Vector3d& down_S) const;
 
   DataSheet sheet_;
   // Of what stays from series to series: E by rows, the hand's relative error of mass, that of its centre of

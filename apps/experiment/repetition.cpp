@@ -44,7 +44,7 @@ WorldOptions world_options(const RepetitionOptions& options) {
   return out;
 }
 
-DrawnRobot drawn_robot(const EmulatedWorld& world) {
+DrawnRobot drawn_robot(const DrawnWorld& world) {
   DrawnRobot out;
   out.model_error = world.scene.model_error.text();
   out.mass = world.truth.model.total_mass();
@@ -148,12 +148,26 @@ JudgedRow judged_row(const Judge& judge, std::size_t first, std::size_t end) {
   return out;
 }
 
+double true_com(const SceneObject& object) { return object.p_OOcm().x() - object.left_end; }
+
+/// Of a repetition whose true robot has no room where the scene has it; throws `why` on when that is the
+/// scene's fault, not the draws'.
+RepetitionResult not_started(const RepetitionOptions& options, const plant::StartsInside& why) {
+  const DrawnWorld world(world_options(options));
+  if (world.truth.draws.empty()) throw plant::StartsInside(why);
+  RepetitionResult result;
+  result.seed = options.seed;
+  result.robot = drawn_robot(world);
+  result.row.d_r = true_com(world.scene.objects.front());
+  result.reason = fmt::format("this robot, as it was drawn, has no room to start: {}", why.what());
+  return result;
+}
+
 void fill_rows(const Scene& scene, const Judge& judge, RepetitionResult& result) {
   const std::vector<regrasp::Weighing>& weighings = judge.weighings();
   result.weighed = !weighings.empty();
   if (!result.weighed) {
-    const SceneObject& object = scene.objects[static_cast<std::size_t>(judge.object())];
-    result.row.d_r = object.p_OOcm().x() - object.left_end;
+    result.row.d_r = true_com(scene.objects[static_cast<std::size_t>(judge.object())]);
     if (!judge.grasp_positions().empty()) result.row.d_v = judge.grasp_positions().front();
     return;
   }
@@ -245,7 +259,13 @@ void require_valid(const RepetitionOptions& options) {
 }
 
 RepetitionResult run_repetition(const RepetitionOptions& options) {
-  EmulatedWorld world(world_options(options));
+  std::optional<EmulatedWorld> started;
+  try {
+    started.emplace(world_options(options));
+  } catch (const plant::StartsInside& why) {
+    return not_started(options, why);
+  }
+  EmulatedWorld& world = *started;
   const MethodParameters parameters = load_method_parameters(options.parameters);
   std::error_code folder_error;
   if (!options.out.empty()) std::filesystem::create_directories(options.out, folder_error);

@@ -38,10 +38,11 @@ EmulatorOptions emulator_options(const WorldOptions& options, const TrueRobot& t
 
 }  // namespace
 
+DrawnWorld::DrawnWorld(const WorldOptions& options)
+    : scene(chosen(options)), robot(scene.robot, options.robot), truth(drawn(scene, robot, options)) {}
+
 EmulatedWorld::EmulatedWorld(const WorldOptions& options)
-    : scene(chosen(options)),
-      robot(scene.robot, options.robot),
-      truth(drawn(scene, robot, options)),
+    : DrawnWorld(options),
       emulator(truth.model, robot.devices, placed(scene, robot, truth, options),
                emulator_options(options, truth, scene.seed)) {}
 

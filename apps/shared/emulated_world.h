@@ -22,15 +22,23 @@ struct WorldOptions {
   bool within_reach = false;  ///< refuse a scene that the right arm cannot work on
 };
 
-/// A scene's robot and surroundings under emulation, built in order of dependence. `robot` is all that the
-/// robot's side may know; `truth` was drawn around it.
-struct EmulatedWorld {
+/// What a scene and a seed make of a robot. `robot` is all that the robot's side may know; `truth` was drawn
+/// around it.
+struct DrawnWorld {
   Scene scene;
   KnownRobot robot;
   TrueRobot truth;
-  Emulator emulator;
 
   /// Throws std::runtime_error for files that do not fit, one sentence.
+  explicit DrawnWorld(const WorldOptions& options);
+};
+
+/// The same under emulation, built in order of dependence.
+struct EmulatedWorld : DrawnWorld {
+  Emulator emulator;
+
+  /// Throws as DrawnWorld does, and plant::StartsInside for a scene without room for the robot, or for this
+  /// one.
   explicit EmulatedWorld(const WorldOptions& options);
 };
 

@@ -246,9 +246,9 @@ void Plant::Impl::require_apart(const Scene& scene) {
   if (!found) return;
   const btCollisionObject *inside = found->getBody0(), *other = found->getBody1();
   if (inside->isStaticObject()) std::swap(inside, other);
-  throw std::runtime_error(fmt::format("{}: {} starts {:.1f} mm inside {}, expected at most {:g} mm",
-                                       scene.file.string(), name_of(inside), 1e3 * deepest, name_of(other),
-                                       1e3 * kDeepestAtStart));
+  throw StartsInside(fmt::format("{}: {} starts {:.1f} mm inside {}, expected at most {:g} mm",
+                                 scene.file.string(), name_of(inside), 1e3 * deepest, name_of(other),
+                                 1e3 * kDeepestAtStart));
 }
 
 Plant::Plant(const RobotModel& robot, const Scene& scene, const DeviceTable& devices,

@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <map>
 #include <memory>
+#include <stdexcept>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -32,6 +33,12 @@ struct AllowedOverlap {
   std::string reason;          ///< adjacent, compound joint, same hand, touch at zero or touch at start
 };
 
+/// Something starts inside something else; what() is one sentence.
+class StartsInside : public std::runtime_error {
+ public:
+  using std::runtime_error::runtime_error;
+};
+
 /// The physical world: robot, objects and surroundings in Bullet, one step per millisecond.
 ///
 /// A drive's electronics act on its actuator in `kSubSteps` control sub-steps per physics step; the multibody
@@ -46,8 +53,8 @@ class Plant {
   /// Builds the world of `scene` around `robot`; `devices` tells which joints have which actuator class and
   /// where force/torque sensors and inertial units sit. `errors` is how the robot's drives differ from their
   /// classes; it starts with the scene's posture on its encoders. Throws std::runtime_error when a class or
-  /// frame is missing, or a link of the rope or of a push, and when something starts more than 2 mm inside
-  /// something else.
+  /// frame is missing, or a link of the rope or of a push, and StartsInside when something starts more than
+  /// 2 mm inside something else.
   Plant(const RobotModel& robot, const Scene& scene, const DeviceTable& devices,
         const std::map<std::string, ActuatorParameters>& actuators, const RobotErrors& errors = {});
   ~Plant();

@@ -110,6 +110,7 @@ TEST(ParameterDefaults, ShippedFileHoldsEveryKeyOfStageTwoAtItsDefault) {
   EXPECT_EQ(file.rest_time, code.rest_time);
   EXPECT_EQ(file.rest_timeout, code.rest_timeout);
   EXPECT_EQ(file.sensor_gain, code.sensor_gain);
+  EXPECT_EQ(file.sensor_axial_gain, code.sensor_axial_gain);
   EXPECT_EQ(file.sensor_cross_talk, code.sensor_cross_talk);
   EXPECT_EQ(file.sensor_force_per_torque, code.sensor_force_per_torque);
   EXPECT_EQ(file.sensor_torque_per_force, code.sensor_torque_per_force);
@@ -142,8 +143,9 @@ TEST(ParameterDefaults, ShippedFileHoldsEveryKeyOfStageTwoAtItsDefault) {
   EXPECT_EQ(file.angular_speed, code.angular_speed);
   EXPECT_EQ(file.carry_time, code.carry_time);
   EXPECT_EQ(file.hanging_turn, code.hanging_turn);
+  EXPECT_EQ(file.hanging_roll, code.hanging_roll);
   EXPECT_EQ(file.max_looks, code.max_looks);
-  EXPECT_EQ(YAML::LoadFile(shipped.string())["stage_two"].size(), 42U);
+  EXPECT_EQ(YAML::LoadFile(shipped.string())["stage_two"].size(), 44U);
 }
 
 TEST(ParameterDefaults, AreThePapersWhereItGivesThem) {

@@ -56,7 +56,7 @@ TEST_P(SoftHand, GraspFrameIsInThePalmsFace) {
   const Posed zero(walkman_model(), {});
   const std::string grasp = GetParam().side == "R" ? "r_hand_grasp" : "l_hand_grasp";
   const Eigen::Isometry3d X_HF = zero(GetParam().side + "SoftHandLink").inverse() * zero(grasp);
-  EXPECT_LT((X_HF.translation() - Eigen::Vector3d(0, GetParam().y * 0.0305, -0.2100)).norm(), 1e-9);
+  EXPECT_LT((X_HF.translation() - Eigen::Vector3d(0, GetParam().y * 0.0305, -0.2170)).norm(), 1e-9);
   EXPECT_NEAR(X_HF.linear().col(1).y(), -GetParam().y, 1e-9);  // y against the palm normal
   EXPECT_NEAR(X_HF.linear().col(2).z(), 1, 1e-9);
   EXPECT_NEAR(X_HF.linear().determinant(), 1, 1e-9);

@@ -22,7 +22,7 @@ Rod rod_of(const std::string& link) {
 double to_axis(const Grip::Phalanx& phalanx, double length, double handle_radius) {
   const Eigen::Vector3d from = phalanx.X_HL.translation();
   const Eigen::Vector3d to = phalanx.X_HL * Eigen::Vector3d(0, 0, -length);
-  const Eigen::Vector2d a(from.y(), from.z()), b(to.y(), to.z()), axis(-handle_radius, 0);
+  const Eigen::Vector2d a(from.y(), from.z()), b(to.y(), to.z()), axis(Grip::kDepth - handle_radius, 0);
   const double along = std::clamp((axis - a).dot(b - a) / (b - a).squaredNorm(), 0.0, 1.0);
   return (a + along * (b - a) - axis).norm();
 }

@@ -4,6 +4,7 @@
 // Nobody has measured how soft a held object sits: that is beside the springs of pads, ligaments and tendon
 // in parallel and in series, computed for the places where the hand touches.
 
+#include <array>
 #include <cmath>
 
 #include <Eigen/LU>
@@ -36,6 +37,31 @@ TEST(Strength, IsThatOfTheWalkManHandAtItsPeakAndOfOthersBelow) {
   const double half = squeeze(kRatedTorque / 2);
   EXPECT_GT(half, 28);
   EXPECT_LT(half, 62);
+}
+
+/// Where bars of 6 to 9 cm come to lie in a hand that closes with a torque, in the mean: into the palm (y)
+/// and towards the fingers (z), m.
+Eigen::Vector2d mean_seat(double torque) {
+  constexpr std::array kDiameters = {0.06, 0.07, 0.08, 0.09};
+  Eigen::Vector2d sum = Eigen::Vector2d::Zero();
+  for (const double diameter : kDiameters) {
+    Grasp grasp;
+    grasp.diameter = diameter;
+    grasp.length = 1;
+    grasp.mass = 1;
+    HandWorld world(grasp);
+    world.run(3, torque);
+    const Eigen::Vector3d p_PO = world.X_PO().translation();
+    sum += Eigen::Vector2d(diameter / 2 - p_PO.y(), -p_PO.z());
+  }
+  return sum / kDiameters.size();
+}
+
+// The hand frame is 7 mm in front of the palm's middle, where a hand that begins to close moves a bar to, and
+// the pads give way by what the method takes handles to lie in them (adaptation/motion/grip.h).
+TEST(Seat, IsUnderTheHandFrameAndInThePads) {
+  EXPECT_NEAR(mean_seat(kRatedTorque / 5).y(), 0.007, 0.0015);
+  EXPECT_NEAR(mean_seat(kRatedTorque).x(), 0.0075, 0.0015);
 }
 
 /// A bar of 7 cm in the closed hand, and how far a small load moves it.

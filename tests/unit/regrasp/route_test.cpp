@@ -56,7 +56,7 @@ TEST_P(RouteTest, GoesRoundTheEdgeOfATable) {
   for (const double height : {0.90, 0.97}) {
     hand.reset(robot.q_home);
     put_table(height);
-    const Eigen::Isometry3d goal = palm_down(0.65, side() * 0.3, height + 0.2);
+    const Eigen::Isometry3d goal = palm_down(0.657, side() * 0.3, height + 0.2);
     ASSERT_NE(hand.reachable(goal, {}).status, HandMotion::Status::kReached) << height;
     const Route route = find_route(hand, std::span(&goal, 1), {}, 0);
     ASSERT_EQ(route.reach.status, HandMotion::Status::kReached) << height << ": " << route.reach.reason;
@@ -70,12 +70,12 @@ TEST_P(RouteTest, GoesRoundTheEdgeOfATable) {
 // A detour is found or missed by millimetres; what led to a place leads to its neighbour too.
 TEST_P(RouteTest, TakesTheWayThatLedNearbyBefore) {
   put_table(0.97);
-  const Eigen::Isometry3d goal = palm_down(0.65, side() * 0.3, 1.17);
+  const Eigen::Isometry3d goal = palm_down(0.657, side() * 0.3, 1.17);
   const Route before = find_route(hand, std::span(&goal, 1), {}, 0);
   ASSERT_EQ(before.reach.status, HandMotion::Status::kReached);
   const std::span<const Eigen::Isometry3d> led(before.way.data(), before.way.size() - 1);
   ASSERT_FALSE(led.empty());
-  const Eigen::Isometry3d beside = palm_down(0.65, side() * 0.33, 1.17);
+  const Eigen::Isometry3d beside = palm_down(0.657, side() * 0.33, 1.17);
   const Route route = find_route(hand, std::span(&beside, 1), {}, 0, led);
   ASSERT_EQ(route.reach.status, HandMotion::Status::kReached);
   ASSERT_EQ(route.way.size(), before.way.size());
