@@ -53,6 +53,8 @@ class Manipulator {
   /// Up until the force no longer changes with height; from the first stop on the arm carries what it weighed
   /// there by feed-forward.
   void lift();
+  /// What the wrist carries besides the hand, about Ho in T, averaged for `lift_window`.
+  [[nodiscard]] Wrench carried() { return mean_object_load(parameters_.lift_window); }
   /// Reads the sensor with the hand, and the object in it, turned about the handle to either side, and goes
   /// back to level.
   void turn();
@@ -96,7 +98,8 @@ class Manipulator {
 
   /// Keeps the reference where it is.
   void hold(double seconds);
-  /// Holds until what a motion has set swinging has come to rest. Throws Refused when it does not.
+  /// Holds until what a motion has set swinging has come to rest; for half of `rest_timeout`, then until it
+  /// is no faster than twice that, and means are taken for twice as long. Throws Refused when it does not.
   void settle();
 
   /// The reference the set-points come from; to be asked after `start` only.
@@ -154,6 +157,7 @@ class Manipulator {
   motion::TwistDamper twist_damper_;
   int stabilised_recoveries_ = 0, tared_recoveries_ = 0;
   bool lifting_ = false;  // the motors' limits count
+  double longer_ = 1;     // means are taken, of a hand that did not come to rest as soon as others do
   wrench::HandWeight hand_weight_;
   wrench::LoadEstimator estimator_;
   Wrench residual_So_S_, weighed_So_S_;  // the second: mean reading at the last weighing

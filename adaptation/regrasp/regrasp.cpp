@@ -10,6 +10,7 @@
 #include <Eigen/Eigenvalues>
 #include <fmt/format.h>
 
+#include "adaptation/perception/registration.h"
 #include "adaptation/regrasp/grasp_planner.h"
 #include "adaptation/regrasp/manipulator.h"
 #include "adaptation/regrasp/self_filter.h"
@@ -23,10 +24,15 @@ constexpr double kAtBorder = 0.03, kInView = 0.09;  // rad from the image's bord
 constexpr double kFarthestTurn = 1.0;               // rad, for what may be anywhere
 constexpr int kMostPlans = 3;
 constexpr int kEnoughTries = 2;
-constexpr int kMostGivenUp = 2;        // lifts in a row
-constexpr double kMostLeft = 0.05;     // of the first displacement; the paper's regrasps leave less (table 1)
-constexpr double kSignificant = 2;     // deviations of what is not chance
-constexpr double kAnyLength = 10;      // m, more than a hand holds
+constexpr int kMostGivenUp = 2;     // lifts in a row
+constexpr double kMostLeft = 0.05;  // of the first displacement; the paper's regrasps leave less (table 1)
+constexpr double kSignificant = 2;  // deviations of what is not chance
+constexpr double kAnyLength = 10;   // m, more than a hand holds
+// How an object may move in the hand from before it closes to after the lift. A bar is drawn into the palm by
+// 2 cm, and the pads let it tilt by 0.11 rad under the most a hand holds, 3.4 N·m.
+constexpr double kMostMoved = 0.04;    // m
+constexpr double kMostTurned = 0.2;    // rad
+constexpr double kSeenAround = 0.06;   // m, where a point of it may be: nearer than the table is below it
 constexpr double kCloudTimeout = 5.0;  // s without a new cloud: many frame periods of the camera
 
 /// Axial position on a handle nearest to a line: both as point and unit direction, in one frame.
@@ -111,6 +117,11 @@ struct Regrasp::Impl {
   /// How the object seen lies around the hand at X_TH, down to the table, in H.
   [[nodiscard]] Eigen::AlignedBox3d around(const Eigen::Isometry3d& X_TH) const;
   void reach(const PlannedGrasp& grasp);
+  /// The object's surface as it was seen, in H.
+  [[nodiscard]] std::vector<Eigen::Vector3f> surface_in(const Eigen::Isometry3d& X_TH) const;
+  /// Looks at the object in the hand. Throws HeldTooFar when it is not where it was on the table, seen from
+  /// the hand; nothing is said of one of which less than half is in view.
+  void require_hold();
   /// Throws HeldTooFar with the object still in the hand. `best_cost`: of the grasp, m, where no place has
   /// room for a hand that would be better.
   [[nodiscard]] Weighing lift_and_weigh(const std::optional<double>& best_cost);
@@ -162,6 +173,7 @@ struct Regrasp::Impl {
   // The table as the first look had it, in T: with the head turned, less of it is in the image.
   std::vector<Eigen::Vector3d> table_T;
   std::vector<motion::NamedObstacle> obstacles;  // in T
+  std::vector<Eigen::Vector3f> held_H;           // the object's surface before the hand closed
   // While the robot stood still for `cloud`.
   motion::KinematicTree posed;
   Eigen::Isometry3d X_TC = Eigen::Isometry3d::Identity();
@@ -262,6 +274,7 @@ PlannedGrasp Regrasp::Impl::reach_and_grasp(const GraspPlanner::Cost& cost, doub
       if (plans == kMostPlans) throw;
       continue;
     }
+    held_H = surface_in(session.X_TH());
     manipulator.grasp(grasp.radius, around(grasp.X_TH));
     return grasp;
   }
@@ -281,6 +294,45 @@ Eigen::AlignedBox3d Regrasp::Impl::around(const Eigen::Isometry3d& X_TH) const {
     box.max().x() = kAnyLength;
   }
   return box;
+}
+
+std::vector<Eigen::Vector3f> Regrasp::Impl::surface_in(const Eigen::Isometry3d& X_TH) const {
+  const Eigen::Isometry3f X_HC = (X_TH.inverse() * X_TC).cast<float>();
+  std::vector<Eigen::Vector3f> points;
+  points.reserve(seen.object().surface_C.size());
+  for (const Eigen::Vector3f& p_C : seen.object().surface_C) points.push_back(X_HC * p_C);
+  return points;
+}
+
+void Regrasp::Impl::require_hold() {
+  const Eigen::Isometry3d X_TC_seen = X_TC;
+  take_cloud();
+  const auto moved = await<std::optional<Eigen::Isometry3d>>([&] {
+    outside = cloud;
+    self_filter.remove(posed, X_TC, outside);
+    const Eigen::Isometry3f X_HC = (session.X_TH().inverse() * X_TC).cast<float>();
+    Eigen::AlignedBox3f box;
+    for (const Eigen::Vector3f& p_H : held_H) box.extend(p_H);
+    box.min().array() -= static_cast<float>(kSeenAround);
+    box.max().array() += static_cast<float>(kSeenAround);
+    std::vector<Eigen::Vector3f> now_H;
+    std::copy_if(outside.points.begin(), outside.points.end(), std::back_inserter(now_H),
+                 [&](const Eigen::Vector3f& p_C) { return p_C.allFinite() && box.contains(X_HC * p_C); });
+    for (Eigen::Vector3f& p : now_H) p = X_HC * p;
+    return perception::motion_of(held_H, now_H, kSeenAround);
+  });
+  X_TC = X_TC_seen;  // of `seen`
+  if (!moved) return;
+  // Across the handle: along it, where the image's border has cut what is seen looks like the end.
+  const double distance = moved->translation().tail<2>().norm();
+  const double angle = std::acos(std::clamp(moved->linear()(0, 0), -1.0, 1.0));  // of the handle
+  if (distance <= kMostMoved && angle <= kMostTurned) return;
+  throw HeldTooFar(
+      fmt::format(
+          "the camera sees the object moved by {:.0f} mm and turned by {:.2f} rad in the hand, expected at "
+          "most {:.0f} mm and {:g} rad: it slips",
+          1e3 * distance, angle, 1e3 * kMostMoved, kMostTurned),
+      manipulator.carried());
 }
 
 /// The sensor's residual is removed just before; whatever booted anew since then may have another.
@@ -308,6 +360,7 @@ Weighing Regrasp::Impl::lift_and_weigh(const std::optional<double>& best_cost) {
   try {
     session.enter(Phase::kLift);
     manipulator.lift();
+    require_hold();
     return turn_and_hang(false, best_cost);
   } catch (const HeldTooFar&) {
     throw;

@@ -27,17 +27,17 @@ constexpr double kTorqueTolerance = 0.1;  // N·m
 constexpr double kTorqueShare = 0.1;      // of the reported torque
 constexpr double kDeviations = 3;         // reported with it
 
-/// Which of the device table's force/torque sensors sits at a frame.
-int sensor_at(const std::string& frame, const DeviceTable& devices) {
+/// Which of the device table's devices of a kind has a name.
+int place_of(const std::string& name, DeviceKind kind, const DeviceTable& devices) {
   int place = 0;
   for (const Bus& bus : devices.buses) {
     for (const Device& device : bus.devices) {
-      if (device.kind != DeviceKind::kForceTorque) continue;
-      if (device.name == frame) return place;
+      if (device.kind != kind) continue;
+      if (device.name == name) return place;
       ++place;
     }
   }
-  throw std::runtime_error("the device table has no force/torque sensor '" + frame + "'");
+  throw std::runtime_error("the device table has no '" + name + "' of the kind that is asked for");
 }
 
 }  // namespace
@@ -79,7 +79,8 @@ Judge::Judge(const Emulator& emulator, const Scene& scene, const KnownRobot& rob
 void Judge::on_hand(const HandParts& hand) { watch(hand); }
 
 void Judge::watch(const HandParts& hand) {
-  sensor_ = sensor_at(hand.force_torque, devices_);
+  sensor_ = place_of(hand.force_torque, DeviceKind::kForceTorque, devices_);
+  hand_ = place_of(hand.motor, DeviceKind::kHandDrive, devices_);
   sensor_link_ = robot_.link_index(hand.force_torque);
   grasp_link_ = robot_.link_index(hand.frame);
   const std::vector<Eigen::Isometry3d> X_RL = link_poses(model_, {});
@@ -223,6 +224,9 @@ TrueWeighing Judge::judged(const regrasp::Weighing& reported) const {
   out.torque = std::copysign(load_.mean().torque.norm(), out.displacement);
   out.torque_about_handle = right_W.dot(load_.mean().torque);
   const Eigen::Vector3d said_W = X_WT_ * (reported.X_TH * Eigen::Vector3d(reported.displacement, 0, 0));
+  const plant::Slip& slip = plant.slip(hand_, object_);
+  out.slip = slip.travel;
+  out.slip_turn = slip.turn;
   out.com_error = right_W.dot(said_W - X_WH.translation()) - out.displacement;
   return out;
 }

@@ -23,8 +23,10 @@ struct TrueWeighing {
   double com_error = 0;     ///< reported less true centre of mass along the handle, m: where the hand was
                             ///< thought to be is in it
   double torque_about_handle = 0;  ///< the part of the torque about the handle's axis, N·m
-  double d_r = 0;                  ///< centre of mass along the object's x axis from its left end, m
-  double d_v = 0;                  ///< the same of the grasp frame when it was chosen
+  double slip = 0;  ///< path of the object in the hand since the first lift, while nothing else held it, m
+  double slip_turn = 0;  ///< and the angle it has turned there by, whichever way, rad
+  double d_r = 0;        ///< centre of mass along the object's x axis from its left end, m
+  double d_v = 0;        ///< the same of the grasp frame when it was chosen
 };
 
 /// Why what was reported is not so, one sentence; none when it is: the centre of mass within
@@ -102,7 +104,7 @@ class Judge : public regrasp::Observer {
   const RobotModel& model_;  // as the driver side knows it
   const DeviceTable& devices_;
   int object_ = 0;
-  int sensor_ = -1, sensor_link_ = -1, grasp_link_ = -1;
+  int sensor_ = -1, hand_ = -1, sensor_link_ = -1, grasp_link_ = -1;
   std::vector<std::size_t> hand_links_;  // below the sensor
   std::function<void(std::string_view)> phase_changed_;
   std::function<void(Time)> each_cycle_;

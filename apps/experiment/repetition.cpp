@@ -144,7 +144,9 @@ JudgedRow judged_row(const Judge& judge, std::size_t first, std::size_t end) {
                truth_after.com_error,
                truth.torque_about_handle,
                truth_after.torque_about_handle,
-               reduction(truth.torque, truth_after.torque)};
+               reduction(truth.torque, truth_after.torque),
+               truth_after.slip,
+               truth_after.slip_turn};
   return out;
 }
 

@@ -57,6 +57,8 @@ struct TrueRow {
   double tau_about_handle = 0;  ///< N·m
   double tau_about_handle_after = 0;
   double reduction_percent = 0;  ///< 100 (1 − |τ'| / |τ|)
+  double slip = 0;       ///< until the last weighing, while the object hung free: its path in the hand, m
+  double slip_turn = 0;  ///< and the angle it has turned there by, rad
 };
 
 [[nodiscard]] std::string to_string(Outcome outcome);

@@ -44,7 +44,7 @@ struct TrueColumn {
   double TrueRow::*value;
 };
 
-constexpr std::array<TrueColumn, 8> kTrueColumns = {
+constexpr std::array<TrueColumn, 10> kTrueColumns = {
     {{"tau_true", &TrueRow::tau},
      {"d_true", &TrueRow::d},
      {"tau_after_true", &TrueRow::tau_after},
@@ -52,7 +52,9 @@ constexpr std::array<TrueColumn, 8> kTrueColumns = {
      {"reduction_percent_true", &TrueRow::reduction_percent},
      {"tau_about_handle_true", &TrueRow::tau_about_handle},
      {"tau_about_handle_after_true", &TrueRow::tau_about_handle_after},
-     {"com_error", &TrueRow::com_error}}};
+     {"com_error", &TrueRow::com_error},
+     {"slip_true", &TrueRow::slip},
+     {"slip_turn_true", &TrueRow::slip_turn}}};
 
 /// The kinds of all repetitions' robots, each as one: `of` names the part and the seed of the largest.
 std::vector<DrawnRobot::Kind> all_kinds(const std::vector<RepetitionResult>& repetitions) {

@@ -187,6 +187,22 @@ TEST(Experiment1, ACentreOfMassThatIsNotWhereItWasReportedIsWrong) {
   EXPECT_NEAR(std::abs(result.truth.tau_after), std::abs(result.row.tau_after), 0.1);
 }
 
+// A robot whose encoders are off by a tenth of a radian may begin with a finger in the table: that is how
+// this one's repetition ends. The same of a scene that has no room for any robot is an error of the scene.
+TEST(Experiment1, ARobotWithoutRoomToStartIsAnOutcomeAndASceneWithoutIsNone) {
+  RepetitionOptions o = options(10);
+  o.model_error = "uncalibrated";
+  const RepetitionResult result = run_repetition(o);
+  EXPECT_EQ(result.outcome, Outcome::kStopped);
+  EXPECT_THAT(result.reason, testing::AllOf(HasSubstr("has no room to start"), HasSubstr("inside")));
+  EXPECT_FALSE(result.weighed);
+  EXPECT_FALSE(result.robot.kinds.empty());
+  o.model_error = "none";
+  o.scene = scene_with("fixed_bodies:\n  - name: table\n    xyz_m: [0.30, 0, 0]\n");
+  EXPECT_THAT([&] { static_cast<void>(run_repetition(o)); },
+              testing::ThrowsMessage<std::runtime_error>(HasSubstr("mm inside")));
+}
+
 // Only the method's own word is a stop; whatever else ends a run is a defect, alone and in the pool.
 TEST(Experiment1, WhateverElseEndsARunIsADefect) {
   RepetitionOptions o = options(1);

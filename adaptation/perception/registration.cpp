@@ -1,0 +1,54 @@
+#include "adaptation/perception/registration.h"
+
+#include <algorithm>
+
+#include <pcl/point_cloud.h>
+#include <pcl/point_types.h>
+#include <pcl/registration/icp.h>
+
+namespace walkman::perception {
+namespace {
+
+constexpr int kIterations = 50;
+constexpr double kStill = 1e-9;  // m², of the motion in the last of them
+constexpr std::size_t kMostPoints = 1500;
+constexpr double kFewest = 0.5;  // of the points
+
+pcl::PointCloud<pcl::PointXYZ>::Ptr cloud_of(std::span<const Eigen::Vector3f> points, std::size_t most) {
+  auto cloud = std::make_shared<pcl::PointCloud<pcl::PointXYZ>>();
+  const std::size_t step = std::max<std::size_t>(1, (points.size() + most - 1) / most);
+  cloud->reserve(points.size() / step + 1);
+  for (std::size_t i = 0; i < points.size(); i += step)
+    cloud->push_back({points[i].x(), points[i].y(), points[i].z()});
+  return cloud;
+}
+
+}  // namespace
+
+std::optional<Eigen::Isometry3d> motion_of(std::span<const Eigen::Vector3f> before,
+                                           std::span<const Eigen::Vector3f> now, double reach) {
+  if (before.empty() || now.empty()) return std::nullopt;
+  pcl::IterativeClosestPoint<pcl::PointXYZ, pcl::PointXYZ> icp;
+  icp.setInputSource(cloud_of(before, kMostPoints));
+  icp.setInputTarget(cloud_of(now, now.size()));
+  icp.setMaxCorrespondenceDistance(reach);
+  icp.setMaximumIterations(kIterations);
+  icp.setTransformationEpsilon(kStill);
+  pcl::PointCloud<pcl::PointXYZ> moved;
+  icp.align(moved);
+  if (!icp.hasConverged()) return std::nullopt;
+  std::size_t met = 0;
+  std::vector<int> nearest(1);
+  std::vector<float> square(1);
+  for (const pcl::PointXYZ& point : moved) {
+    icp.getSearchMethodTarget()->nearestKSearch(point, 1, nearest, square);
+    if (square.front() < reach * reach) ++met;
+  }
+  if (static_cast<double>(met) < kFewest * static_cast<double>(moved.size())) return std::nullopt;
+  Eigen::Isometry3d X = Eigen::Isometry3d::Identity();
+  X.matrix() = icp.getFinalTransformation().cast<double>();
+  X.linear() = Eigen::Quaterniond(X.linear()).normalized().toRotationMatrix();
+  return X;
+}
+
+}  // namespace walkman::perception
