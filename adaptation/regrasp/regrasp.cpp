@@ -32,7 +32,7 @@ constexpr double kAnyLength = 10;   // m, more than a hand holds
 // 2 cm, and the pads let it tilt by 0.11 rad under the most a hand holds, 3.4 N·m.
 constexpr double kMostMoved = 0.04;    // m
 constexpr double kMostTurned = 0.2;    // rad
-constexpr double kSeenAround = 0.06;   // m, where a point of it may be: nearer than the table is below it
+constexpr float kSeenAround = 0.06F;   // m, where a point of it may be: nearer than the table is below it
 constexpr double kCloudTimeout = 5.0;  // s without a new cloud: many frame periods of the camera
 
 /// Axial position on a handle nearest to a line: both as point and unit direction, in one frame.
@@ -313,13 +313,19 @@ void Regrasp::Impl::require_hold() {
     const Eigen::Isometry3f X_HC = (session.X_TH().inverse() * X_TC).cast<float>();
     Eigen::AlignedBox3f box;
     for (const Eigen::Vector3f& p_H : held_H) box.extend(p_H);
-    box.min().array() -= static_cast<float>(kSeenAround);
-    box.max().array() += static_cast<float>(kSeenAround);
+    box.min().array() -= kSeenAround;
+    box.max().array() += kSeenAround;
     std::vector<Eigen::Vector3f> now_H;
     std::copy_if(outside.points.begin(), outside.points.end(), std::back_inserter(now_H),
                  [&](const Eigen::Vector3f& p_C) { return p_C.allFinite() && box.contains(X_HC * p_C); });
-    for (Eigen::Vector3f& p : now_H) p = X_HC * p;
-    return perception::motion_of(held_H, now_H, kSeenAround);
+    Eigen::AlignedBox3f in_view;
+    for (Eigen::Vector3f& p : now_H) in_view.extend(p = X_HC * p);
+    // What the image's border cuts off now would draw the rest of the object to where it ends.
+    std::vector<Eigen::Vector3f> before_H;
+    std::copy_if(held_H.begin(), held_H.end(), std::back_inserter(before_H), [&](const Eigen::Vector3f& p_H) {
+      return p_H.x() > in_view.min().x() + kSeenAround && p_H.x() < in_view.max().x() - kSeenAround;
+    });
+    return perception::motion_of(before_H, now_H, kSeenAround);
   });
   X_TC = X_TC_seen;  // of `seen`
   if (!moved) return;
