@@ -1,6 +1,7 @@
 #include "adaptation/perception/registration.h"
 
 #include <algorithm>
+#include <cmath>
 
 #include <pcl/point_cloud.h>
 #include <pcl/point_types.h>
@@ -26,10 +27,11 @@ pcl::PointCloud<pcl::PointXYZ>::Ptr cloud_of(std::span<const Eigen::Vector3f> po
 }  // namespace
 
 std::optional<Eigen::Isometry3d> motion_of(std::span<const Eigen::Vector3f> before,
-                                           std::span<const Eigen::Vector3f> now, double reach) {
+                                           std::span<const Eigen::Vector3f> now, double reach, double still) {
   if (before.empty() || now.empty()) return std::nullopt;
   pcl::IterativeClosestPoint<pcl::PointXYZ, pcl::PointXYZ> icp;
-  icp.setInputSource(cloud_of(before, kMostPoints));
+  const auto source = cloud_of(before, kMostPoints);
+  icp.setInputSource(source);
   icp.setInputTarget(cloud_of(now, now.size()));
   icp.setMaxCorrespondenceDistance(reach);
   icp.setMaximumIterations(kIterations);
@@ -37,9 +39,15 @@ std::optional<Eigen::Isometry3d> motion_of(std::span<const Eigen::Vector3f> befo
   pcl::PointCloud<pcl::PointXYZ> moved;
   icp.align(moved);
   if (!icp.hasConverged()) return std::nullopt;
-  std::size_t met = 0;
   std::vector<int> nearest(1);
   std::vector<float> square(1);
+  double sum = 0;
+  for (const pcl::PointXYZ& point : *source) {
+    icp.getSearchMethodTarget()->nearestKSearch(point, 1, nearest, square);
+    sum += std::min(std::sqrt(static_cast<double>(square.front())), reach);
+  }
+  if (sum < still * static_cast<double>(source->size())) return Eigen::Isometry3d::Identity();
+  std::size_t met = 0;
   for (const pcl::PointXYZ& point : moved) {
     icp.getSearchMethodTarget()->nearestKSearch(point, 1, nearest, square);
     if (square.front() < reach * reach) ++met;

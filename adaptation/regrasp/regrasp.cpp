@@ -32,6 +32,7 @@ constexpr double kAnyLength = 10;   // m, more than a hand holds
 // 2 cm, and the pads let it tilt by 0.11 rad under the most a hand holds, 3.4 N·m.
 constexpr double kMostMoved = 0.04;    // m
 constexpr double kMostTurned = 0.2;    // rad
+constexpr double kLies = 0.025;        // m from its surface, of what a bar drawn into the palm is at most
 constexpr float kSeenAround = 0.06F;   // m, where a point of it may be: nearer than the table is below it
 constexpr double kCloudTimeout = 5.0;  // s without a new cloud: many frame periods of the camera
 
@@ -325,7 +326,7 @@ void Regrasp::Impl::require_hold() {
     std::copy_if(held_H.begin(), held_H.end(), std::back_inserter(before_H), [&](const Eigen::Vector3f& p_H) {
       return p_H.x() > in_view.min().x() + kSeenAround && p_H.x() < in_view.max().x() - kSeenAround;
     });
-    return perception::motion_of(before_H, now_H, kSeenAround);
+    return perception::motion_of(before_H, now_H, kSeenAround, kLies);
   });
   X_TC = X_TC_seen;  // of `seen`
   if (!moved) return;

@@ -33,7 +33,7 @@ TEST(Registration, FindsHowABarHasMovedAcrossItself) {
     Eigen::Isometry3d X = Eigen::Isometry3d::Identity();
     X.rotate(Eigen::AngleAxisd(angle, Eigen::Vector3d::UnitZ()));
     X.translation() = Eigen::Vector3d(0, 0.01, -0.015);
-    const auto found = motion_of(bar(Eigen::Isometry3d::Identity(), 1), bar(X, 2), 0.06);
+    const auto found = motion_of(bar(Eigen::Isometry3d::Identity(), 1), bar(X, 2), 0.06, 0);
     ASSERT_TRUE(found);
     EXPECT_NEAR(std::acos(found->linear()(0, 0)), std::abs(angle), 0.005);
     EXPECT_LT((*found * Eigen::Vector3d::Zero() - X * Eigen::Vector3d::Zero()).tail<2>().norm(), 0.003);
@@ -41,15 +41,23 @@ TEST(Registration, FindsHowABarHasMovedAcrossItself) {
   }
 }
 
+TEST(Registration, WhatLiesWhereItLayHasNotMoved) {
+  Eigen::Isometry3d X = Eigen::Isometry3d::Identity();
+  X.translation() = Eigen::Vector3d(0.05, 0.01, -0.01);
+  const auto found = motion_of(bar(Eigen::Isometry3d::Identity(), 1), bar(X, 2), 0.06, 0.02);
+  ASSERT_TRUE(found);
+  EXPECT_TRUE(found->isApprox(Eigen::Isometry3d::Identity()));
+}
+
 TEST(Registration, SaysNothingOfWhatIsHardlySeen) {
   const auto whole = bar(Eigen::Isometry3d::Identity(), 1);
   const std::vector<Eigen::Vector3f> end(whole.begin(), whole.begin() + 1);
-  EXPECT_FALSE(motion_of(whole, end, 0.06));
-  EXPECT_FALSE(motion_of(whole, {}, 0.06));
-  EXPECT_FALSE(motion_of({}, whole, 0.06));
+  EXPECT_FALSE(motion_of(whole, end, 0.06, 0));
+  EXPECT_FALSE(motion_of(whole, {}, 0.06, 0));
+  EXPECT_FALSE(motion_of({}, whole, 0.06, 0));
   Eigen::Isometry3d away = Eigen::Isometry3d::Identity();
   away.translation().z() = 0.3;
-  EXPECT_FALSE(motion_of(whole, bar(away, 2), 0.06));
+  EXPECT_FALSE(motion_of(whole, bar(away, 2), 0.06, 0));
 }
 
 }  // namespace
