@@ -29,29 +29,29 @@ pcl::PointCloud<pcl::PointXYZ>::Ptr cloud_of(std::span<const Eigen::Vector3f> po
 std::optional<Eigen::Isometry3d> motion_of(std::span<const Eigen::Vector3f> before,
                                            std::span<const Eigen::Vector3f> now, double reach, double still) {
   if (before.empty() || now.empty()) return std::nullopt;
-  pcl::IterativeClosestPoint<pcl::PointXYZ, pcl::PointXYZ> icp;
   const auto source = cloud_of(before, kMostPoints);
+  pcl::IterativeClosestPoint<pcl::PointXYZ, pcl::PointXYZ> icp;
+  const auto target = cloud_of(now, now.size());
+  icp.getSearchMethodTarget()->setInputCloud(target);
+  const auto distance = [&icp, reach](const pcl::PointXYZ& point) {
+    std::vector<int> nearest(1);
+    std::vector<float> square(1);
+    icp.getSearchMethodTarget()->nearestKSearch(point, 1, nearest, square);
+    return std::min(std::sqrt(static_cast<double>(square.front())), reach);
+  };
+  double sum = 0;
+  for (const pcl::PointXYZ& point : *source) sum += distance(point);
+  if (sum < still * static_cast<double>(source->size())) return Eigen::Isometry3d::Identity();
   icp.setInputSource(source);
-  icp.setInputTarget(cloud_of(now, now.size()));
+  icp.setInputTarget(target);
   icp.setMaxCorrespondenceDistance(reach);
   icp.setMaximumIterations(kIterations);
   icp.setTransformationEpsilon(kStill);
   pcl::PointCloud<pcl::PointXYZ> moved;
   icp.align(moved);
   if (!icp.hasConverged()) return std::nullopt;
-  std::vector<int> nearest(1);
-  std::vector<float> square(1);
-  double sum = 0;
-  for (const pcl::PointXYZ& point : *source) {
-    icp.getSearchMethodTarget()->nearestKSearch(point, 1, nearest, square);
-    sum += std::min(std::sqrt(static_cast<double>(square.front())), reach);
-  }
-  if (sum < still * static_cast<double>(source->size())) return Eigen::Isometry3d::Identity();
-  std::size_t met = 0;
-  for (const pcl::PointXYZ& point : moved) {
-    icp.getSearchMethodTarget()->nearestKSearch(point, 1, nearest, square);
-    if (square.front() < reach * reach) ++met;
-  }
+  const auto met = std::count_if(moved.begin(), moved.end(),
+                                 [&](const pcl::PointXYZ& point) { return distance(point) < reach; });
   if (static_cast<double>(met) < kFewest * static_cast<double>(moved.size())) return std::nullopt;
   Eigen::Isometry3d X = Eigen::Isometry3d::Identity();
   X.matrix() = icp.getFinalTransformation().cast<double>();

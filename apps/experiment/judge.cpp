@@ -37,7 +37,9 @@ int place_of(const std::string& name, DeviceKind kind, const DeviceTable& device
       ++place;
     }
   }
-  throw std::runtime_error("the device table has no '" + name + "' of the kind that is asked for");
+  throw std::runtime_error(
+      fmt::format("the device table has no {} '{}'",
+                  kind == DeviceKind::kForceTorque ? "force/torque sensor" : "hand drive", name));
 }
 
 }  // namespace
