@@ -118,6 +118,7 @@ Section<StageTwoParameters> stage_two_section() {
            {"displacement_threshold", &P::displacement_threshold, 0, kLength},
            {"average_time", &P::average_time, kShort, kTime},
            {"tare_time", &P::tare_time, kShort, kTime},
+           {"pose_time", &P::pose_time, kShort, kTime},
            {"rest_speed", &P::rest_speed, kSlow, 1},
            {"rest_time", &P::rest_time, kShort, kTime},
            {"rest_timeout", &P::rest_timeout, kShort, kTime},

@@ -173,8 +173,11 @@ GraspPlanner::Refusal GraspPlanner::blocked(const View& view, const Hand& hand, 
               n_T.dot(X_TS.translation()) + offset - shape.reach(-(X_TS.linear().transpose() * n_T)) -
                   kFingerRoom);
       const Eigen::Isometry3d X_ST = X_TS.inverse();
-      for (const Eigen::Vector3d& p_T : others_T)
-        found(shape, kBeside, distance(shape, X_ST, p_T) - beside_room);
+      const double near = shape.extent() + beside_room;
+      for (const Eigen::Vector3d& p_T : others_T) {
+        if ((p_T - X_TS.translation()).squaredNorm() < near * near)
+          found(shape, kBeside, distance(shape, X_ST, p_T) - beside_room);
+      }
     }
     return refusal;
   };

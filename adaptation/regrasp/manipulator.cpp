@@ -35,6 +35,8 @@ constexpr double kClosingTurn = 0.1, kSoftness = 0.7;
 // How the hand sits on its sensor: screws of both have 0.2 mm of clearance on 45 mm.
 constexpr double kMountingTurn = 0.005;     // rad
 constexpr double kMountingOrigin = 0.0006;  // m
+constexpr double kBar = 2;                  // radii of the handle from its axis, of what is a bar
+constexpr double kRadiusError = 0.002;      // m, of a handle seen
 constexpr double kDensest = 7850;           // kg/m³, steel
 constexpr double kDeviations = 3;           // of a torque that is not chance
 constexpr double kOpenTorque = 0.2;         // share of rated: enough to let the ligaments open the hand
@@ -150,7 +152,7 @@ void Manipulator::calibrate() {
     for (const Eigen::Isometry3d& X_TH :
          {turned(-turn, R_HS.col(2)), turned(turn, R_HS.col(0)), turned(turn, R_HS.col(2)), X_TH_start_}) {
       move_to(X_TH, parameters_.travel_speed);
-      add_empty();
+      add_empty(parameters_.pose_time);
     }
   } while (session_.recoveries() != recoveries);
   motion_->keep_posture(false);
@@ -302,7 +304,7 @@ void Manipulator::turn_head(const Eigen::VectorXd& q) {
 void Manipulator::tare() {
   estimator_.begin_series();
   tared_recoveries_ = session_.recoveries();
-  const MeanReading empty = add_empty();
+  const MeanReading empty = add_empty(parameters_.tare_time);
   residual_So_S_ = {empty.reading.torque - empty.hand.torque, empty.reading.force - empty.hand.force};
 }
 
@@ -328,6 +330,11 @@ void Manipulator::ascend() {
 
 void Manipulator::grasp(double radius, const Eigen::AlignedBox3d& object_H) {
   object_H_ = object_H;
+  bar_radius_.reset();
+  const Eigen::Vector3d p_HAxis(0, -radius, 0);
+  const double farthest = std::max((p_HAxis - object_H.min()).tail<2>().maxCoeff(),
+                                   (object_H.max() - p_HAxis).tail<2>().maxCoeff());
+  if (farthest < kBar * radius) bar_radius_ = radius;
   session_.set_holding(true);
   for_seconds(parameters_.close_time,
               [&](double share) { session_.set_grip(share, parameters_.grip_torque); });
@@ -458,15 +465,15 @@ void Manipulator::turn() {
     if (!go_straight(turned_clear(about_handle(turn)), carrying_limits()))
       carry_to(turned_clear(about_handle(turn / 2)));
     settle();
-    add_loaded(parameters_.tare_time);
+    add_loaded(parameters_.pose_time);
   }
   carry_to(X_TH);
   settle();
 }
 
-Manipulator::MeanReading Manipulator::add_empty() {
+Manipulator::MeanReading Manipulator::add_empty(double seconds) {
   settle();
-  MeanReading empty = mean_reading(parameters_.tare_time);
+  MeanReading empty = mean_reading(seconds);
   estimator_.add_empty(empty.reading, empty.count, empty.hand, empty.down_S);
   return empty;
 }
@@ -475,6 +482,30 @@ Manipulator::MeanReading Manipulator::add_loaded(double seconds) {
   MeanReading loaded = mean_reading(seconds);
   estimator_.add_loaded(loaded.reading, loaded.count, loaded.hand, loaded.down_S);
   return loaded;
+}
+
+wrench::LoadEstimator::Object Manipulator::object() const {
+  wrench::LoadEstimator::Object object = estimator_.object();
+  const Eigen::Isometry3d X_HS = session_.X_TH().inverse() * session_.X_TS();
+  const Eigen::Vector3d moment_H = X_HS.linear() * object.moment_S + object.weight * X_HS.translation();
+  if (!bar_radius_ || std::abs(moment_H.x()) > parameters_.displacement_threshold * object.weight)
+    return object;
+  // How far the weight is beside the bar's axis, N·m, by weight and moment.
+  const double seat = motion::Grip::seat(*bar_radius_);
+  Eigen::Vector4d slope;
+  slope << X_HS.translation().z() - seat, X_HS.linear().row(2).transpose();
+  const double beside = moment_H.z() - seat * object.weight;
+  const double deviation =
+      std::hypot(motion::Grip::kSeat, motion::Grip::seat(0) - motion::Grip::seat(kRadiusError),
+                 std::hypot(kMountingTurn * X_HS.translation().norm(), kMountingOrigin));
+  const Eigen::Vector4d shared = object.covariance * slope;
+  const double variance = slope.dot(shared) + std::pow(object.weight * deviation, 2);
+  if (std::abs(beside) > kDeviations * std::sqrt(variance)) return object;
+  const Eigen::Vector4d change = -beside / variance * shared;
+  object.weight += change[0];
+  object.moment_S += change.tail<3>();
+  object.covariance -= shared * shared.transpose() / variance;
+  return object;
 }
 
 Manipulator::Load Manipulator::weigh() {
@@ -493,7 +524,7 @@ Manipulator::Load Manipulator::weigh() {
             parameters_.torque_slope),
         load);
   }
-  const wrench::LoadEstimator::Object object = estimator_.object();
+  const wrench::LoadEstimator::Object object = this->object();
   if (!(object.misfit < kMostMisfit)) {
     throw HeldTooFar(fmt::format("the wrist's readings contradict each other: with {:.1f} N and {:.2f} N·m "
                                  "and the hand turned they "
@@ -518,7 +549,7 @@ Manipulator::Load Manipulator::weigh() {
 }
 
 void Manipulator::hang() {
-  const wrench::LoadEstimator::Object object = estimator_.object();
+  const wrench::LoadEstimator::Object object = this->object();
   const Eigen::Isometry3d X_HT = session_.X_TH().inverse();
   const Eigen::Vector3d p_HCm = X_HT * (session_.X_TS() * Eigen::Vector3d(object.moment_S / object.weight));
   const Eigen::Vector3d down_H = -X_HT.linear().col(2);
@@ -577,14 +608,15 @@ void Manipulator::check_residual() {
 
 /// What has moved in the hand does not stand where it stood with the hand where it was.
 void Manipulator::put_down() {
+  // Of the object, upwards by the hand: less than nothing when that presses it on the table.
+  const auto carried = [this](double seconds) { return -mean_object_load(seconds).force.z(); };
   // What was too much to be taken over has a weight, too: without one the hand would press it on the table.
-  const double weight = payload_.mass > 0 ? payload_.mass * motion::kGravity
-                                          : mean_object_load(parameters_.lift_window).force.norm();
+  const double weight =
+      payload_.mass > 0 ? payload_.mass * motion::kGravity : std::abs(carried(parameters_.lift_window));
   carry_to(X_TH_grasp_);
   hold(parameters_.hold_time);
   for (int step = 1; step <= kPutDownSteps; ++step) {
-    const double force = mean_object_load(kPutDownWindow).force.norm();
-    if (force < kPutDownShare * weight ||
+    if (carried(kPutDownWindow) < kPutDownShare * weight ||
         !go_straight(raised(X_TH_grasp_, -step * kPutDownStep), limits(parameters_.approach_speed)))
       return;
   }

@@ -139,10 +139,13 @@ class Manipulator {
     int count;
   };
   [[nodiscard]] MeanReading mean_reading(double seconds);
-  MeanReading add_empty();
+  MeanReading add_empty(double seconds);
   MeanReading add_loaded(double seconds);
   /// What the sensor as it is says of the object alone, about Ho in T.
   [[nodiscard]] Wrench object_load() const;
+  /// The object as the readings have it. The centre of mass of a bar that is held near it is taken to lie on
+  /// the bar's axis, and that where the hand seats it, unless they contradict.
+  [[nodiscard]] wrench::LoadEstimator::Object object() const;
   /// The same of a reading with the hand's weight at that time.
   [[nodiscard]] Wrench load_of(const Wrench& reading, const Wrench& hand) const;
 
@@ -165,7 +168,8 @@ class Manipulator {
   Eigen::Isometry3d X_TH_grasp_ = Eigen::Isometry3d::Identity();
   std::vector<Eigen::Isometry3d> way_;  // of the last approach
   double lifted_ = 0;
-  Eigen::AlignedBox3d object_H_;  // that the hand holds, as it stood
+  Eigen::AlignedBox3d object_H_;      // that the hand holds, as it stood
+  std::optional<double> bar_radius_;  // m, where it all lies around the handle's axis
   struct Payload {
     double mass = 0;  // kg
     Eigen::Vector3d p_HCm = Eigen::Vector3d::Zero();

@@ -26,6 +26,7 @@ class Case:
     x: float = 0.70  # m, the bar's middle
     y: float = -0.24
     bar_com: float = -0.03  # m, of the bar alone from its middle
+    off_axis: float = 0.0  # m, the whole's centre of mass from the bar's axis, level, by its clamps
     tilt: float = 0.0  # rad, of the table, its far edge up
     slope: float = 0.0  # rad, of the table, its left side up
     beside: tuple = ()  # boxes on the table: x, y, then sizes, m
@@ -58,11 +59,13 @@ def tube_urdf(case: Case) -> str:
 def clamp_urdf(case: Case) -> str:
     mass = case.mass * (1 - case.bar_share) / len(case.weights)
     side = case.diameter + 2 * CLAMP_OVER_BAR
-    along = mass * side**2 / 6
+    beside = case.off_axis / (1 - case.bar_share)
+    along = mass * (side**2 / 6 - beside**2)
     across = mass * (side**2 + WEIGHT_THICKNESS**2) / 12
+    upright = across - mass * beside**2
     return f"""<robot name="clamp"><link name="clamp">
-  <inertial><mass value="{mass:.6g}"/>
-    <inertia ixx="{along:.6g}" ixy="0" ixz="0" iyy="{across:.6g}" iyz="0" izz="{across:.6g}"/></inertial>
+  <inertial><origin xyz="0 {beside:.6g} 0"/><mass value="{mass:.6g}"/>
+    <inertia ixx="{along:.6g}" ixy="0" ixz="0" iyy="{across:.6g}" iyz="0" izz="{upright:.6g}"/></inertial>
   <collision><geometry><box size="{WEIGHT_THICKNESS} {side:.6g} {side:.6g}"/></geometry></collision>
   <contact><lateral_friction value="{case.friction:.6g}"/></contact>
 </link></robot>
@@ -156,6 +159,7 @@ def one_at_a_time() -> typing.List[Case]:
     cases += [Case(f"weights at {a} and {b} m", weights=(a, b)) for a, b in ((0.30, 0.75), (0.38, 0.67), (0.42, 0.56))]
     cases += [Case(f"CoM {100 * c:+.0f} cm off", bar_share=0.5, weights=(0.525 + c - 0.12, 0.525 + c + 0.12), bar_com=c)
               for c in (-0.30, -0.20, 0.20, 0.30)]
+    cases += [Case(f"CoM {1000 * o:+.0f} mm beside the axis", off_axis=o) for o in (-0.015, -0.006, 0.006, 0.015)]
     cases += [
         Case("a box beside its left half", beside=((0.78, 0.10, 0.06, 0.10, 0.12),)),
         Case("a box behind it", beside=((0.85, -0.20, 0.08, 0.40, 0.20),)),

@@ -106,6 +106,7 @@ TEST(ParameterDefaults, ShippedFileHoldsEveryKeyOfStageTwoAtItsDefault) {
   EXPECT_EQ(file.average_time, code.average_time);
   EXPECT_EQ(file.max_regrasps, code.max_regrasps);
   EXPECT_EQ(file.tare_time, code.tare_time);
+  EXPECT_EQ(file.pose_time, code.pose_time);
   EXPECT_EQ(file.rest_speed, code.rest_speed);
   EXPECT_EQ(file.rest_time, code.rest_time);
   EXPECT_EQ(file.rest_timeout, code.rest_timeout);

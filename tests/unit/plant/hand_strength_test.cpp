@@ -10,6 +10,7 @@
 #include <Eigen/LU>
 #include <gtest/gtest.h>
 
+#include "adaptation/motion/grip.h"
 #include "tests/unit/plant/hand_world.h"
 
 namespace walkman::tests {
@@ -39,29 +40,35 @@ TEST(Strength, IsThatOfTheWalkManHandAtItsPeakAndOfOthersBelow) {
   EXPECT_LT(half, 62);
 }
 
-/// Where bars of 6 to 9 cm come to lie in a hand that closes with a torque, in the mean: into the palm (y)
-/// and towards the fingers (z), m.
-Eigen::Vector2d mean_seat(double torque) {
-  constexpr std::array kDiameters = {0.06, 0.07, 0.08, 0.09};
-  Eigen::Vector2d sum = Eigen::Vector2d::Zero();
-  for (const double diameter : kDiameters) {
-    Grasp grasp;
-    grasp.diameter = diameter;
-    grasp.length = 1;
-    grasp.mass = 1;
-    HandWorld world(grasp);
-    world.run(3, torque);
-    const Eigen::Vector3d p_PO = world.X_PO().translation();
-    sum += Eigen::Vector2d(diameter / 2 - p_PO.y(), -p_PO.z());
-  }
-  return sum / kDiameters.size();
+/// Where a bar comes to lie in a hand that closes with a torque: into the palm (x) and towards the wrist (y),
+/// m.
+Eigen::Vector2d seat_of(double diameter, double torque) {
+  Grasp grasp;
+  grasp.diameter = diameter;
+  grasp.length = 1;
+  grasp.mass = 1;
+  HandWorld world(grasp);
+  world.run(3, torque);
+  const Eigen::Vector3d p_PO = world.X_PO().translation();
+  return {diameter / 2 - p_PO.y(), p_PO.z()};
 }
 
-// The hand frame is 7 mm in front of the palm's middle, where a hand that begins to close moves a bar to, and
-// the pads give way by what the method takes handles to lie in them (adaptation/motion/grip.h).
-TEST(Seat, IsUnderTheHandFrameAndInThePads) {
-  EXPECT_NEAR(mean_seat(kRatedTorque / 5).y(), 0.007, 0.0015);
-  EXPECT_NEAR(mean_seat(kRatedTorque).x(), 0.0075, 0.0015);
+// What the method takes handles to do (adaptation/motion/grip.h). A hand that begins to close moves a bar;
+// the hand frame is over where it moves bars in the mean, 7 mm in front of the palm's middle. Then its pads
+// give way.
+TEST(Seat, IsWhereTheMethodHasBars) {
+  constexpr double kFrame = -0.007;  // m towards the wrist from the palm's middle
+  constexpr std::array kDiameters = {0.06, 0.07, 0.08, 0.09};
+  double depth = 0, beside = 0;
+  for (const double diameter : kDiameters) {
+    SCOPED_TRACE(diameter);
+    const double seat = seat_of(diameter, kRatedTorque / 5).y() - kFrame;
+    EXPECT_NEAR(seat, motion::Grip::seat(diameter / 2), 2 * motion::Grip::kSeat);
+    beside += seat / kDiameters.size();
+    depth += seat_of(diameter, kRatedTorque).x() / kDiameters.size();
+  }
+  EXPECT_NEAR(beside, 0, 0.0015);
+  EXPECT_NEAR(depth, motion::Grip::kDepth, 0.0015);
 }
 
 /// A bar of 7 cm in the closed hand, and how far a small load moves it.
