@@ -25,6 +25,8 @@ class Grip {
   /// deviation, m.
   static constexpr double seat(double radius) { return (0.038 - radius) / 2; }
   static constexpr double kSeat = 0.0008;
+  /// Of a bar in the closed hand, in its softest direction, N/m.
+  static constexpr double kFirmness = 18000;
 
   /// `hand_link` carries H: x along the handle, y against the palm, origin on the palm. The fingers are what
   /// moves with `motor`. Keeps a reference to `model`. Throws std::out_of_range for names that the model does

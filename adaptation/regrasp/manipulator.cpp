@@ -495,9 +495,11 @@ wrench::LoadEstimator::Object Manipulator::object() const {
   Eigen::Vector4d slope;
   slope << X_HS.translation().z() - seat, X_HS.linear().row(2).transpose();
   const double beside = moment_H.z() - seat * object.weight;
+  const Eigen::Vector3d seat_errors(motion::Grip::kSeat,
+                                    motion::Grip::seat(0) - motion::Grip::seat(kRadiusError),
+                                    object.weight / motion::Grip::kFirmness);
   const double deviation =
-      std::hypot(motion::Grip::kSeat, motion::Grip::seat(0) - motion::Grip::seat(kRadiusError),
-                 std::hypot(kMountingTurn * X_HS.translation().norm(), kMountingOrigin));
+      std::hypot(seat_errors.norm(), kMountingTurn * X_HS.translation().norm(), kMountingOrigin);
   const Eigen::Vector4d shared = object.covariance * slope;
   const double variance = slope.dot(shared) + std::pow(object.weight * deviation, 2);
   if (std::abs(beside) > kDeviations * std::sqrt(variance)) return object;

@@ -119,6 +119,7 @@ TEST(Firmness, ABarGivesWayAsItsPadsAndTendonsDo) {
       return (bar.give(sticks).topLeftCorner<3, 3>() * axis).norm();
     };
     expect_between(moved, by_springs(true), by_springs(false), "N/mm", 1e-3);
+    EXPECT_GT(1 / moved, motion::Grip::kFirmness);
   }
 }
 
