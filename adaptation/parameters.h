@@ -50,7 +50,7 @@ struct StageTwoParameters {
   int max_looks = 3;
 
   double tare_time = 1.0;     ///< average before the first grasp that removes the sensor's residuals
-  double pose_time = 0.5;     ///< average with the hand turned, empty or with the object
+  double pose_time = 0.5;     ///< average in each pose of an empty or loaded hand that turns
   double rest_speed = 0.006;  ///< m/s: a hand no faster is at rest
   double rest_time = 0.41;    ///< for so long, before a measurement
   double rest_timeout = 15;   ///< a hand that has not come to rest by then does not

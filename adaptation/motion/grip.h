@@ -20,12 +20,11 @@ class Grip {
   /// How deep a handle lies in the palm's pad under the full grip, m.
   static constexpr double kDepth = 0.0075;
 
-  /// How far from H towards the wrist the axis of a bar of `radius` (m) comes to lie that a closing hand
-  /// takes from a table: its thumb pushes it as far from the palm as the bar is thick. kSeat: standard
-  /// deviation, m.
+  /// z in H of the axis of a bar of `radius` (m) that a closing hand has taken from a table: the thicker it
+  /// is, the farther the thumb pushes it from the wrist. kSeat: standard deviation, m.
   static constexpr double seat(double radius) { return (0.038 - radius) / 2; }
   static constexpr double kSeat = 0.0008;
-  /// Of a bar in the closed hand, in its softest direction, N/m.
+  /// Stiffness with which a closed hand holds a bar, in its softest direction, N/m.
   static constexpr double kFirmness = 18000;
 
   /// `hand_link` carries H: x along the handle, y against the palm, origin on the palm. The fingers are what

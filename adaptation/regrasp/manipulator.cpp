@@ -35,11 +35,14 @@ constexpr double kClosingTurn = 0.1, kSoftness = 0.7;
 // How the hand sits on its sensor: screws of both have 0.2 mm of clearance on 45 mm.
 constexpr double kMountingTurn = 0.005;     // rad
 constexpr double kMountingOrigin = 0.0006;  // m
-constexpr double kBar = 2;                  // radii of the handle from its axis, of what is a bar
+constexpr double kBar = 2;                  // radii, the farthest that a bar reaches from its handle's axis
 constexpr double kRadiusError = 0.002;      // m, of a handle seen
-constexpr double kDensest = 7850;           // kg/m³, steel
-constexpr double kDeviations = 3;           // of a torque that is not chance
-constexpr double kOpenTorque = 0.2;         // share of rated: enough to let the ligaments open the hand
+constexpr double kOffAxis =
+    0.0015;  // m, of a bar's centre of mass: tubes are straight within 0.2 % (EN 10219-2)
+constexpr double kContradicts = 2;   // deviations
+constexpr double kDensest = 7850;    // kg/m³, steel
+constexpr double kDeviations = 3;    // of a torque that is not chance
+constexpr double kOpenTorque = 0.2;  // share of rated: enough to let the ligaments open the hand
 
 wrench::LoadEstimator::DataSheet sensor_of(const StageTwoParameters& parameters) {
   return {.gain = parameters.sensor_gain,
@@ -331,7 +334,7 @@ void Manipulator::ascend() {
 void Manipulator::grasp(double radius, const Eigen::AlignedBox3d& object_H) {
   object_H_ = object_H;
   bar_radius_.reset();
-  const Eigen::Vector3d p_HAxis(0, -radius, 0);
+  const Eigen::Vector3d p_HAxis(0, -radius - parameters_.palm_clearance, 0);
   const double farthest = std::max((p_HAxis - object_H.min()).tail<2>().maxCoeff(),
                                    (object_H.max() - p_HAxis).tail<2>().maxCoeff());
   if (farthest < kBar * radius) bar_radius_ = radius;
@@ -487,27 +490,15 @@ Manipulator::MeanReading Manipulator::add_loaded(double seconds) {
 wrench::LoadEstimator::Object Manipulator::object() const {
   wrench::LoadEstimator::Object object = estimator_.object();
   const Eigen::Isometry3d X_HS = session_.X_TH().inverse() * session_.X_TS();
-  const Eigen::Vector3d moment_H = X_HS.linear() * object.moment_S + object.weight * X_HS.translation();
-  if (!bar_radius_ || std::abs(moment_H.x()) > parameters_.displacement_threshold * object.weight)
-    return object;
-  // How far the weight is beside the bar's axis, N·m, by weight and moment.
-  const double seat = motion::Grip::seat(*bar_radius_);
-  Eigen::Vector4d slope;
-  slope << X_HS.translation().z() - seat, X_HS.linear().row(2).transpose();
-  const double beside = moment_H.z() - seat * object.weight;
-  const Eigen::Vector3d seat_errors(motion::Grip::kSeat,
-                                    motion::Grip::seat(0) - motion::Grip::seat(kRadiusError),
-                                    object.weight / motion::Grip::kFirmness);
-  const double deviation =
-      std::hypot(seat_errors.norm(), kMountingTurn * X_HS.translation().norm(), kMountingOrigin);
-  const Eigen::Vector4d shared = object.covariance * slope;
-  const double variance = slope.dot(shared) + std::pow(object.weight * deviation, 2);
-  if (std::abs(beside) > kDeviations * std::sqrt(variance)) return object;
-  const Eigen::Vector4d change = -beside / variance * shared;
-  object.weight += change[0];
-  object.moment_S += change.tail<3>();
-  object.covariance -= shared * shared.transpose() / variance;
-  return object;
+  const double mounting = std::hypot(kMountingTurn * X_HS.translation().norm(), kMountingOrigin);
+  object.covariance.diagonal().tail<3>().array() += std::pow(object.weight * mounting, 2);
+  const double along = X_HS.linear().row(0).dot(object.moment_S) / object.weight + X_HS.translation().x();
+  if (!bar_radius_ || std::abs(along) > parameters_.displacement_threshold) return object;
+  const Eigen::Vector4d errors(motion::Grip::kSeat, motion::Grip::seat(0) - motion::Grip::seat(kRadiusError),
+                               object.weight / motion::Grip::kFirmness, kOffAxis);
+  return wrench::near_plane(std::move(object), X_HS.linear().row(2).transpose(),
+                            motion::Grip::seat(*bar_radius_) - X_HS.translation().z(), errors.norm(),
+                            kContradicts);
 }
 
 Manipulator::Load Manipulator::weigh() {
@@ -543,9 +534,7 @@ Manipulator::Load Manipulator::weigh() {
   slope.topLeftCorner<3, 1>() = -p_SoHo_T.cross(down_T);
   for (int i = 0; i < 3; ++i) slope.block<3, 1>(0, 1 + i) = X_TS.linear().col(i).cross(down_T);
   slope(3, 0) = 1;
-  Eigen::Matrix4d covariance = slope * object.covariance * slope.transpose();
-  const double beside = object.weight * std::hypot(kMountingTurn * p_SoHo_T.norm(), kMountingOrigin);  // N·m
-  covariance.topLeftCorner<2, 2>().diagonal().array() += beside * beside;
+  const Eigen::Matrix4d covariance = slope * object.covariance * slope.transpose();
   return {wrench::shift({(X_TS.linear() * object.moment_S).cross(down_T), object.weight * down_T}, p_SoHo_T),
           covariance};
 }
@@ -610,15 +599,15 @@ void Manipulator::check_residual() {
 
 /// What has moved in the hand does not stand where it stood with the hand where it was.
 void Manipulator::put_down() {
-  // Of the object, upwards by the hand: less than nothing when that presses it on the table.
-  const auto carried = [this](double seconds) { return -mean_object_load(seconds).force.z(); };
+  // Upward force of the hand on the object, N: negative when the hand presses it on the table.
+  const auto lifting_force = [this](double seconds) { return -mean_object_load(seconds).force.z(); };
   // What was too much to be taken over has a weight, too: without one the hand would press it on the table.
   const double weight =
-      payload_.mass > 0 ? payload_.mass * motion::kGravity : std::abs(carried(parameters_.lift_window));
+      payload_.mass > 0 ? payload_.mass * motion::kGravity : std::abs(lifting_force(parameters_.lift_window));
   carry_to(X_TH_grasp_);
   hold(parameters_.hold_time);
   for (int step = 1; step <= kPutDownSteps; ++step) {
-    if (carried(kPutDownWindow) < kPutDownShare * weight ||
+    if (lifting_force(kPutDownWindow) < kPutDownShare * weight ||
         !go_straight(raised(X_TH_grasp_, -step * kPutDownStep), limits(parameters_.approach_speed)))
       return;
   }

@@ -63,8 +63,9 @@ class Manipulator {
     /// Of its torque (N·m, in T) and its weight (N), in this order.
     Eigen::Matrix4d covariance = Eigen::Matrix4d::Zero();
   };
-  /// Reads it level for the averaging time. Returns the load that fits these readings and those before.
-  /// Throws Refused when they are none of a sensor as its data sheet has it, or do not stay what they are.
+  /// Reads it level for the averaging time. Returns the load that fits these readings and those before, and
+  /// of a bar held near its centre of mass where the hand seats its axis. Throws Refused when they are none
+  /// of a sensor as its data sheet has it, or do not stay what they are.
   [[nodiscard]] Load weigh();
   /// Throws Refused when the force (N) is more than the object seen would weigh of solid steel, or its line
   /// passes that by more than the displacement threshold and three of the torque's standard deviations
@@ -169,7 +170,7 @@ class Manipulator {
   std::vector<Eigen::Isometry3d> way_;  // of the last approach
   double lifted_ = 0;
   Eigen::AlignedBox3d object_H_;      // that the hand holds, as it stood
-  std::optional<double> bar_radius_;  // m, where it all lies around the handle's axis
+  std::optional<double> bar_radius_;  // m, where all that is seen of it lies around the handle's axis
   struct Payload {
     double mass = 0;  // kg
     Eigen::Vector3d p_HCm = Eigen::Vector3d::Zero();

@@ -6,7 +6,6 @@
 #include <functional>
 #include <future>
 #include <limits>
-#include <numeric>
 
 #include <Eigen/Eigenvalues>
 #include <fmt/format.h>
@@ -31,12 +30,13 @@ constexpr double kSignificant = 2;  // deviations of what is not chance
 constexpr double kAnyLength = 10;   // m, more than a hand holds
 // How an object may move in the hand from before it closes to after the lift. A bar is drawn into the palm by
 // 2 cm, and the pads let it tilt by 0.11 rad under the most a hand holds, 3.4 N·m.
-constexpr double kMostMoved = 0.04;    // m
-constexpr double kMostTurned = 0.2;    // rad
-constexpr double kSeenTurn = 0.05;     // rad, that what is seen of it from one side may be out by
-constexpr double kLies = 0.025;        // m from its surface, of what a bar drawn into the palm is at most
-constexpr float kSeenAround = 0.06F;   // m, where a point of it may be: nearer than the table is below it
-constexpr double kCloudTimeout = 5.0;  // s without a new cloud: many frame periods of the camera
+constexpr double kMostMoved = 0.04;      // m
+constexpr double kMostTurned = 0.2;      // rad
+constexpr double kSeenTurn = 0.05;       // rad, error of a registered turn of what is seen from one side only
+constexpr double kFarthestSeen = 0.055;  // m, nearer than kSeenAround
+constexpr double kLies = 0.025;          // m from its surface, of what a bar drawn into the palm is at most
+constexpr float kSeenAround = 0.06F;     // m, where a point of it may be: nearer than the table is below it
+constexpr double kCloudTimeout = 5.0;    // s without a new cloud: many frame periods of the camera
 
 /// Axial position on a handle nearest to a line: both as point and unit direction, in one frame.
 double nearest_along(const Eigen::Vector3d& centre, const Eigen::Vector3d& axis, const Eigen::Vector3d& point,
@@ -309,12 +309,13 @@ std::vector<Eigen::Vector3f> Regrasp::Impl::surface_in(const Eigen::Isometry3d& 
 
 void Regrasp::Impl::require_hold() {
   const Eigen::Isometry3d X_TC_seen = X_TC;
-  double lever = 0;  // of what is seen, about the hand
   take_cloud();
+  const Eigen::Isometry3d X_TH = session.X_TH();
+  double lever = 0;  // m, of what is seen along the handle
   const auto moved = await<std::optional<Eigen::Isometry3d>>([&] {
     outside = cloud;
     self_filter.remove(posed, X_TC, outside);
-    const Eigen::Isometry3f X_HC = (session.X_TH().inverse() * X_TC).cast<float>();
+    const Eigen::Isometry3f X_HC = (X_TH.inverse() * X_TC).cast<float>();
     Eigen::AlignedBox3f box;
     for (const Eigen::Vector3f& p_H : held_H) box.extend(p_H);
     box.min().array() -= kSeenAround;
@@ -329,9 +330,8 @@ void Regrasp::Impl::require_hold() {
     std::copy_if(held_H.begin(), held_H.end(), std::back_inserter(before_H), [&](const Eigen::Vector3f& p_H) {
       return p_H.x() > in_view.min().x() + kSeenAround && p_H.x() < in_view.max().x() - kSeenAround;
     });
-    const Eigen::Vector3f sum_H =
-        std::accumulate(before_H.begin(), before_H.end(), Eigen::Vector3f(Eigen::Vector3f::Zero()));
-    if (!before_H.empty()) lever = sum_H.norm() / static_cast<float>(before_H.size());
+    for (const Eigen::Vector3f& p_H : before_H) lever += static_cast<double>(p_H.x());
+    if (!before_H.empty()) lever /= static_cast<double>(before_H.size());
     return perception::motion_of(before_H, now_H, kSeenAround, kLies);
   });
   X_TC = X_TC_seen;  // of `seen`
@@ -339,7 +339,8 @@ void Regrasp::Impl::require_hold() {
   // Across the handle: along it, where the image's border has cut what is seen looks like the end.
   const double distance = moved->translation().tail<2>().norm();
   const double angle = std::acos(std::clamp(moved->linear()(0, 0), -1.0, 1.0));  // of the handle
-  const double farthest = kMostMoved + kSeenTurn * lever, most_turned = kMostTurned + kSeenTurn;
+  const double farthest = std::min(kMostMoved + kSeenTurn * std::abs(lever), kFarthestSeen);
+  const double most_turned = kMostTurned + kSeenTurn;
   if (distance <= farthest && angle <= most_turned) return;
   throw HeldTooFar(
       fmt::format(

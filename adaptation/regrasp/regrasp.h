@@ -30,7 +30,7 @@ enum class Ending {
 [[nodiscard]] std::string_view to_string(Ending ending);
 
 struct Report {
-  std::vector<Weighing> weighings;  ///< one per lift
+  std::vector<Weighing> weighings;  ///< one per lift, and one more when the load changed in the hand
   Ending ending = Ending::kMinimumTorque;
   /// What keeps the hands off a place that would be nearer by more than d_thres, one sentence; else empty.
   std::string hindrance;

@@ -181,4 +181,19 @@ LoadEstimator::Object LoadEstimator::object() const {
           fit.information.ldlt().solve(own).bottomRows<4>()};
 }
 
+LoadEstimator::Object near_plane(LoadEstimator::Object object, const Vector3d& n_S, double offset,
+                                 double deviation, double contradiction) {
+  Eigen::Vector4d slope;  // of the weight times the distance from the plane
+  slope << -offset, n_S;
+  const double off = n_S.dot(object.moment_S) - offset * object.weight;
+  const Eigen::Vector4d shared = object.covariance * slope;
+  const double variance = slope.dot(shared) + std::pow(object.weight * deviation, 2);
+  if (std::abs(off) > contradiction * std::sqrt(variance)) return object;
+  const Eigen::Vector4d change = -off / variance * shared;
+  object.weight += change[0];
+  object.moment_S += change.tail<3>();
+  object.covariance -= shared * shared.transpose() / variance;
+  return object;
+}
+
 }  // namespace walkman::wrench

@@ -91,4 +91,10 @@ class LoadEstimator {
   std::vector<Reading> series_;
 };
 
+/// The object when its centre of mass is known to lie near the plane n·p = `offset` (m) in S, within the
+/// standard deviation `deviation` (m): the weighted mean of both. The object as it is when they are apart by
+/// more than `contradiction` of their common standard deviations.
+[[nodiscard]] LoadEstimator::Object near_plane(LoadEstimator::Object object, const Eigen::Vector3d& n_S,
+                                               double offset, double deviation, double contradiction);
+
 }  // namespace walkman::wrench

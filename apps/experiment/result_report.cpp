@@ -20,19 +20,19 @@ struct Column {
   double TableRow::*value;
   bool needs_weighing = true;
   bool in_paper = true;
-  bool left = false;  // after a regrasp: of either sign by chance, so a mean is of magnitudes
+  bool is_signed = false;  // tells a side: a mean is of magnitudes
 };
 
 constexpr std::array<Column, 15> kColumns = {
     {{"d_r", &TableRow::d_r, false},
      {"d_v", &TableRow::d_v, false},
      {"f_g", &TableRow::f_g},
-     {"tau", &TableRow::tau},
-     {"d", &TableRow::d},
+     {"tau", &TableRow::tau, true, true, true},
+     {"d", &TableRow::d, true, true, true},
      {"tau_after", &TableRow::tau_after, true, true, true},
      {"d_after", &TableRow::d_after, true, true, true},
      {"reduction_percent", &TableRow::reduction_percent},
-     {"tau_about_handle", &TableRow::tau_about_handle, true, false},
+     {"tau_about_handle", &TableRow::tau_about_handle, true, false, true},
      {"tau_about_handle_after", &TableRow::tau_about_handle_after, true, false, true},
      {"f_g_deviation", &TableRow::f_g_deviation, true, false},
      {"tau_deviation", &TableRow::tau_deviation, true, false},
@@ -43,16 +43,16 @@ constexpr std::array<Column, 15> kColumns = {
 struct TrueColumn {
   const char* key;
   double TrueRow::*value;
-  bool left = false;
+  bool is_signed = false;
 };
 
 constexpr std::array<TrueColumn, 10> kTrueColumns = {
-    {{"tau_true", &TrueRow::tau},
-     {"d_true", &TrueRow::d},
+    {{"tau_true", &TrueRow::tau, true},
+     {"d_true", &TrueRow::d, true},
      {"tau_after_true", &TrueRow::tau_after, true},
      {"d_after_true", &TrueRow::d_after, true},
      {"reduction_percent_true", &TrueRow::reduction_percent},
-     {"tau_about_handle_true", &TrueRow::tau_about_handle},
+     {"tau_about_handle_true", &TrueRow::tau_about_handle, true},
      {"tau_about_handle_after_true", &TrueRow::tau_about_handle_after, true},
      {"com_error", &TrueRow::com_error},
      {"slip_true", &TrueRow::slip},
@@ -217,11 +217,11 @@ std::optional<double> optimality(const RepetitionResult& result) {
 
 Mean ExperimentResult::mean() const {
   Mean mean;
-  const auto term = [](double value, bool left) { return left ? std::abs(value) : value; };
+  const auto term = [](double value, bool is_signed) { return is_signed ? std::abs(value) : value; };
   const auto add = [&](JudgedRow& sum, const TableRow& row, const TrueRow& truth) {
-    for (const Column& column : kColumns) sum.row.*column.value += term(row.*column.value, column.left);
+    for (const Column& column : kColumns) sum.row.*column.value += term(row.*column.value, column.is_signed);
     for (const TrueColumn& column : kTrueColumns)
-      sum.truth.*column.value += term(truth.*column.value, column.left);
+      sum.truth.*column.value += term(truth.*column.value, column.is_signed);
   };
   const auto divide = [](JudgedRow& sum, int n) {
     for (const Column& column : kColumns) sum.row.*column.value /= n;

@@ -19,8 +19,8 @@ struct PaperRow {
 /// None for an experiment that the tables do not have. Signs as printed.
 [[nodiscard]] std::optional<PaperRow> paper_row(int experiment);
 
-/// Mean over the repetitions that ran to their end, whatever end: all but the stopped ones. What is left
-/// after a regrasp is of either sign, so that is averaged by magnitude.
+/// Mean over the repetitions that ran to their end, whatever end: all but the stopped ones. Torques and
+/// displacements by magnitude: signs that tell a side would cancel.
 struct Mean {
   int n = 0;  ///< how many these are; 0: the rows mean nothing
   JudgedRow whole;

@@ -146,7 +146,7 @@ TEST(ParameterDefaults, ShippedFileHoldsEveryKeyOfStageTwoAtItsDefault) {
   EXPECT_EQ(file.hanging_turn, code.hanging_turn);
   EXPECT_EQ(file.hanging_roll, code.hanging_roll);
   EXPECT_EQ(file.max_looks, code.max_looks);
-  EXPECT_EQ(YAML::LoadFile(shipped.string())["stage_two"].size(), 44U);
+  EXPECT_EQ(YAML::LoadFile(shipped.string())["stage_two"].size(), 45U);
 }
 
 TEST(ParameterDefaults, AreThePapersWhereItGivesThem) {

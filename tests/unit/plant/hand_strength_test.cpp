@@ -4,6 +4,7 @@
 // Nobody has measured how soft a held object sits: that is beside the springs of pads, ligaments and tendon
 // in parallel and in series, computed for the places where the hand touches.
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 
@@ -111,6 +112,7 @@ void expect_between(double moved, double sticking, double sliding, const char* u
 
 TEST(Firmness, ABarGivesWayAsItsPadsAndTendonsDo) {
   HeldBar bar;
+  double least = 1e9;  // N/m
   for (const Eigen::Vector3d& axis :
        {Eigen::Vector3d(1, 0, 0), Eigen::Vector3d(0, 1, 0), Eigen::Vector3d(0, 0, -1)}) {
     SCOPED_TRACE(axis.transpose());
@@ -119,8 +121,9 @@ TEST(Firmness, ABarGivesWayAsItsPadsAndTendonsDo) {
       return (bar.give(sticks).topLeftCorner<3, 3>() * axis).norm();
     };
     expect_between(moved, by_springs(true), by_springs(false), "N/mm", 1e-3);
-    EXPECT_GT(1 / moved, motion::Grip::kFirmness);
+    least = std::min(least, 1 / moved);
   }
+  EXPECT_NEAR(least, motion::Grip::kFirmness, 0.1 * motion::Grip::kFirmness);
 }
 
 TEST(Firmness, ABarTurnsByDegreesUnderTheMomentThePapersRobotHeld) {

@@ -11,6 +11,7 @@
 namespace walkman::wrench {
 namespace {
 
+using Eigen::Matrix3d;
 using Eigen::Vector3d;
 using Vector6 = Eigen::Matrix<double, 6, 1>;
 using Matrix6 = Eigen::Matrix<double, 6, 6>;
@@ -189,6 +190,37 @@ TEST(LoadEstimator, ASensorThatIsNoneOfItsDataSheetContradictsItself) {
   gain.sensor.matrix *= 1.3;
   gain.calibrate();
   EXPECT_GT(gain.weigh(kAside).misfit, 2);
+}
+
+// Off the plane by the object's readings with 3 mm of deviation, known to be on it within 4 mm: the weighted
+// mean of both goes 9/25 of the way back (two normal distributions).
+TEST(NearPlane, IsTheWeightedMeanOfReadingsAndOfWhatIsKnown) {
+  const Vector3d n = Vector3d(1, 2, 2) / 3;
+  constexpr double kOffset = -0.12, kOff = 0.005, kRead = 0.003, kKnown = 0.004;
+  LoadEstimator::Object object;
+  object.weight = 10;
+  object.moment_S = object.weight * ((kOffset + kOff) * n + 0.3 * Vector3d(0, 1, -1));
+  object.covariance.diagonal() << 0, Vector3d::Constant(std::pow(object.weight * kRead, 2));
+  const LoadEstimator::Object known = near_plane(object, n, kOffset, kKnown, 2);
+  EXPECT_DOUBLE_EQ(known.weight, 10);
+  const Vector3d moved = (known.moment_S - object.moment_S) / object.weight;
+  EXPECT_LT((moved + kOff * 9 / 25 * n).norm(), 1e-12);
+  const Matrix3d covariance = known.covariance.bottomRightCorner<3, 3>();
+  EXPECT_NEAR(std::sqrt(n.dot(covariance * n)) / object.weight, kRead * kKnown / 0.005, 1e-12);
+  const Vector3d along = n.unitOrthogonal();
+  EXPECT_NEAR(std::sqrt(along.dot(covariance * along)) / object.weight, kRead, 1e-12);
+}
+
+TEST(NearPlane, WhatContradictsIsAsRead) {
+  LoadEstimator::Object object;
+  object.weight = 10;
+  object.covariance.diagonal() << 0, Vector3d::Constant(std::pow(object.weight * 0.003, 2));
+  for (const double off : {0.0099, 0.0101}) {  // two deviations of 5 mm
+    object.moment_S = object.weight * off * Vector3d::UnitZ();
+    const double moved =
+        near_plane(object, Vector3d::UnitZ(), 0, 0.004, 2).moment_S.z() - object.moment_S.z();
+    EXPECT_EQ(moved != 0, off < 0.01) << off;
+  }
 }
 
 }  // namespace
