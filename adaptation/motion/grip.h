@@ -21,9 +21,10 @@ class Grip {
   static constexpr double kDepth = 0.0075;
 
   /// z in H of the axis of a bar of `radius` (m) that a closing hand has taken from a table: the thicker it
-  /// is, the farther the thumb pushes it from the wrist. kSeat: standard deviation, m.
+  /// is, the farther the thumb pushes it from the wrist.
   static constexpr double seat(double radius) { return (0.038 - radius) / 2; }
-  static constexpr double kSeat = 0.0008;
+  /// Standard deviation of that, m.
+  static constexpr double kSeatDeviation = 0.0008;
   /// Stiffness with which a closed hand holds a bar, in its softest direction, N/m.
   static constexpr double kFirmness = 18000;
 

@@ -35,11 +35,13 @@ constexpr double kClosingTurn = 0.1, kSoftness = 0.7;
 // How the hand sits on its sensor: screws of both have 0.2 mm of clearance on 45 mm.
 constexpr double kMountingTurn = 0.005;     // rad
 constexpr double kMountingOrigin = 0.0006;  // m
-constexpr double kBar = 2;                  // radii, the farthest that a bar reaches from its handle's axis
-constexpr double kRadiusError = 0.002;      // m, of a handle seen
-constexpr double kOffAxis =
-    0.0015;  // m, of a bar's centre of mass: tubes are straight within 0.2 % (EN 10219-2)
-constexpr double kContradicts = 2;   // deviations
+// Of a bar: how many radii from its handle's axis it reaches at most; how well its radius is seen; how near
+// its axis its centre of mass is, for tubes are straight within 0.2 % of their length (EN 10219-2); and by
+// how many standard deviations readings contradict that.
+constexpr double kBar = 2;
+constexpr double kRadiusError = 0.002;  // m
+constexpr double kOffAxis = 0.0015;     // m
+constexpr double kContradicts = 2;
 constexpr double kDensest = 7850;    // kg/m³, steel
 constexpr double kDeviations = 3;    // of a torque that is not chance
 constexpr double kOpenTorque = 0.2;  // share of rated: enough to let the ligaments open the hand
@@ -494,7 +496,8 @@ wrench::LoadEstimator::Object Manipulator::object() const {
   object.covariance.diagonal().tail<3>().array() += std::pow(object.weight * mounting, 2);
   const double along = X_HS.linear().row(0).dot(object.moment_S) / object.weight + X_HS.translation().x();
   if (!bar_radius_ || std::abs(along) > parameters_.displacement_threshold) return object;
-  const Eigen::Vector4d errors(motion::Grip::kSeat, motion::Grip::seat(0) - motion::Grip::seat(kRadiusError),
+  const Eigen::Vector4d errors(motion::Grip::kSeatDeviation,
+                               motion::Grip::seat(0) - motion::Grip::seat(kRadiusError),
                                object.weight / motion::Grip::kFirmness, kOffAxis);
   return wrench::near_plane(std::move(object), X_HS.linear().row(2).transpose(),
                             motion::Grip::seat(*bar_radius_) - X_HS.translation().z(), errors.norm(),

@@ -144,11 +144,11 @@ class Manipulator {
   MeanReading add_loaded(double seconds);
   /// What the sensor as it is says of the object alone, about Ho in T.
   [[nodiscard]] Wrench object_load() const;
+  /// The same of a reading with the hand's weight at that time.
+  [[nodiscard]] Wrench load_of(const Wrench& reading, const Wrench& hand) const;
   /// The object as the readings have it. The centre of mass of a bar that is held near it is taken to lie on
   /// the bar's axis, and that where the hand seats it, unless they contradict.
   [[nodiscard]] wrench::LoadEstimator::Object object() const;
-  /// The same of a reading with the hand's weight at that time.
-  [[nodiscard]] Wrench load_of(const Wrench& reading, const Wrench& hand) const;
 
   Session& session_;
   StageTwoParameters parameters_;

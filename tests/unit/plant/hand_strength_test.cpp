@@ -64,7 +64,7 @@ TEST(Seat, IsWhereTheMethodHasBars) {
   for (const double diameter : kDiameters) {
     SCOPED_TRACE(diameter);
     const double seat = seat_of(diameter, kRatedTorque / 5).y() - kFrame;
-    EXPECT_NEAR(seat, motion::Grip::seat(diameter / 2), 2 * motion::Grip::kSeat);
+    EXPECT_NEAR(seat, motion::Grip::seat(diameter / 2), 2 * motion::Grip::kSeatDeviation);
     beside += seat / kDiameters.size();
     depth += seat_of(diameter, kRatedTorque).x() / kDiameters.size();
   }
