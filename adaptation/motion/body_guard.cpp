@@ -86,8 +86,7 @@ BodyGuard::BodyGuard(const KinematicTree& kinematics, const std::vector<int>& mo
                                    static_cast<std::size_t>(shapes_[i].link)) != on_twist.end());
     extents_.push_back(shapes_[i].extent());
     const int link = shapes_[i].link;
-    const bool of_arm = std::find(arm.begin(), arm.end(), static_cast<std::size_t>(link)) != arm.end();
-    off_obstacles_.push_back(of_arm ? margins.arm : margins.idle);
+    of_arm_.push_back(std::find(arm.begin(), arm.end(), static_cast<std::size_t>(link)) != arm.end());
     const bool moves = base_moves || moved[static_cast<std::size_t>(link)] != moved.front();
     if (moves)
       (is_finger(kinematics, solid, link, hand) ? fingers_ : against_obstacles_)
@@ -188,8 +187,8 @@ void BodyGuard::keep_apart(WholeBodyIk& ik, double finger_margin, double gain) c
   for (const Nearness& nearness : near()) {
     const Separation& gap = nearness.gap;
     const bool finger = std::find(fingers_.begin(), fingers_.end(), nearness.shape) != fingers_.end();
-    const double off_obstacle =
-        finger ? finger_margin : off_obstacles_[static_cast<std::size_t>(nearness.shape)];
+    const double of_link = of_arm_[static_cast<std::size_t>(nearness.shape)] ? margins_.arm : margins_.idle;
+    const double off_obstacle = finger ? finger_margin : of_link;
     const double margin = nearness.other >= 0 ? margins_.own + turned(nearness) : off_obstacle;
     const double approach = std::max(0.0, gain * (gap.distance - margin));
     const int link = shapes_[static_cast<std::size_t>(nearness.shape)].link;

@@ -46,6 +46,8 @@ class BodyGuard {
             const std::vector<std::pair<std::string, std::string>>& disabled, const GuardMargins& margins);
 
   void set_obstacles(std::vector<NamedObstacle> obstacles) { obstacles_ = std::move(obstacles); }
+  /// In place of those given to the constructor.
+  void set_margins(const GuardMargins& margins) noexcept { margins_ = margins; }
 
   /// Something of the robot next to something else.
   struct Nearness {
@@ -109,7 +111,7 @@ class BodyGuard {
   int twist_ = -1;                      // joint
   std::vector<bool> is_turned_;         // by it, of each shape
   GuardMargins margins_;
-  std::vector<double> off_obstacles_;  // margin of each shape, m
+  std::vector<bool> of_arm_;  // that works, of each shape
   std::vector<NamedObstacle> obstacles_;
   std::array<Nearness, kMostNear> near_;
   std::size_t near_count_ = 0;

@@ -19,6 +19,9 @@ constexpr double kAheadStep = 0.02;
 constexpr double kLegMargin = 0.1;
 /// Longest motion `reachable` follows, s.
 constexpr double kAheadTime = 120;
+/// rad/s. In the quarter of a minute that a hand is still at most, it would go on by less than an encoder's
+/// step.
+constexpr double kAtRest = 1e-6;
 
 std::vector<int> active_dofs(const KinematicTree& kinematics, const std::vector<std::string>& active_joints) {
   std::vector<int> dofs;
@@ -184,11 +187,18 @@ void HandMotion::pose() noexcept {
   kinematics_.set_base(state_.X_WB);
   kinematics_.update(state_.q);
   guard_.update(state_.finger_margin > 0);
+  state_.at_rest = false;
 }
 
 void HandMotion::set_obstacles(std::vector<NamedObstacle> obstacles) {
   guard_.set_obstacles(std::move(obstacles));
   guard_.update(state_.finger_margin > 0);
+  state_.at_rest = false;
+}
+
+void HandMotion::set_margins(const GuardMargins& margins) noexcept {
+  guard_.set_margins(margins);
+  state_.at_rest = false;
 }
 
 void HandMotion::set_passive(const std::string& joint_name, double value) {
@@ -204,6 +214,7 @@ void HandMotion::place_joint(int dof, double position) noexcept {
 
 void HandMotion::set_payload(double mass, const Eigen::Vector3d& p_HCm) noexcept {
   kinematics_.set_payload(mass, hand_, p_HCm);
+  pose();
 }
 
 void HandMotion::go_to(const Eigen::Isometry3d& X_WH, const MotionLimits& limits) noexcept {
@@ -211,6 +222,7 @@ void HandMotion::go_to(const Eigen::Isometry3d& X_WH, const MotionLimits& limits
   state_.path_time = 0;
   state_.waited = 0;
   state_.status = Status::kMoving;
+  state_.at_rest = false;
   const Eigen::Isometry3d by = X_WH * this->X_WH().inverse();
   state_.finger_margin = guard_.finger_margin(by);
 }
@@ -241,7 +253,7 @@ double HandMotion::limit_margin() const noexcept {
 }
 
 void HandMotion::advance(double dt) noexcept {
-  if (state_.status == Status::kIkFailed) return;
+  if (state_.status == Status::kIkFailed || state_.at_rest) return;
   const bool tracks_hand = state_.status == Status::kMoving || state_.status == Status::kReached;
   const bool moving = state_.status == Status::kMoving;
 
@@ -303,6 +315,8 @@ void HandMotion::advance(double dt) noexcept {
   }
   integrate(dt);
   if (moving) judge(dt, progress);
+  state_.at_rest =
+      !moving && (!stance_ || balanced()) && ik_.joint_velocity().cwiseAbs().maxCoeff() < kAtRest;
 }
 
 double HandMotion::wanted(const Target& target) const noexcept {

@@ -58,6 +58,8 @@ class HandMotion {
   /// From now on out of bounds for the whole robot; in place of those before. The working hand's fingers keep
   /// off where the target of the motion does: they go around objects close to the surface.
   void set_obstacles(std::vector<NamedObstacle> obstacles);
+  /// What the robot keeps off obstacles and itself from now on.
+  void set_margins(const GuardMargins& margins) noexcept;
   /// From now on a joint that the motion does not move is at `position` (rad). Ignored for one that it moves.
   void place_joint(int dof, double position) noexcept;
   /// Mass (kg) carried at p_HCm (m, hand frame); enters the feed-forward torques with the next step.
@@ -157,6 +159,7 @@ class HandMotion {
     WholeBodyIk::Binding binding;  // what keeps the hand from its path
     BodyGuard::Nearness contact;   // where that is something near
     int base_bound = -1;           // where it is the base's room
+    bool at_rest = false;          // and nothing has changed that could set it moving
   };
 
   HandMotion(const RobotModel& model, const std::vector<std::string>& joint_names,

@@ -30,7 +30,6 @@ constexpr double kFingerRoom = 0.002;  // m between a finger and the table
 constexpr double kBesideRoom = 0.006;
 constexpr double kLeastBesideRoom = 0.002;
 constexpr const char* kBeside = "what lies beside the handle";
-constexpr double kPlannedRoom = 0.004;  // m more than the motions themselves keep, which come another way
 constexpr double kNoGrasp = -1;
 constexpr double kWorthLeaving = 0.25;  // more room than a straighter grasp, or one with the hand named first
 constexpr std::size_t kWayOver = 2;     // poses of an approach until the hand is over the grasp
@@ -83,9 +82,7 @@ GraspPlanner::GraspPlanner(const KnownRobot& known, const std::vector<std::strin
     : known_(known), parameters_(parameters) {
   for (const HandParts& parts : known.description.working_hands()) {
     motion::HandMotionOptions options = motion::hand_motion_options(known, parts);
-    options.margins.own += kPlannedRoom / 2;
-    options.margins.arm += kPlannedRoom;
-    options.margins.idle += kPlannedRoom;
+    options.margins = wider(options.margins);
     hands_.push_back(std::unique_ptr<Hand>(
         stance
             ? new Hand{motion::HandMotion(known.model, joint_names, *stance, options),

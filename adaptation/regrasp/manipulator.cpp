@@ -35,16 +35,14 @@ constexpr double kClosingTurn = 0.1, kSoftness = 0.7;
 // How the hand sits on its sensor: screws of both have 0.2 mm of clearance on 45 mm.
 constexpr double kMountingTurn = 0.005;     // rad
 constexpr double kMountingOrigin = 0.0006;  // m
-// Of a bar: how many radii from its handle's axis it reaches at most; how well its radius is seen; how near
-// its axis its centre of mass is, for tubes are straight within 0.2 % of their length (EN 10219-2); and by
-// how many standard deviations readings contradict that.
+// Of a bar: how many radii from its handle's axis it reaches at most; how well its radius is seen; and how
+// near its axis its centre of mass is, for tubes are straight within 0.2 % of their length (EN 10219-2).
 constexpr double kBar = 2;
 constexpr double kRadiusError = 0.002;  // m
 constexpr double kOffAxis = 0.0015;     // m
-constexpr double kContradicts = 2;
-constexpr double kDensest = 7850;    // kg/m³, steel
-constexpr double kDeviations = 3;    // of a torque that is not chance
-constexpr double kOpenTorque = 0.2;  // share of rated: enough to let the ligaments open the hand
+constexpr double kDensest = 7850;       // kg/m³, steel
+constexpr double kDeviations = 3;       // of what is not chance
+constexpr double kOpenTorque = 0.2;     // share of rated: enough to let the ligaments open the hand
 
 wrench::LoadEstimator::DataSheet sensor_of(const StageTwoParameters& parameters) {
   return {.gain = parameters.sensor_gain,
@@ -87,6 +85,7 @@ void Manipulator::take_over(const Eigen::VectorXd& q) {
   }
   motion_->set_obstacles(obstacles_);
   motion_->reset(q);
+  margins_ = {wider(options.margins), options.margins};
 }
 
 void Manipulator::use(std::size_t hand) {
@@ -139,6 +138,15 @@ void Manipulator::require_strength() const {
       load);
 }
 
+const Eigen::Isometry3d& Manipulator::roomier(const Eigen::Isometry3d& X_TH,
+                                              const Eigen::Isometry3d& X_TH_else) {
+  const auto room = [&](const Eigen::Isometry3d& X) {
+    const motion::HandMotion::Reach reach = motion_->reachable(X, limits(parameters_.travel_speed));
+    return reach.status == motion::HandMotion::Status::kReached ? room_of(reach) : -1;
+  };
+  return room(X_TH_else) > room(X_TH) ? X_TH_else : X_TH;
+}
+
 void Manipulator::calibrate() {
   const Eigen::Matrix3d R_HS = (session_.X_TH().inverse() * session_.X_TS()).linear();
   const wrench::LoadEstimator before = estimator_;
@@ -154,11 +162,14 @@ void Manipulator::calibrate() {
       X_TH.rotate(Eigen::AngleAxisd(angle, axis_H));
       return X_TH;
     };
-    for (const Eigen::Isometry3d& X_TH :
-         {turned(-turn, R_HS.col(2)), turned(turn, R_HS.col(0)), turned(turn, R_HS.col(2)), X_TH_start_}) {
+    const auto weigh_empty = [&](const Eigen::Isometry3d& X_TH) {
       move_to(X_TH, parameters_.travel_speed);
       add_empty(parameters_.pose_time);
-    }
+    };
+    weigh_empty(turned(-turn, R_HS.col(2)));
+    weigh_empty(roomier(turned(turn, R_HS.col(0)), turned(-turn, R_HS.col(0))));
+    weigh_empty(turned(turn, R_HS.col(2)));
+    weigh_empty(X_TH_start_);
   } while (session_.recoveries() != recoveries);
   motion_->keep_posture(false);
 }
@@ -234,43 +245,43 @@ void Manipulator::carry_to(const Eigen::Isometry3d& X_TH) { move_to(X_TH, carryi
 void Manipulator::move_to(const Eigen::Isometry3d& X_TH, double speed) { move_to(X_TH, limits(speed)); }
 
 void Manipulator::move_to(const Eigen::Isometry3d& X_TH, const motion::MotionLimits& bounds) {
-  follow(find_route(*motion_, std::span(&X_TH, 1), bounds, 0), X_TH, bounds);
+  std::string reason;
+  for (const motion::GuardMargins& margins : margins_) {
+    motion_->set_margins(margins);
+    const Route route = find_route(*motion_, std::span(&X_TH, 1), bounds, 0);
+    if (follow(route, bounds)) return;
+    reason =
+        route.reach.status == motion::HandMotion::Status::kReached ? motion_->describe() : route.reach.reason;
+  }
+  const Eigen::Vector3d p = X_TH.translation();
+  throw WayBlocked(
+      fmt::format("the {} hand cannot reach ({:.3f}, {:.3f}, {:.3f}) m from where the base stood: {}",
+                  session_.hand().name, p.x(), p.y(), p.z(), reason));
 }
 
 bool Manipulator::go_straight(const Eigen::Isometry3d& X_TH, const motion::MotionLimits& bounds) {
-  const Route route = straight_route(*motion_, std::span(&X_TH, 1), bounds);
+  for (const motion::GuardMargins& margins : margins_) {
+    motion_->set_margins(margins);
+    if (follow(straight_route(*motion_, std::span(&X_TH, 1), bounds), bounds)) return true;
+  }
+  return false;
+}
+
+bool Manipulator::follow(const Route& route, const motion::MotionLimits& bounds) {
   if (route.reach.status != motion::HandMotion::Status::kReached) return false;
-  try {
-    follow(route, X_TH, bounds);
-  } catch (const WayBlocked&) {  // the body that moves with the arm may come out otherwise than ahead
-    return false;
+  for (const Eigen::Isometry3d& X_TV : route.way) {
+    motion_->go_to(X_TV, bounds);
+    while (!motion_->done()) cycle();
+    if (motion_->status() != motion::HandMotion::Status::kReached) return false;
   }
   return true;
 }
 
-void Manipulator::follow(const Route& route, const Eigen::Isometry3d& X_TH,
-                         const motion::MotionLimits& bounds) {
-  const auto refuse = [&](const std::string& reason) {
-    const Eigen::Vector3d p = X_TH.translation();
-    throw WayBlocked(
-        fmt::format("the {} hand cannot reach ({:.3f}, {:.3f}, {:.3f}) m from where the base stood: {}",
-                    session_.hand().name, p.x(), p.y(), p.z(), reason));
-  };
-  if (route.reach.status != motion::HandMotion::Status::kReached) refuse(route.reach.reason);
-  for (const Eigen::Isometry3d& X_TV : route.way) {
-    motion_->go_to(X_TV, bounds);
-    while (!motion_->done()) cycle();
-    if (motion_->status() != motion::HandMotion::Status::kReached) refuse(motion_->describe());
-  }
-}
-
 void Manipulator::retreat() {
   const auto go = [&](const Eigen::Isometry3d& X_TH) {
-    const Route route = find_route(*motion_, std::span(&X_TH, 1), limits(parameters_.travel_speed), 0);
-    if (route.reach.status != motion::HandMotion::Status::kReached) return false;
     try {
-      follow(route, X_TH, limits(parameters_.travel_speed));
-    } catch (const WayBlocked&) {  // the body that moves with the arm may come out otherwise than ahead
+      move_to(X_TH, parameters_.travel_speed);
+    } catch (const WayBlocked&) {
       return false;
     }
     return true;
@@ -501,7 +512,7 @@ wrench::LoadEstimator::Object Manipulator::object() const {
                                object.weight / motion::Grip::kFirmness, kOffAxis);
   return wrench::near_plane(std::move(object), X_HS.linear().row(2).transpose(),
                             motion::Grip::seat(*bar_radius_) - X_HS.translation().z(), errors.norm(),
-                            kContradicts);
+                            kDeviations);
 }
 
 Manipulator::Load Manipulator::weigh() {

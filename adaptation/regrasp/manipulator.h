@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <functional>
 #include <optional>
 
@@ -117,11 +118,16 @@ class Manipulator {
   /// Throws Refused when the arm gives more than it can for good: its drives would fall back to that, and the
   /// arm sag, within seconds.
   void require_strength() const;
+  /// Throws WayBlocked.
   void move_to(const Eigen::Isometry3d& X_TH, double speed);
   void move_to(const Eigen::Isometry3d& X_TH, const motion::MotionLimits& bounds);
   /// Straight there; false when the way is blocked: before the hand moves where that can be seen ahead.
   [[nodiscard]] bool go_straight(const Eigen::Isometry3d& X_TH, const motion::MotionLimits& bounds);
-  void follow(const Route& route, const Eigen::Isometry3d& X_TH, const motion::MotionLimits& bounds);
+  /// False when that leads nowhere, or the body that moves with the arm has come out otherwise than ahead.
+  [[nodiscard]] bool follow(const Route& route, const motion::MotionLimits& bounds);
+  /// Of two poses the one that is reached with more room, the first when it is all the same.
+  [[nodiscard]] const Eigen::Isometry3d& roomier(const Eigen::Isometry3d& X_TH,
+                                                 const Eigen::Isometry3d& X_TH_else);
   [[nodiscard]] motion::MotionLimits carrying_limits() const;
   /// With the object in the hand: slowly enough not to set it swinging.
   void carry_to(const Eigen::Isometry3d& X_TH);
@@ -154,7 +160,8 @@ class Manipulator {
   StageTwoParameters parameters_;
   const KnownRobot& known_;
   std::size_t hand_ = 0;
-  std::optional<motion::HandMotion> motion_;  // since `start`
+  std::optional<motion::HandMotion> motion_;     // since `start`
+  std::array<motion::GuardMargins, 2> margins_;  // as a way is planned, and where that leads nowhere
   std::vector<motion::NamedObstacle> obstacles_;
   std::optional<motion::Gaze> gaze_;  // of a head that turns
   motion::Stabiliser stabiliser_;

@@ -10,7 +10,8 @@ namespace {
 // the robot itself, of which turning takes some.
 constexpr double kEnoughLimit = 0.05, kEnoughRoom = 0.009, kEnoughOwnRoom = 0.005;
 
-constexpr double kOver = 0.15;  // m over where the hand is going, with open fingers
+constexpr double kPlannedRoom = 0.004;  // m; between the robot's own links half of it
+constexpr double kOver = 0.15;          // m over where the hand is going, with open fingers
 
 Eigen::Isometry3d moved(const Eigen::Isometry3d& X_T, const Eigen::Vector3d& by) {
   Eigen::Isometry3d out = X_T;
@@ -54,6 +55,13 @@ double width_of(const motion::HandMotion::Reach& reach) {
 
 double room_of(const motion::HandMotion::Reach& reach) {
   return std::min(std::clamp(reach.limit_margin / kEnoughLimit, 0.0, 1.0), width_of(reach));
+}
+
+motion::GuardMargins wider(motion::GuardMargins least) {
+  least.own += kPlannedRoom / 2;
+  least.arm += kPlannedRoom;
+  least.idle += kPlannedRoom;
+  return least;
 }
 
 Route straight_route(motion::HandMotion& hand, std::span<const Eigen::Isometry3d> way,

@@ -19,6 +19,10 @@ struct Route {
 /// 0 .. 1.
 [[nodiscard]] double room_of(const motion::HandMotion::Reach& reach);
 
+/// With what a way is looked for first: more than the motions have to keep at least, which may come another
+/// way.
+[[nodiscard]] motion::GuardMargins wider(motion::GuardMargins least);
+
 /// From where the hand is through the poses `way`, run ahead. Moves nothing; not for cyclic code.
 [[nodiscard]] Route straight_route(motion::HandMotion& hand, std::span<const Eigen::Isometry3d> way,
                                    const motion::MotionLimits& limits);

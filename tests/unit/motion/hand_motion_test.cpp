@@ -159,6 +159,45 @@ TEST_F(HandMotionTest, NamesTheTableWhenItIsInTheWay) {
   EXPECT_THAT(hand.describe(), testing::ContainsRegex("the table would touch; the hand ends [0-9]+"));
 }
 
+TEST_F(HandMotionTest, StopsAsFarOffTheTableAsItIsTold) {
+  hand.go_to(palm_down(0.65, -0.3, 1.15), {});
+  run_until_done();
+  const Eigen::VectorXd q_over = hand.q_ref();
+  for (const double off : {0.012, 0.030, 0.012}) {
+    GuardMargins margins;
+    margins.arm = off;
+    hand.reset(q_over);
+    hand.set_margins(margins);
+    hand.go_to(palm_down(0.65, -0.3, 0.80), {});
+    run_until_done();
+    EXPECT_EQ(hand.status(), Status::kBlocked);
+    EXPECT_NEAR(hand.obstacle_clearance(), off, 0.003);
+  }
+}
+
+TEST(HandMotion, AtRestItStaysUntilItsBalanceChanges) {
+  const ReferenceRobot& robot = reference_robot();
+  const Stance stance = home_stance();
+  HandMotion hand(robot.model, robot.joint_names, stance, robot.right);
+  hand.reset(robot.q_home);
+  for (int i = 0; i < 2000; ++i) hand.step(kDt);
+  const Eigen::VectorXd q = hand.q_ref();
+  for (int i = 0; i < 200; ++i) hand.step(kDt);
+  EXPECT_EQ(hand.q_ref(), q);
+  const auto off_centre = [&] { return (hand.kinematics().com().head<2>() - hand.com_target()).norm(); };
+  EXPECT_LT(off_centre(), 1e-5);
+  const int head = hand.kinematics().dof_of("NeckPitchj");
+  hand.place_joint(head, q[head] + 0.5);
+  EXPECT_GT(off_centre(), 1e-4);
+  for (int i = 0; i < 2000; ++i) hand.step(kDt);
+  EXPECT_LT(off_centre(), 1e-5);
+  hand.set_payload(3, Eigen::Vector3d(0, -0.035, 0));
+  EXPECT_GT(off_centre(), 1e-3);
+  for (int i = 0; i < 2000; ++i) hand.step(kDt);
+  EXPECT_LT(off_centre(), 1e-5);
+  EXPECT_GT((hand.q_ref() - q).norm(), 1e-3);
+}
+
 TEST(HandMotion, TheWaistOfARobotThatStandsTurnsUpToSpeedInAPeriodOfItsSway) {
   const ReferenceRobot& robot = reference_robot();
   HandMotion hand(robot.model, robot.joint_names, home_stance(), robot.right);
