@@ -6,7 +6,6 @@
 #include <string>
 #include <vector>
 
-#include "drivers/camera/range_camera.h"
 #include "drivers/can/interface.h"
 #include "emulator/bus/can_bus.h"
 #include "emulator/camera/multisense.h"

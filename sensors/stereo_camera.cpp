@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <stdexcept>
 #include <string>
 
@@ -93,10 +92,10 @@ StereoCamera::StereoCamera(StereoOptions options)
 StereoCamera::~StereoCamera() = default;
 
 void StereoCamera::capture(const RayScene& scene, const Eigen::Isometry3d& X_WC, std::uint64_t seed,
-                           std::uint64_t frame, std::vector<Eigen::Vector3f>& points) {
+                           std::uint64_t frame, std::vector<float>& disparity) {
   if (!X_WC.matrix().allFinite()) throw std::invalid_argument("stereo camera: its pose is not finite");
   Impl& impl = *impl_;
-  points.resize(static_cast<std::size_t>(options_.width) * static_cast<std::size_t>(options_.height));
+  disparity.resize(static_cast<std::size_t>(options_.width) * static_cast<std::size_t>(options_.height));
 
   const auto for_rows = [&](int band, auto&& each) {
     const int last = std::min((band + 1) * StereoRays::kBandRows, options_.height);
@@ -111,23 +110,11 @@ void StereoCamera::capture(const RayScene& scene, const Eigen::Isometry3d& X_WC,
   });
 
   impl.noise.begin(seed, frame, impl.arena);
-  const auto focal_baseline = static_cast<float>(options_.focal_px * options_.baseline);
-  const auto baseline = static_cast<float>(options_.baseline);
-  const auto cx = static_cast<float>(options_.cx);
-  const auto cy = static_cast<float>(options_.cy);
   run_jobs(impl.arena, impl.rays.bands(), [&](int band, int worker) {
-    std::vector<float>& row = impl.scratch[static_cast<std::size_t>(worker)];
-    row.resize(static_cast<std::size_t>(options_.width));
     for_rows(band, [&](int v) {
-      impl.fattening.row(v, impl.disparity, impl.matched, row.data());
-      impl.noise.distort_row(v, worker, row.data());
-      Eigen::Vector3f* const out = points.data() + static_cast<std::ptrdiff_t>(v) * options_.width;
-      const float y = (static_cast<float>(v) - cy) * baseline;
-      for (int u = 0; u < options_.width; ++u) {
-        const float d = row[static_cast<std::size_t>(u)];
-        const float per_px = d > 0 ? 1 / d : std::numeric_limits<float>::quiet_NaN();
-        out[u] = {(static_cast<float>(u) - cx) * baseline * per_px, y * per_px, focal_baseline * per_px};
-      }
+      float* const row = disparity.data() + static_cast<std::ptrdiff_t>(v) * options_.width;
+      impl.fattening.row(v, impl.disparity, impl.matched, row);
+      impl.noise.distort_row(v, worker, row);
     });
   });
 }

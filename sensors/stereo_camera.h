@@ -35,21 +35,21 @@ struct StereoOptions {
   [[nodiscard]] StereoOptions noise_free() const;
 };
 
-/// Casts the left image of a stereo pair and returns what a matcher would: an organized cloud in the left
-/// optical frame (x right, y down, z forward), NaN in all three coordinates where the right camera cannot see
-/// the point or no match was found. Deterministic in (scene, pose, seed, frame), whatever the number of
-/// threads.
+/// Casts the left image of a stereo pair and returns what a matcher would: disparities, 0 where the right
+/// camera cannot see the point or no match was found. Deterministic in (scene, pose, seed, frame), whatever
+/// the number of threads.
 class StereoCamera {
  public:
   /// Throws std::invalid_argument naming the option that is out of range.
   explicit StereoCamera(StereoOptions options);
   ~StereoCamera();
 
-  /// X_WC: pose of the left optical frame. `points` gets width*height entries, row-major, m.
+  /// X_WC: pose of the left optical frame (x right, y down, z forward). `disparity` gets width*height
+  /// entries, row-major, px: left pixel u shows what right pixel u − d does.
   /// Throws std::invalid_argument for a non-finite pose, std::logic_error for a scene whose movable bodies
   /// have no poses yet.
   void capture(const RayScene& scene, const Eigen::Isometry3d& X_WC, std::uint64_t seed, std::uint64_t frame,
-               std::vector<Eigen::Vector3f>& points);
+               std::vector<float>& disparity);
 
   [[nodiscard]] const StereoOptions& options() const { return options_; }
 

@@ -20,11 +20,11 @@ class Grip {
   /// How deep a handle lies in the palm's pad under the full grip, m.
   static constexpr double kDepth = 0.0075;
 
-  /// z in H of the axis of a bar of `radius` (m) that a closing hand has taken from a table: the thicker it
+  /// z in H of the axis of a bar of `radius` (m) that a hand has closed on, lifted and turned: the thicker it
   /// is, the farther the thumb pushes it from the wrist.
-  static constexpr double seat(double radius) { return (0.038 - radius) / 2; }
-  /// Standard deviation of that, m.
-  static constexpr double kSeatDeviation = 0.0008;
+  static constexpr double seat(double radius) { return 0.4 * (0.036 - radius); }
+  /// Standard deviation of that, m, for it depends on friction.
+  static constexpr double kSeatDeviation = 0.0016;
   /// Stiffness with which a closed hand holds a bar, in its softest direction, N/m.
   static constexpr double kFirmness = 18000;
 

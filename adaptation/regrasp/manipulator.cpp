@@ -36,10 +36,11 @@ constexpr double kClosingTurn = 0.1, kSoftness = 0.7;
 constexpr double kMountingTurn = 0.005;     // rad
 constexpr double kMountingOrigin = 0.0006;  // m
 // Of a bar: how many radii from its handle's axis it reaches at most; how well its radius is seen; and how
-// near its axis its centre of mass is, for tubes are straight within 0.2 % of their length (EN 10219-2).
+// straight it is: a tube bends by 0.2 % of its length at most (EN 10219-2), which takes the centre of mass a
+// third as far off the axis in its middle.
 constexpr double kBar = 2;
-constexpr double kRadiusError = 0.002;  // m
-constexpr double kOffAxis = 0.0015;     // m
+constexpr double kRadiusError = 0.001;  // m
+constexpr double kBend = 0.002 / 3;     // of its length
 constexpr double kDensest = 7850;       // kg/m³, steel
 constexpr double kDeviations = 3;       // of what is not chance
 constexpr double kOpenTorque = 0.2;     // share of rated: enough to let the ligaments open the hand
@@ -507,9 +508,11 @@ wrench::LoadEstimator::Object Manipulator::object() const {
   object.covariance.diagonal().tail<3>().array() += std::pow(object.weight * mounting, 2);
   const double along = X_HS.linear().row(0).dot(object.moment_S) / object.weight + X_HS.translation().x();
   if (!bar_radius_ || std::abs(along) > parameters_.displacement_threshold) return object;
+  const double length =
+      std::min(object_H_.max().x(), kFarthestEnd) - std::max(object_H_.min().x(), -kFarthestEnd);
   const Eigen::Vector4d errors(motion::Grip::kSeatDeviation,
                                motion::Grip::seat(0) - motion::Grip::seat(kRadiusError),
-                               object.weight / motion::Grip::kFirmness, kOffAxis);
+                               object.weight / motion::Grip::kFirmness, kBend * length);
   return wrench::near_plane(std::move(object), X_HS.linear().row(2).transpose(),
                             motion::Grip::seat(*bar_radius_) - X_HS.translation().z(), errors.norm(),
                             kDeviations);

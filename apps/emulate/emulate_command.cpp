@@ -26,7 +26,7 @@ namespace {
 
 struct Options {
   SceneCommandLine scene;
-  std::string can, log, camera_socket, timing = "bus";
+  std::string can, log, camera_address, timing = "bus";
   Pacing pacing = Pacing::kRealTime;
   bool as_json = false, beacon = false;
   double period_ms = 5;
@@ -61,7 +61,7 @@ constexpr std::array kNotForAll = {Contradiction{"--can", kAlone},
                                    Contradiction{"--socketcand", kAlone},
                                    Contradiction{"--socketcand-beacon", kAlone},
                                    Contradiction{"--slcan", kAlone},
-                                   Contradiction{"--camera-socket", kAlone},
+                                   Contradiction{"--camera", kAlone},
                                    Contradiction{"--ready-fd", kAlone},
                                    Contradiction{"--lockstep", kOwnClock},
                                    Contradiction{"--realtime", kOwnClock},
@@ -96,7 +96,7 @@ EmulationOptions emulation_options(const Options& options) {
   out.stalls = options.stalls == "drop" ? pacing::Stalls::kDrop : pacing::Stalls::kReplay;
   out.period = std::chrono::microseconds(std::llround(options.period_ms * 1e3));
   out.log = options.log;
-  out.camera_socket = options.camera_socket;
+  out.camera_address = options.camera_address;
   if (options.duration > 0) out.duration = Time(std::llround(options.duration * 1e9));
   return out;
 }
@@ -226,7 +226,7 @@ void add_emulate_command(CLI::App& app, std::function<int()>& run) {
       ->add_option("--seed", options->seed,
                    "Seed of the object's pose and of the sensors' noise (default: the scene's)")
       ->check(CLI::Range(std::int64_t{0}, std::int64_t{1} << 53));
-  add_camera_option(*command, options->camera_socket);
+  add_camera_option(*command, options->camera_address);
   command
       ->add_option(
           "--socketcand", options->socketcand,

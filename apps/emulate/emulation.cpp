@@ -5,6 +5,7 @@
 #include "apps/shared/exit_code.h"
 #include "apps/shared/standard_streams.h"
 #include "apps/shared/stop_signals.h"
+#include "drivers/camera/multisense/udp_port.h"
 #include "emulator/logs/can_log.h"
 #include "emulator/pacing/host.h"
 #include "emulator/pacing/lockstep_pacer.h"
@@ -70,7 +71,7 @@ struct Emulation::Impl {
   std::vector<std::unique_ptr<Port>> ports;
   std::vector<std::function<void()>> listeners;  // told when the buses have moved
   std::unique_ptr<FrameLog> log;
-  std::unique_ptr<gateways::CloudServer> camera;
+  std::unique_ptr<gateways::CameraServer> camera;
   std::unique_ptr<pacing::LockstepPacer> lockstep;
   std::unique_ptr<pacing::RealTimePacer> real_time;
   bool stop = false, booted = false;
@@ -105,11 +106,11 @@ void Emulation::Impl::open_ports() {
 }
 
 void Emulation::Impl::open_camera() {
-  const bool named = !options.camera_socket.empty();
-  const std::filesystem::path path = named ? options.camera_socket : camera::default_camera_socket();
+  const bool named = !options.camera_address.empty();
+  const std::string address = named ? options.camera_address : kDefaultCamera;
+  static_cast<void>(multisense::parse_udp_address(address));
   try {
-    if (!named) gateways::make_private_folder(path.parent_path());
-    camera = std::make_unique<gateways::CloudServer>(path, world.emulator.camera());
+    camera = std::make_unique<gateways::CameraServer>(address, world.emulator.camera());
   } catch (const std::runtime_error& e) {
     if (named) throw EnvironmentError(e.what());
     say(std::string(e.what()) + "; going on without the camera");

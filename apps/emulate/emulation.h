@@ -8,7 +8,7 @@
 #include "apps/shared/can_map.h"
 #include "apps/shared/emulated_world.h"
 #include "emulator/bus/bridge.h"
-#include "emulator/gateways/cloud_server.h"
+#include "emulator/gateways/camera_server.h"
 #include "emulator/pacing/event_loop.h"
 #include "emulator/pacing/real_time_schedule.h"
 
@@ -23,7 +23,7 @@ struct EmulationOptions {
   pacing::Stalls stalls = pacing::Stalls::kDrop;  ///< in real time
   Time period = std::chrono::milliseconds(5);     ///< of SYNC, in lock-step
   std::filesystem::path log;                      ///< of every bus; none when empty
-  std::string camera_socket;                      ///< the default one when empty
+  std::string camera_address;                     ///< the default one when empty
   Time duration = Time::max();                    ///< emulated; without end by default
 };
 
@@ -52,7 +52,7 @@ struct EmulationSummary {
 };
 
 /// The emulated robot as one process on the kernel's CAN bus: all buses, bridges for those that are mapped,
-/// the camera's socket, a log, and the clock that moves them.
+/// the camera's server, a log, and the clock that moves them.
 class Emulation {
  public:
   /// Throws std::runtime_error for input that does not fit, EnvironmentError for an interface or socket that

@@ -313,7 +313,8 @@ RepetitionResult run_repetition(const RepetitionOptions& options) {
   result.seed = options.seed;
   result.robot = drawn_robot(world);
   try {
-    regrasp::Regrasp method(world.robot, robot, cycle, world.emulator.camera(), parameters, judge);
+    EmbeddedCamera camera(world.emulator);
+    regrasp::Regrasp method(world.robot, robot, cycle, camera.client, parameters, judge);
     const regrasp::Report report = method.run();
     result.outcome = outcome_of(report.ending);
     result.reason = report.hindrance;

@@ -21,7 +21,7 @@ namespace {
 constexpr double kProgressInterval = 0.2;  // s of the master's clock
 
 struct Options {
-  std::string robot, can, camera_socket, parameters;
+  std::string robot, can, camera_address, parameters;
   RobotCommandLine choice;
   MasterOptions master;
   Pacing pacing = Pacing::kRealTime;
@@ -32,7 +32,7 @@ constexpr const char* kFooter =
     "The robot, or 'walkman-hil emulate' with the same --can, has to be there already. At Ctrl-C the drives\n"
     "quick-stop and the nodes are stopped. Exit codes: 0 the object hangs from the hand where the wrist "
     "torque\n"
-    "is least; 1 it does not, or Ctrl-C; 2 bad usage or file; 3 an interface or the camera's socket is not "
+    "is least; 1 it does not, or Ctrl-C; 2 bad usage or file; 3 an interface or the camera is not "
     "there, or\n"
     "the robot's time does not go as the master's; 5 internal error.";
 
@@ -44,7 +44,7 @@ int run(const Options& options) {
                                                 : std::filesystem::path(options.parameters);
   grasp.robot = load_robot_options(options.master, known.description);
   grasp.can = options.can;
-  grasp.camera_socket = options.camera_socket;
+  grasp.camera_address = options.camera_address;
   grasp.pacing = options.pacing;
 
   StopSignals signals;  // before any thread
@@ -88,7 +88,7 @@ void add_grasp_command(CLI::App& app, std::function<int()>& chosen) {
       *command, options->pacing,
       "A cycle ends when every answer has come: for an emulator with --lockstep and the same period",
       "Cycles begin on the host's clock (default)");
-  add_camera_option(*command, options->camera_socket);
+  add_camera_option(*command, options->camera_address);
   command->add_option("--parameters", options->parameters, "YAML of both stages' parameters");
   add_master_options(*command, options->master);
   command->add_flag("--json", options->as_json, "Print the result as JSON (SI units)");

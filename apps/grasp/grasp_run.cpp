@@ -10,7 +10,8 @@
 #include "apps/shared/exit_code.h"
 #include "apps/shared/master_options.h"
 #include "apps/shared/stop_signals.h"
-#include "drivers/camera/socket_camera.h"
+#include "drivers/camera/multisense/camera.h"
+#include "drivers/camera/multisense/udp_port.h"
 #include "drivers/robot/heartbeat_pace.h"
 #include "drivers/robot/kernel_cycle.h"
 
@@ -40,10 +41,10 @@ robot::MasterBuses open_buses(const std::string& can, const DeviceTable& devices
   return buses;
 }
 
-std::unique_ptr<camera::SocketCamera> open_camera(const std::string& path, std::function<Time()> now) {
+std::unique_ptr<multisense::Camera> open_camera(multisense::DatagramPort& port, const std::string& address,
+                                                std::function<Time()> now) {
   try {
-    return std::make_unique<camera::SocketCamera>(path.empty() ? camera::default_camera_socket() : path,
-                                                  std::move(now));
+    return std::make_unique<multisense::Camera>(port, "the camera at " + address, std::move(now));
   } catch (const std::runtime_error& e) {
     throw EnvironmentError(e.what());
   }
@@ -148,8 +149,13 @@ GraspResult run_grasp(const KnownRobot& known, const GraspOptions& options, Stop
   std::unique_ptr<robot::KernelLockstepCycle> lockstep;
   std::unique_ptr<ProvenLockstep> proven;
   std::unique_ptr<robot::KernelRealTimeCycle> real_time;
-  const auto camera =
-      open_camera(options.camera_socket, [&] { return lockstep ? lockstep->now() : real_time->now(); });
+  const std::string address = options.camera_address.empty() ? kDefaultCamera : options.camera_address;
+  multisense::UdpPort port(address);
+  // Before the first cycle no time has passed for the master.
+  const auto camera = open_camera(port, address, [&] {
+    if (lockstep) return lockstep->now();
+    return real_time ? real_time->now() : Time{};
+  });
   GraspResult result;
   result.pacing = options.pacing;
   const bool is_lockstep = options.pacing == Pacing::kLockstep;
@@ -177,7 +183,7 @@ GraspResult run_grasp(const KnownRobot& known, const GraspOptions& options, Stop
     proven = std::make_unique<ProvenLockstep>(*lockstep, pace, robot_options);
   } else {
     real_time = std::make_unique<robot::KernelRealTimeCycle>(buses, robot_options.cycle, interrupted);
-    camera->set_waiting(camera::SocketCamera::Waiting::kPoll);
+    camera->set_waiting(multisense::Camera::Waiting::kPoll);
   }
   robot::Cycle& cycle = is_lockstep ? static_cast<robot::Cycle&>(*proven) : *real_time;
 

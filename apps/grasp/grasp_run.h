@@ -17,8 +17,8 @@ class StopSignals;
 struct GraspOptions {
   std::filesystem::path parameters;
   robot::RobotOptions robot;
-  std::string can;            ///< every bus: "torso=vcan0,rarm=vcan1,..."
-  std::string camera_socket;  ///< the default one when empty
+  std::string can;             ///< every bus: "torso=vcan0,rarm=vcan1,..."
+  std::string camera_address;  ///< the default one when empty
   Pacing pacing = Pacing::kRealTime;
 };
 

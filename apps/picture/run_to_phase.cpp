@@ -51,7 +51,8 @@ void run_to_phase(EmulatedWorld& world, const robot::RobotOptions& robot_options
   PhaseWatch watch(world.emulator, robot_options.cycle, phase, after);
   std::string ending;
   try {
-    regrasp::Regrasp method(world.robot, robot, watch, world.emulator.camera(), method_parameters, watch);
+    EmbeddedCamera camera(world.emulator);
+    regrasp::Regrasp method(world.robot, robot, watch, camera.client, method_parameters, watch);
     ending = regrasp::to_string(method.run().ending);
   } catch (const MomentReached&) {
     return;

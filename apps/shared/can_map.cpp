@@ -7,6 +7,7 @@
 #include <fmt/ranges.h>
 
 #include "apps/shared/exit_code.h"
+#include "drivers/camera/multisense/datagram.h"
 #include "urdf/reader/nearest_name.h"
 
 namespace walkman::apps {
@@ -56,10 +57,11 @@ void add_pacing_options(CLI::App& command, Pacing& pacing, const char* lockstep,
   first->excludes(second);
 }
 
-void add_camera_option(CLI::App& command, std::string& socket) {
-  command.add_option("--camera-socket", socket,
-                     "Local socket of the camera's clouds (default: walkman-hil/camera.sock in "
-                     "$XDG_RUNTIME_DIR, /run/user/UID or /run, else /tmp/walkman-hil-UID/camera.sock)");
+void add_camera_option(CLI::App& command, std::string& address) {
+  command.add_option(
+      "--camera", address,
+      fmt::format("IPv4 address of the MultiSense, with :PORT where that is not {} (default: {})",
+                  multisense::kCommandPort, kDefaultCamera));
 }
 
 std::vector<CanAssignment> parse_can_map(const std::string& text, const DeviceTable& devices) {

@@ -20,8 +20,10 @@ enum class Pacing {
 /// Adds `--lockstep` and `--realtime`, of which at most one may be given, with their help texts.
 void add_pacing_options(CLI::App& command, Pacing& pacing, const char* lockstep, const char* real_time);
 
-/// Adds `--camera-socket`; empty when it is not given, which means `camera::default_camera_socket`.
-void add_camera_option(CLI::App& command, std::string& socket);
+/// Where the emulated camera is served, and looked for, if nobody says otherwise.
+inline constexpr const char* kDefaultCamera = "127.0.0.1";
+/// Adds `--camera`; empty when it is not given.
+void add_camera_option(CLI::App& command, std::string& address);
 
 /// One bus of the device table and the kernel's network interface it is plugged into.
 struct CanAssignment {

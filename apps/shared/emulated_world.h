@@ -3,7 +3,9 @@
 #include <filesystem>
 #include <optional>
 
+#include "drivers/camera/multisense/camera.h"
 #include "drivers/robot/cycle.h"
+#include "emulator/camera/multisense_port.h"
 #include "emulator/emulator.h"
 #include "emulator/scene/scene.h"
 #include "emulator/scene/true_robot.h"
@@ -56,6 +58,17 @@ class LockstepCycle : public robot::Cycle {
  private:
   Emulator& emulator_;
   Time period_;
+};
+
+/// A master's camera client, joined to the emulated camera by datagrams in memory. `emulator` must outlive
+/// it.
+struct EmbeddedCamera {
+  explicit EmbeddedCamera(Emulator& emulator)
+      : port(emulator.camera()),
+        client(port, "the emulated camera", [&emulator] { return emulator.now(); }) {}
+
+  MultiSensePort port;
+  multisense::Camera client;
 };
 
 }  // namespace walkman::apps

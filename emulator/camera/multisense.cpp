@@ -31,11 +31,11 @@ std::vector<LinkGeometry> rigid_geometry(const RobotModel& model) {
 MultiSense::MultiSense(const RobotModel& robot, const Scene& scene, int optical_link,
                        const sensors::StereoOptions& options, double rate_hz, std::uint64_t seed)
     : robot_(robot),
-      camera_(options),
+      camera_(std::make_unique<sensors::StereoCamera>(options)),
       object_count_(scene.objects.size()),
       optical_link_(optical_link),
       seed_(seed),
-      period_(static_cast<std::int64_t>(std::llround(1e9 / rate_hz))) {
+      period_ns_(period_of(rate_hz)) {
   for (const FixedBody& body : scene.fixed) rays_.add_fixed(rigid_geometry(body.model), body.X_WF);
   for (std::size_t i = 0; i < robot_.links.size(); ++i) {
     if (robot_.links[i].visuals.empty()) continue;
@@ -56,8 +56,9 @@ MultiSense::MultiSense(const RobotModel& robot, const Scene& scene, int optical_
 }
 
 void MultiSense::advance(Time now, const plant::Plant& plant) {
+  now_ = now;
   if (now < next_) return;
-  while (next_ <= now) next_ += period_;
+  while (next_ <= now) next_ += Time(period_ns_.load());
   ++exposure_.frame;
   exposure_.stamp = now;
   exposure_.X_WC = plant.X_WL(optical_link_);
@@ -81,19 +82,41 @@ Eigen::Isometry3d MultiSense::pose_of(const Weight& weight, const plant::Plant& 
   return X_WA;
 }
 
-void MultiSense::render(const Exposure& exposure, camera::OrganizedCloud& out) {
-  rays_.update(exposure.poses);
-  camera_.capture(rays_, exposure.X_WC, seed_, exposure.frame, out.points);
-  out.stamp = exposure.stamp;
-  out.frame = exposure.frame;
-  out.width = camera_.options().width;
-  out.height = camera_.options().height;
+std::int64_t MultiSense::period_of(double rate_hz) {
+  return static_cast<std::int64_t>(std::llround(1e9 / rate_hz));
 }
 
-bool MultiSense::latest(Time not_before, camera::OrganizedCloud& out) {
-  if (exposure_.stamp < not_before || exposure_.stamp == Time::min()) return false;
-  render(exposure_, out);
-  return true;
+double MultiSense::rate_hz() const { return 1e9 / static_cast<double>(period_ns_); }
+
+MultiSense::Mode MultiSense::mode() const {
+  const sensors::StereoOptions& now = optics();
+  return {now.width, now.height, now.max_disparity};
+}
+
+void MultiSense::set_mode(const Mode& mode) {
+  if (mode == this->mode()) return;
+  sensors::StereoOptions options = optics();
+  const double across = static_cast<double>(mode.width) / options.width;
+  options.focal_px *= across;
+  options.cx *= across;
+  options.cy *= static_cast<double>(mode.height) / options.height;
+  options.width = mode.width;
+  options.height = mode.height;
+  options.max_disparity = mode.disparities;
+  camera_ = std::make_unique<sensors::StereoCamera>(options);
+}
+
+void MultiSense::render(const Exposure& exposure, multisense::Disparity& out) {
+  rays_.update(exposure.poses);
+  camera_->capture(rays_, exposure.X_WC, seed_, exposure.frame, disparity_);
+  out.frame = static_cast<std::int64_t>(exposure.frame);
+  out.width = static_cast<std::uint16_t>(optics().width);
+  out.height = static_cast<std::uint16_t>(optics().height);
+  out.pixels.resize(disparity_.size());
+  std::transform(disparity_.begin(), disparity_.end(), out.pixels.begin(), [](float d) {
+    const float steps = d / multisense::Disparity::kStep + 0.5F;
+    return static_cast<std::uint16_t>(std::min<float>(steps, multisense::Disparity::kLargest));
+  });
 }
 
 }  // namespace walkman

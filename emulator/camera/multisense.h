@@ -1,11 +1,14 @@
 #pragma once
 
+#include <atomic>
+#include <memory>
 #include <string>
 #include <vector>
 
 #include <Eigen/Geometry>
 
-#include "drivers/camera/range_camera.h"
+#include "drivers/camera/multisense/messages.h"
+#include "drivers/time.h"
 #include "emulator/plant/plant.h"
 #include "emulator/scene/scene.h"
 #include "sensors/ray_scene.h"
@@ -21,29 +24,41 @@ struct Exposure {
   std::vector<Eigen::Isometry3d> poses;  ///< of the ray scene's movable bodies
 };
 
-/// The head's stereo camera: exposes the plant at its frame rate and hands out the matcher's clouds.
+/// The head's stereo camera: exposes the plant at its frame rate and matches what it saw.
 ///
 /// An exposure only notes where everything is; the rays are cast when somebody asks for that frame, with the
 /// same result. Frames nobody takes cost nothing.
-class MultiSense : public camera::RangeCamera {
+class MultiSense {
  public:
-  /// `optical_link`: robot link index of the left optical frame.
+  /// An image size and search range, px.
+  struct Mode {
+    int width = 0, height = 0, disparities = 0;
+    [[nodiscard]] bool operator==(const Mode&) const = default;
+  };
+
+  /// `optical_link`: robot link index of the left optical frame. `options` is the mode to begin with, and the
+  /// optics of all.
   MultiSense(const RobotModel& robot, const Scene& scene, int optical_link,
              const sensors::StereoOptions& options, double rate_hz, std::uint64_t seed);
 
   /// Exposes when a frame is due at `now`.
   void advance(Time now, const plant::Plant& plant);
 
+  [[nodiscard]] Time now() const { return now_; }
   /// The newest exposure.
   [[nodiscard]] const Exposure& exposure() const { return exposure_; }
 
-  [[nodiscard]] int width() const { return camera_.options().width; }
-  [[nodiscard]] int height() const { return camera_.options().height; }
+  // What follows may run in another thread than `advance`, but in one at a time.
 
-  /// Casts the rays of an exposure. May run in another thread than `advance`, but in one at a time.
-  void render(const Exposure& exposure, camera::OrganizedCloud& out);
+  [[nodiscard]] const sensors::StereoOptions& optics() const { return camera_->options(); }
+  [[nodiscard]] Mode mode() const;
+  /// From the next frame that is cast on. The optics scale with the width.
+  void set_mode(const Mode& mode);
+  [[nodiscard]] double rate_hz() const;
+  void set_rate(double rate_hz) { period_ns_ = period_of(rate_hz); }
 
-  [[nodiscard]] bool latest(Time not_before, camera::OrganizedCloud& out) override;
+  /// Casts the rays of an exposure and matches them.
+  void render(const Exposure& exposure, multisense::Disparity& out);
 
  private:
   /// A weight of an object, which may be moved along it or taken off.
@@ -52,16 +67,19 @@ class MultiSense : public camera::RangeCamera {
     std::string name;
   };
   [[nodiscard]] static Eigen::Isometry3d pose_of(const Weight& weight, const plant::Plant& plant);
+  [[nodiscard]] static std::int64_t period_of(double rate_hz);
 
   const RobotModel& robot_;
   sensors::RayScene rays_;
-  sensors::StereoCamera camera_;
+  std::unique_ptr<sensors::StereoCamera> camera_;
+  std::vector<float> disparity_;
   std::vector<int> robot_links_;  // those with something to see, in the order of their ray-scene bodies
   std::size_t object_count_;
   std::vector<Weight> weights_;
   int optical_link_;
   std::uint64_t seed_;
-  Time period_, next_{};
+  std::atomic<std::int64_t> period_ns_;
+  Time now_{}, next_{};
 
   Exposure exposure_;
 };

@@ -38,18 +38,4 @@ FolderLock::FolderLock(const std::filesystem::path& path)
   if (folder_.valid()) static_cast<void>(flock(folder_.get(), LOCK_EX));
 }
 
-void make_private_folder(const std::filesystem::path& folder) {
-  struct stat there {};
-  if (mkdir(folder.c_str(), S_IRWXU) != 0 && errno != EEXIST) {
-    throw std::runtime_error(folder.string() + ": the folder cannot be made (" + std::strerror(errno) + ")");
-  }
-  if (lstat(folder.c_str(), &there) != 0)
-    throw std::runtime_error(folder.string() + ": " + std::strerror(errno));
-  const bool ours = S_ISDIR(there.st_mode) && there.st_uid == geteuid();
-  if (ours && (there.st_mode & (S_IRWXG | S_IRWXO)) == 0) return;
-  throw std::runtime_error(folder.string() +
-                           (ours ? ": others may enter this folder, expected mode 0700"
-                                 : ": not a folder of this user's, expected one with mode 0700"));
-}
-
 }  // namespace walkman::gateways

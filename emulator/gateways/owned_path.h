@@ -42,8 +42,4 @@ class FolderLock {
   Descriptor folder_;
 };
 
-/// Makes `folder`, for its owner alone, if it is not there. Throws std::runtime_error with the folder when it
-/// cannot be made, is not a folder, belongs to somebody else or is open to others.
-void make_private_folder(const std::filesystem::path& folder);
-
 }  // namespace walkman::gateways

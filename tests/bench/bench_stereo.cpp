@@ -151,12 +151,12 @@ void BM_StereoFrame(benchmark::State& state) {
   options.threads = static_cast<int>(state.range(2));
   StereoCamera camera(options);
   const std::vector<Eigen::Isometry3d> poses = world.poses();
-  std::vector<Eigen::Vector3f> points;
+  std::vector<float> disparity;
   std::uint64_t frame = 0;
   for (auto _ : state) {
     scene.update(poses);
-    camera.capture(scene, world.X_WC, 1, frame++, points);
-    benchmark::DoNotOptimize(points.data());
+    camera.capture(scene, world.X_WC, 1, frame++, disparity);
+    benchmark::DoNotOptimize(disparity.data());
   }
   state.counters["triangles"] = static_cast<double>(scene.triangle_count());
 }

@@ -147,8 +147,8 @@ class PythonCan(unittest.TestCase):
             with open(path, "w", encoding="utf-8") as file:
                 file.write(re.sub(r": ([\w./]+\.(?:urdf|srdf|yaml))", ": " + TREE + "/urdf/scenes/\\1", scene))
             emulator = subprocess.Popen(
-                [PROGRAM, "emulate", "--realtime", "--socketcand", "0", "--scene", path, "--camera-socket",
-                 os.path.join(folder, "camera.sock")],
+                [PROGRAM, "emulate", "--realtime", "--socketcand", "0", "--scene", path, "--camera",
+                 "127.9.9.5"],
                 stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
             try:
                 port = None

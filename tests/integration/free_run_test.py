@@ -114,7 +114,7 @@ class FreeRunTest(unittest.TestCase):
 
     def test_what_contradicts_is_refused_in_a_sentence(self):
         against = {"--can": "rarm=vcan0", "--socketcand": "0", "--socketcand-beacon": None, "--slcan": "rarm",
-                   "--camera-socket": self.path("camera.sock"), "--ready-fd": "1", "--lockstep": None,
+                   "--camera": "127.0.0.1", "--ready-fd": "1", "--lockstep": None,
                    "--realtime": None, "--stalls": "drop", "--period": "5"}
         for option, value in against.items():
             self.refused(option, ["--free-run", option, *([] if value is None else [value])])

@@ -4,13 +4,14 @@ import os
 import struct
 import time
 
+import camera
 from can_socket import Bus
 from checks import equal, test, that
 from limb import JOINTS, NODES, RESET_COMMUNICATION, SENSOR, START, Process
 from robot import Robot
 
 OWN_PROCESSES = True
-INTERFACE, CAMERA = "vcan1", "/run/camera.sock"
+INTERFACE = "vcan1"
 CYCLES = 400
 
 
@@ -23,12 +24,10 @@ def a_master_of_ours(under_test, log, hurry):
     """Boots, sets up and moves the limb by frames alone; the time between them differs from run to run."""
     program, scene = under_test
     bus = Bus(INTERFACE)
-    if os.path.exists(CAMERA):
-        os.unlink(CAMERA)
     emulator = Process([program, "emulate", "--scene", scene, "--can", f"rarm={INTERFACE}", "--lockstep", "--log", log,
-                        "--camera-socket", CAMERA], "lockstep")
+                        "--camera", camera.ADDRESS], "lockstep")
     try:
-        while not os.path.exists(CAMERA):  # it is ready then
+        while not camera.answers():  # it is ready then
             emulator.alive()
             time.sleep(0.05)
         bus.send(0x000, bytes([RESET_COMMUNICATION, 0]))

@@ -3,22 +3,23 @@ an emulator tells that it is ready, on the kernel's bus."""
 import os
 import subprocess
 
+import camera
 from can_socket import Bus
 from checks import equal, test, that
 from limb import Process
-from robot import CAMERA, CAN
+from robot import CAN
 
 OWN_PROCESSES = True
 
 
 def refused(under_test, emulator_options, master_options):
     program, scene = under_test
-    emulator = Process([program, "emulate", "--scene", scene, "--can", CAN, "--camera-socket", CAMERA, *emulator_options],
+    emulator = Process([program, "emulate", "--scene", scene, "--can", CAN, "--camera", camera.ADDRESS, *emulator_options],
                        "emulate")
     try:
-        while not os.path.exists(CAMERA):
+        while not camera.answers():
             emulator.alive()
-        master = subprocess.run([program, "grasp", "--can", CAN, "--camera-socket", CAMERA, *master_options],
+        master = subprocess.run([program, "grasp", "--can", CAN, "--camera", camera.ADDRESS, *master_options],
                                 capture_output=True, text=True, timeout=240, check=False)
     finally:
         status = emulator.stop()
@@ -48,7 +49,7 @@ def ready_when_the_nodes_have_booted(under_test):
     program, scene = under_test
     with Bus("vcan1", filters=[(0x700, 0x780)]) as arm:
         reader, writer = os.pipe()
-        emulator = subprocess.Popen([program, "emulate", "--scene", scene, "--can", "rarm=vcan1", "--camera-socket", CAMERA,
+        emulator = subprocess.Popen([program, "emulate", "--scene", scene, "--can", "rarm=vcan1", "--camera", camera.ADDRESS,
                                      "--ready-fd", str(writer)], pass_fds=(writer,), stderr=subprocess.PIPE, text=True,
                                     stdout=subprocess.DEVNULL)
         os.close(writer)

@@ -1,11 +1,11 @@
 """The whole robot: the emulator on five vcan buses, and the product's own master as another process."""
 import json
-import os
 import pathlib
 import struct
 import subprocess
 import time
 
+import camera
 import drive
 from can_socket import Bus
 from checks import that
@@ -15,7 +15,6 @@ BUSES = ("torso", "rarm", "larm", "rleg", "lleg")
 CAN = ",".join(f"{name}=vcan{at}" for at, name in enumerate(BUSES))
 RIGHT_ARM = (11, 12, 13, 14, 15, 16, 17, 19)
 MASTER = 127
-CAMERA = "/run/camera.sock"
 HEAD_AT_HOME = pathlib.Path(__file__).parents[2] / "adaptation/head_at_home.yaml"  # as the paper's experiments
 # What a test looks at on an arm's bus: SYNC and EMCY, TPDO1, boot-up and heartbeats. The rest would cost this one
 # processor too much.
@@ -39,21 +38,19 @@ class Robot:
         self.start_emulator()
 
     def start_emulator(self):
-        if os.path.exists(CAMERA):
-            os.unlink(CAMERA)
         self.emulator = Process([self.program, "emulate", "--scene", self.scene, "--can", CAN, self.PACING,
-                                 "--camera-socket", CAMERA, *self.options], "emulate")
-        self.await_socket()
+                                 "--camera", camera.ADDRESS, *self.options], "emulate")
+        self.await_camera()
 
-    def await_socket(self):
+    def await_camera(self):
         ends = time.monotonic() + 60
-        while not os.path.exists(CAMERA):
+        while not camera.answers():
             self.emulator.alive()
-            that(time.monotonic() < ends, "the emulator does not open the camera's socket")
+            that(time.monotonic() < ends, "the emulator does not serve the camera")
             time.sleep(0.05)
 
     def start_master(self):
-        self.master = Process([self.program, "grasp", "--can", CAN, self.PACING, "--camera-socket", CAMERA,
+        self.master = Process([self.program, "grasp", "--can", CAN, self.PACING, "--camera", camera.ADDRESS,
                                "--parameters", str(HEAD_AT_HOME), "--json"], "grasp")
 
     def note(self, frame):

@@ -138,7 +138,8 @@ Scored look(const std::string& name, std::uint64_t seed) {
   EmulatedWorld world(options);
   Emulator& emulator = world.emulator;
   camera::OrganizedCloud cloud;
-  while (!emulator.camera().latest(Time{}, cloud))
+  EmbeddedCamera camera(emulator);
+  while (!camera.client.latest(Time{}, cloud))
     emulator.advance(emulator.now() + std::chrono::milliseconds(5));
   const MethodParameters parameters = load_method_parameters(tree + "/adaptation/parameters.yaml");
   const SceneObject& object = world.scene.objects.front();

@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "emulator/camera/multisense.h"
+#include "tests/rigs/stereo_points.h"
 #include "tests/unit/plant/whole_plant.h"
 
 namespace walkman::plant {
@@ -14,11 +15,14 @@ class SeenEvents : public WholePlant {
   /// beyond the bar's own radius and within a clamp's edges.
   static int points_at(MultiSense& camera, const Plant& plant, double position, double beyond = 0.038,
                        double within = 0.066) {
-    camera::OrganizedCloud cloud;
-    camera.render(camera.exposure(), cloud);
+    multisense::Disparity image;
+    camera.render(camera.exposure(), image);
+    const std::vector<float> disparity(image.pixels.begin(), image.pixels.end());
+    sensors::StereoOptions in_steps = camera.optics();  // of 1/16 px
+    in_steps.baseline /= multisense::Disparity::kStep;
     const Eigen::Isometry3d X_OC = plant.X_WO(0).inverse() * camera.exposure().X_WC;
     int count = 0;
-    for (const Eigen::Vector3f& p_C : cloud.points) {
+    for (const Eigen::Vector3f& p_C : sensors::points_of(in_steps, disparity)) {
       if (!p_C.allFinite()) continue;
       const Eigen::Vector3d p_O = X_OC * p_C.cast<double>();
       const double off_axis = std::hypot(p_O.y(), p_O.z());

@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include "sensors/stereo_camera.h"
+#include "tests/rigs/stereo_points.h"
 #include "tests/unit/sensors/analytic_shapes.h"
 
 namespace walkman::sensors {
@@ -21,9 +22,7 @@ struct Wall {
   }
   [[nodiscard]] Points capture(const StereoOptions& options, std::uint64_t seed, std::uint64_t frame) const {
     StereoCamera camera(options);
-    Points points;
-    camera.capture(scene, Eigen::Isometry3d::Identity(), seed, frame, points);
-    return points;
+    return captured_points(camera, scene, Eigen::Isometry3d::Identity(), seed, frame);
   }
 };
 
@@ -166,7 +165,7 @@ TEST(MatcherNoise, IsReproducibleWhateverTheThreads) {
   StereoCamera camera(options);
   Points points;
   for (const std::uint64_t frame : {0, 1, 2, 3}) {
-    camera.capture(wall.scene, Eigen::Isometry3d::Identity(), 11, frame, points);
+    points = captured_points(camera, wall.scene, Eigen::Isometry3d::Identity(), 11, frame);
   }
   EXPECT_TRUE(same_bytes(reference, points));
 }

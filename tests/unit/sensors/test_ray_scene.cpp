@@ -6,6 +6,7 @@
 
 #include "sensors/ray_scene.h"
 #include "sensors/stereo_camera.h"
+#include "tests/rigs/stereo_points.h"
 #include "tests/unit/sensors/analytic_shapes.h"
 
 namespace walkman::sensors {
@@ -25,9 +26,7 @@ StereoOptions small_camera() {
 
 Points capture(const RayScene& scene, const Eigen::Isometry3d& X_WC = Eigen::Isometry3d::Identity()) {
   StereoCamera camera(small_camera());
-  Points points;
-  camera.capture(scene, X_WC, 1, 0, points);
-  return points;
+  return captured_points(camera, scene, X_WC, 1, 0);
 }
 
 std::vector<LinkGeometry> arm_link() {

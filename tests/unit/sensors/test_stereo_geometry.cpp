@@ -6,6 +6,7 @@
 #include <gtest/gtest.h>
 
 #include "sensors/stereo_camera.h"
+#include "tests/rigs/stereo_points.h"
 #include "tests/unit/sensors/analytic_shapes.h"
 
 namespace walkman::sensors {
@@ -35,8 +36,7 @@ Comparison compare(const LinkGeometry& geometry, const Eigen::Isometry3d& X_CL, 
   RayScene scene;
   scene.add_fixed({geometry}, kX_WC * X_CL);
   StereoCamera camera(options);
-  Points points;
-  camera.capture(scene, kX_WC, 1, 0, points);
+  const Points points = captured_points(camera, scene, kX_WC, 1, 0);
   Comparison result;
   for (int v = 0; v < options.height; ++v) {
     for (int u = 0; u < options.width; ++u) {
@@ -113,8 +113,7 @@ TEST(StereoGeometry, CylinderWithinTheChordTolerance) {
   RayScene scene;
   scene.add_fixed({{Eigen::Isometry3d::Identity(), CylinderShape{0.035, 1.05}, "bar"}}, kX_WC * X_CL);
   StereoCamera camera(options);
-  Points points;
-  camera.capture(scene, kX_WC, 1, 0, points);
+  const Points points = captured_points(camera, scene, kX_WC, 1, 0);
   for (int v = 0; v < options.height; ++v) {
     for (int u = 64; u < options.width; ++u) {
       const double z = cast_cylinder(0.035, 1.05, X_LC.translation(), X_LC.linear() * ray(options, u, v), 0);
@@ -139,8 +138,7 @@ TEST(StereoGeometry, BlankBandWhereTheRightCameraDoesNotLook) {
   RayScene scene;
   scene.add_fixed({box({8, 8, 0.02}, pose(0, 0, 1.01))}, kX_WC);
   StereoCamera camera(options);
-  Points points;
-  camera.capture(scene, kX_WC, 1, 0, points);
+  const Points points = captured_points(camera, scene, kX_WC, 1, 0);
   const double d = options.focal_px * options.baseline / 1.0;  // 41.216 px
   for (int v = 0; v < options.height; v += 31) {
     for (int u = 0; u < options.width; ++u) {
@@ -157,8 +155,7 @@ TEST(StereoGeometry, SearchRangeAndHousingLimitTheDepth) {
     scene.add_fixed({box({8, 8, 0.02}, pose(0, 0, z + 0.01))}, Eigen::Isometry3d::Identity());
     scene.add_fixed({box({8, 8, 0.02}, pose(0, 0, 3.01))}, Eigen::Isometry3d::Identity());
     StereoCamera camera(options);
-    Points points;
-    camera.capture(scene, Eigen::Isometry3d::Identity(), 1, 0, points);
+    const Points points = captured_points(camera, scene, Eigen::Isometry3d::Identity(), 1, 0);
     return points[512 * 1024 + 900].z();
   };
   const double nearest = options.focal_px * options.baseline / options.max_disparity;  // 0.322 m

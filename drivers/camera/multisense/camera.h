@@ -1,0 +1,93 @@
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "drivers/camera/multisense/datagram.h"
+#include "drivers/camera/multisense/messages.h"
+#include "drivers/camera/range_camera.h"
+
+namespace walkman::multisense {
+
+/// Clouds of a MultiSense's left disparity image.
+///
+/// Images are streamed only while `latest` is asked for one. The sensor's clock is told by its status
+/// messages; a frame is taken to be as old as the round trip of such a message allows.
+class Camera final : public camera::RangeCamera {
+ public:
+  /// Whether `latest` waits for what the device has sent so far, or takes what has come.
+  enum class Waiting { kBlock, kPoll };
+
+  /// `port` must outlive the camera. `now` is the caller's clock, on which `latest` and the clouds' stamps
+  /// are. Throws std::runtime_error in one sentence that begins with `name` when no device answers, or one
+  /// whose answers do not go together.
+  Camera(DatagramPort& port, std::string name, std::function<Time()> now);
+  ~Camera() override;
+  Camera(const Camera&) = delete;
+  Camera& operator=(const Camera&) = delete;
+
+  void set_waiting(Waiting waiting) { waiting_ = waiting; }
+
+  /// Throws std::runtime_error as the constructor does when, waiting, the device no longer answers.
+  [[nodiscard]] bool latest(Time not_before, camera::OrganizedCloud& out) override;
+
+  [[nodiscard]] const DeviceInfo& device() const { return device_; }
+  /// Frames of which a part has not come.
+  [[nodiscard]] std::uint64_t lost_frames() const { return assembler_.lost(); }
+
+ private:
+  /// Geometry of the rectified pair at the present width.
+  struct Optics {
+    float fx = 0, fy = 0, cx = 0, cy = 0;  // px
+    float focal_baseline = 0;              // px·m
+  };
+  struct Captured {
+    std::int64_t frame = 0;
+    Time at{};  // the sensor's clock
+  };
+
+  void open();
+  /// Sends `message` until `answered`; throws when that never comes.
+  void ask(const std::vector<std::uint8_t>& message, const std::function<bool()>& answered);
+  template <typename Message>
+  [[nodiscard]] Message ask_for(Query query);
+  void choose_mtu();
+  void send(const std::vector<std::uint8_t>& message);
+  void stream(bool on);
+  /// Takes in everything that has come.
+  void take_in();
+  void take(std::span<const std::uint8_t> message);
+  void ask_status();
+  void synchronise();
+  [[nodiscard]] bool cloud(Time not_before, camera::OrganizedCloud& out);
+  [[noreturn]] void fail(const std::string& what) const;
+
+  DatagramPort& port_;
+  std::string name_;
+  std::function<Time()> now_;
+  Waiting waiting_ = Waiting::kBlock;
+
+  std::uint16_t sequence_ = 0;
+  Assembler assembler_;
+  std::vector<std::uint8_t> datagram_;
+  std::map<std::uint16_t, std::vector<std::uint8_t>> answers_;  // the newest of each id that was asked for
+  std::map<std::uint16_t, std::int32_t> acks_;
+
+  DeviceInfo device_;
+  Optics optics_;
+  std::uint16_t width_ = 0, height_ = 0;
+  std::optional<Time> asked_status_;  // not answered yet: when, on the caller's clock
+  std::optional<Time> status_at_;
+  std::optional<Time> offset_;  // of the caller's clock, from the sensor's
+  bool streaming_ = false;
+  std::optional<Time> asked_stream_;
+  std::vector<Captured> captured_;  // of the last frames
+  Disparity disparity_;
+  bool has_disparity_ = false;
+};
+
+}  // namespace walkman::multisense

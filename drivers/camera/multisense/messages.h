@@ -1,0 +1,307 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "drivers/camera/multisense/wire.h"
+
+/// The messages of a MultiSense-SL, as its vendor's client library reads and writes them. Units are those of
+/// the wire: seconds and microseconds, metres, pixels, microradians.
+namespace walkman::multisense {
+
+/// What a stream's mask and an image name, a bit each.
+namespace source {
+inline constexpr std::uint64_t kLumaRectifiedLeft = 1U << 4U;
+inline constexpr std::uint64_t kDisparityLeft = 1U << 10U;
+inline constexpr std::uint64_t kEverything = 0x0000000F'FF7FFFFF;
+}  // namespace source
+
+/// Requests that are nothing but an id.
+enum class Query : std::uint16_t {
+  kVersion = 0x0002,
+  kStatus = 0x0003,
+  kCameraConfig = 0x0004,
+  kDeviceInfo = 0x0017,
+  kCameraCalibration = 0x0018,
+  kMtu = 0x001A,
+  kDeviceModes = 0x001D,
+};
+[[nodiscard]] std::vector<std::uint8_t> encode(Query query);
+
+struct Ack {
+  static constexpr std::uint16_t kId = 0x0001, kVersion = 1;
+  enum Status : std::int32_t { kOk = 0, kFailed = -3, kUnsupported = -4, kUnknown = -5 };
+  std::uint16_t request = 0;
+  std::int32_t status = kOk;
+  static void fields(auto& self, auto& archive) { archive(self.request, self.status); }
+};
+
+/// On the sensor's own clock.
+struct SensorTime {
+  std::uint32_t seconds = 0, microseconds = 0;
+};
+
+struct Version {
+  static constexpr std::uint16_t kId = 0x0102, kVersion = 1;
+  std::string build_date;
+  std::uint16_t firmware = 0;  ///< major in the high byte, minor in the low one
+  std::uint64_t hardware = 0, magic = 0, fpga_dna = 0;
+  static void fields(auto& self, auto& archive) {
+    archive(self.build_date, self.firmware, self.hardware, self.magic, self.fpga_dna);
+  }
+};
+
+struct Status {
+  static constexpr std::uint16_t kId = 0x0103, kVersion = 3;
+  static constexpr std::uint32_t kAllWell = 0x7F;
+  SensorTime uptime;
+  std::uint32_t health = 0;
+  float cpu_temperature_c = 0, fpga_temperature_c = 0;
+  std::array<float, 2> imager_temperature_c{-99999, -99999};  ///< none
+  float input_voltage = -1, input_current = -1;               ///< V, A; none
+  std::array<float, 3> power{-1, -1, -1};                     ///< W; none
+  static void fields(auto& self, auto& archive) {
+    archive(self.uptime.seconds, self.uptime.microseconds, self.health, self.cpu_temperature_c,
+            self.fpga_temperature_c);
+    if (archive.since(2))
+      archive(self.imager_temperature_c, self.input_voltage, self.input_current, self.power);
+  }
+};
+
+struct DeviceInfo {
+  static constexpr std::uint16_t kId = 0x010C, kVersion = 1;
+  static constexpr std::uint8_t kMostBoards = 8;
+  struct Board {
+    std::string name;
+    std::uint32_t revision = 0;
+  };
+  std::string key, name, build_date, serial_number;
+  std::uint32_t hardware_revision = 1;  ///< MultiSense-SL
+  std::vector<Board> boards;
+  std::string imager_name;
+  std::uint32_t imager_type = 0, imager_width = 0, imager_height = 0;
+  std::string lens_name;
+  std::uint32_t lens_type = 0;
+  float baseline = 0, focal_length = 0, aperture = 0;  ///< m, m, nominal
+  std::uint32_t lighting_type = 0, lights = 0;
+  std::string laser_name;
+  std::uint32_t laser_type = 0;
+  std::string motor_name;
+  std::uint32_t motor_type = 0;
+  float gear_reduction = 0;
+  static void fields(auto& self, auto& archive) {
+    archive(self.key, self.name, self.build_date, self.serial_number, self.hardware_revision);
+    auto count = static_cast<std::uint8_t>(self.boards.size());
+    archive(count);
+    if constexpr (std::remove_cvref_t<decltype(archive)>::kReads)
+      self.boards.resize(std::min(count, kMostBoards));
+    for (auto& board : self.boards) archive(board.name, board.revision);
+    archive(self.imager_name, self.imager_type, self.imager_width, self.imager_height, self.lens_name,
+            self.lens_type, self.baseline, self.focal_length, self.aperture, self.lighting_type, self.lights,
+            self.laser_name, self.laser_type, self.motor_name, self.motor_type, self.gear_reduction);
+  }
+};
+
+struct DeviceModes {
+  static constexpr std::uint16_t kId = 0x0112, kVersion = 3;
+  static constexpr std::uint32_t kMost = 256;
+  struct Mode {
+    std::uint32_t width = 0, height = 0, sources = 0, disparities = 0, more_sources = 0;
+  };
+  std::vector<Mode> modes;
+  static void fields(auto& self, auto& archive) {
+    auto count = static_cast<std::uint32_t>(self.modes.size());
+    archive(count);
+    if constexpr (std::remove_cvref_t<decltype(archive)>::kReads) self.modes.resize(std::min(count, kMost));
+    for (auto& mode : self.modes) archive(mode.width, mode.height, mode.sources, mode.disparities);
+    if (!archive.since(3)) return;
+    for (auto& mode : self.modes) archive(mode.more_sources);
+  }
+};
+
+/// Of the full imager: consumers scale it to the current mode.
+struct CameraCalibration {
+  static constexpr std::uint16_t kId = 0x010D, kVersion = 2;
+  struct Camera {
+    std::array<float, 9> M{};   ///< raw camera matrix, rows
+    std::array<float, 8> D{};   ///< k1 k2 p1 p2 k3 k4 k5 k6
+    std::array<float, 9> R{};   ///< rectifying rotation
+    std::array<float, 12> P{};  ///< rectified projection; right: [0][3] = −fx · baseline, px·m
+  };
+  Camera left, right, aux;  ///< the last is none: all zero
+  static void fields(auto& self, auto& archive) {
+    for (auto* camera : {&self.left, &self.right}) archive(camera->M, camera->D, camera->R, camera->P);
+    if (archive.since(2)) archive(self.aux.M, self.aux.D, self.aux.R, self.aux.P);
+  }
+};
+
+/// What both the camera's configuration and its control message have.
+struct ExposureSettings {
+  float gain = 1;
+  std::uint32_t exposure_us = 5000;
+  bool automatic = true;
+  std::uint32_t longest_us = 20000, decay = 7;
+  float threshold = 0.75F;
+  float white_balance_red = 1, white_balance_blue = 1;
+  bool automatic_white_balance = false;
+  std::uint32_t white_balance_decay = 3;
+  float white_balance_threshold = 0.5F;
+  float post_filter = 0.85F;
+  bool hdr = false;
+  std::array<std::uint16_t, 4> region{};
+  std::uint32_t profile = 0;
+  std::uint32_t exposure_source = 4;
+  std::uint16_t secondary_version = 2;
+  std::uint32_t secondary_count = 0;
+  float target_intensity = 0.5F, gamma = 2;
+  bool sharpening = false;
+  float sharpening_percent = 0;
+  std::uint8_t sharpening_limit = 0;
+  float most_gain = 1000;
+
+  /// Of version 5 on; the secondary exposures of other models are not read.
+  static void later_fields(auto& self, auto& archive) {
+    if (archive.since(5)) archive(self.region);
+    if (archive.since(6)) archive(self.profile);
+    if (archive.since(7)) archive(self.exposure_source, self.secondary_version, self.secondary_count);
+    if (self.secondary_count > 0) return;
+    if (archive.since(8)) archive(self.target_intensity, self.gamma);
+    if (archive.since(9)) archive(self.sharpening, self.sharpening_percent, self.sharpening_limit);
+    if (archive.since(10)) archive(self.most_gain);
+  }
+};
+
+struct CameraConfig {
+  static constexpr std::uint16_t kId = 0x0104, kVersion = 10;
+  std::uint16_t width = 0, height = 0;
+  float frames_per_second = 0;
+  ExposureSettings exposure;
+  float fx = 0, fy = 0, cx = 0, cy = 0;   ///< of the rectified pair at this width, px
+  std::array<float, 3> translation{};     ///< m
+  std::array<float, 3> roll_pitch_yaw{};  ///< rad
+  std::int32_t disparities = 0;
+  static void fields(auto& self, auto& archive) {
+    auto& e = self.exposure;
+    archive(self.width, self.height, self.frames_per_second, e.gain, e.exposure_us, e.automatic, e.longest_us,
+            e.decay, e.threshold, e.white_balance_red, e.white_balance_blue, e.automatic_white_balance,
+            e.white_balance_decay, e.white_balance_threshold, self.fx, self.fy, self.cx, self.cy,
+            self.translation, self.roll_pitch_yaw);
+    if (archive.since(2)) archive(self.disparities);
+    if (archive.since(3)) archive(e.post_filter);
+    if (archive.since(4)) archive(e.hdr);
+    ExposureSettings::later_fields(e, archive);
+  }
+};
+
+struct CameraControl {
+  static constexpr std::uint16_t kId = 0x0007, kVersion = 10;
+  float frames_per_second = 0;
+  ExposureSettings exposure;
+  bool store = false;
+  static void fields(auto& self, auto& archive) {
+    auto& e = self.exposure;
+    archive(self.frames_per_second, e.gain, e.exposure_us, e.automatic, e.longest_us, e.decay, e.threshold,
+            e.white_balance_red, e.white_balance_blue, e.automatic_white_balance, e.white_balance_decay,
+            e.white_balance_threshold);
+    if (archive.since(2)) archive(e.post_filter);
+    if (archive.since(3)) archive(e.hdr);
+    if (archive.since(4)) archive(self.store);
+    ExposureSettings::later_fields(e, archive);
+  }
+};
+
+struct Resolution {
+  static constexpr std::uint16_t kId = 0x000C, kVersion = 3;
+  std::uint32_t width = 0, height = 0;
+  std::int32_t disparities = 0, mode = 0, offset = -1;
+  static void fields(auto& self, auto& archive) {
+    archive(self.width, self.height);
+    if (archive.since(2)) archive(self.disparities);
+    if (archive.since(3)) archive(self.mode, self.offset);
+  }
+};
+
+/// New mask = old without `modify`, and of `control` what is in `modify`.
+struct StreamControl {
+  static constexpr std::uint16_t kId = 0x001C, kVersion = 2;
+  std::uint64_t modify = 0, control = 0;
+  static void fields(auto& self, auto& archive) {
+    auto low_modify = static_cast<std::uint32_t>(self.modify);
+    auto low_control = static_cast<std::uint32_t>(self.control);
+    auto high_modify = static_cast<std::uint32_t>(self.modify >> 32U);
+    auto high_control = static_cast<std::uint32_t>(self.control >> 32U);
+    archive(low_modify, low_control);
+    if (archive.since(2)) archive(high_modify, high_control);
+    if constexpr (std::remove_cvref_t<decltype(archive)>::kReads) {
+      self.modify = std::uint64_t{high_modify} << 32U | low_modify;
+      self.control = std::uint64_t{high_control} << 32U | low_control;
+    }
+  }
+};
+
+/// The answer to Query::kMtu, and the request to set it.
+struct Mtu {
+  static constexpr std::uint16_t kId = 0x0014, kVersion = 1;
+  std::uint32_t bytes = 0;
+  static void fields(auto& self, auto& archive) { archive(self.bytes); }
+};
+
+struct MtuTest {
+  static constexpr std::uint16_t kId = 0x0021, kVersion = 1;
+  std::uint32_t mtu = 0;
+  static void fields(auto& self, auto& archive) { archive(self.mtu); }
+};
+
+/// Fills one datagram.
+struct MtuAnswer {
+  static constexpr std::uint16_t kId = 0x0117, kVersion = 1;
+  std::vector<std::uint8_t> filler;
+  static void fields(auto& self, auto& archive) {
+    auto count = static_cast<std::uint32_t>(self.filler.size());
+    archive(count);
+    if constexpr (std::remove_cvref_t<decltype(archive)>::kReads) {
+      const auto bytes = archive.raw(count);
+      self.filler.assign(bytes.begin(), bytes.end());
+    } else {
+      archive.raw(self.filler);
+    }
+  }
+};
+
+/// Of a frame; comes before its images.
+struct ImageMetadata {
+  static constexpr std::uint16_t kId = 0x010F, kVersion = 2;
+  std::int64_t frame = 0;
+  float frames_per_second = 0, gain = 1;
+  std::uint32_t exposure_us = 0;
+  SensorTime captured;
+  std::int32_t spindle_microradians = 0;
+  std::array<std::uint32_t, 1024> histogram{};
+  std::uint64_t ptp_nanoseconds = 0;
+  static void fields(auto& self, auto& archive) {
+    archive(self.frame, self.frames_per_second, self.gain, self.exposure_us, self.captured.seconds,
+            self.captured.microseconds, self.spindle_microradians, self.histogram);
+    if (archive.since(2)) archive(self.ptp_nanoseconds);
+  }
+};
+
+/// 12 bits a pixel, in 1/16 px of this width; 0: no match. Left pixel u matches right pixel u − d.
+struct Disparity {
+  static constexpr std::uint16_t kId = 0x0111, kVersion = 1;
+  static constexpr std::size_t kHeadBytes = 16;
+  static constexpr float kStep = 1.0F / 16;  ///< px
+  static constexpr std::uint16_t kLargest = 4095;
+  std::int64_t frame = 0;
+  std::uint16_t width = 0, height = 0;
+  std::vector<std::uint16_t> pixels;  ///< row-major, in kStep
+};
+/// Of an even number of pixels.
+[[nodiscard]] std::vector<std::uint8_t> encode(const Disparity& image);
+/// Into `image`, whose memory it takes; false for what is none, or has more or fewer pixels than it says.
+[[nodiscard]] bool decode(std::span<const std::uint8_t> message, Disparity& image);
+
+}  // namespace walkman::multisense

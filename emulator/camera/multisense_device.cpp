@@ -1,0 +1,266 @@
+#include "emulator/camera/multisense_device.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+namespace walkman {
+namespace {
+
+using namespace multisense;
+
+constexpr std::uint16_t kFirmware = 0x0303;  // 3.3, as sensors of its time have
+constexpr std::uint32_t kGreyCmv4000 = 3;
+constexpr float kLensFocalLength = 0.0065F;  // m
+constexpr int kImagerPixels = 2048;          // a side of a CMV4000
+constexpr std::array kDisparities = {64, 128, 256};
+constexpr double kSlowest = 1, kFastest = 15;  // frames per second, at half the imager's width
+constexpr std::size_t kMostQueued = 8;         // messages; a client that takes them more slowly misses frames
+constexpr std::uint32_t kMtuTestOverhead = 54;
+
+SensorTime sensor_time(Time t) {
+  const auto us = std::chrono::duration_cast<std::chrono::microseconds>(t).count();
+  return {static_cast<std::uint32_t>(us / 1000000), static_cast<std::uint32_t>(us % 1000000)};
+}
+
+bool at_least(float value, float least) { return std::isfinite(value) && value >= least; }
+
+}  // namespace
+
+MultiSenseDevice::MultiSenseDevice(MultiSense& camera) : camera_(camera) {
+  const MultiSense::Mode now = camera.mode();
+  const int scale = std::max(1, kImagerPixels / now.width);
+  imager_ = {now.width * scale, now.height * scale, now.disparities};
+  control_.frames_per_second = static_cast<float>(camera.rate_hz());
+}
+
+void MultiSenseDevice::queue(Client& client, Bytes message) {
+  const Fragments fragments(*message, ++client.sequence, client.mtu);
+  client.queue.push_back({std::move(message), fragments});
+}
+
+template <typename Message>
+void MultiSenseDevice::answer(Client& client, const Message& message) {
+  queue(client, std::make_shared<const std::vector<std::uint8_t>>(encode(message)));
+}
+
+void MultiSenseDevice::acknowledge(Client& client, std::uint16_t request, std::int32_t status) {
+  answer(client, Ack{request, status});
+}
+
+void MultiSenseDevice::publish(Time now, const Exposure& exposure) {
+  now_ = now;
+  if (exposure.stamp == Time::min()) return;
+  Bytes metadata, disparity;
+  for (auto& [address, client] : clients_) {
+    if ((client.sources & source::kDisparityLeft) == 0 || exposure.stamp < client.since ||
+        exposure.frame == client.last_frame)
+      continue;
+    client.last_frame = exposure.frame;
+    if (client.queue.size() > kMostQueued) continue;
+    if (!disparity) {
+      camera_.render(exposure, disparity_);
+      disparity = std::make_shared<const std::vector<std::uint8_t>>(encode(disparity_));
+      ImageMetadata about;
+      about.frame = static_cast<std::int64_t>(exposure.frame);
+      about.frames_per_second = control_.frames_per_second;
+      about.gain = control_.exposure.gain;
+      about.exposure_us = control_.exposure.exposure_us;
+      about.captured = sensor_time(exposure.stamp);
+      metadata = std::make_shared<const std::vector<std::uint8_t>>(encode(about));
+    }
+    queue(client, metadata);
+    queue(client, disparity);
+    ++frames_;
+  }
+}
+
+void MultiSenseDevice::receive(Address from, std::span<const std::uint8_t> datagram, Time host) {
+  const auto head = read_head(datagram);
+  // Requests are single datagrams.
+  if (!head || head->offset != 0 || head->message_bytes != datagram.size() - kDatagramHeadBytes) return;
+  const auto known = clients_.find(from);
+  if (known == clients_.end() && clients_.size() == kMostClients) {
+    clients_.erase(std::min_element(clients_.begin(), clients_.end(), [](const auto& a, const auto& b) {
+      return std::pair(a.second.sources != 0, a.second.heard) <
+             std::pair(b.second.sources != 0, b.second.heard);
+    }));
+  }
+  Client& client = clients_[from];
+  client.heard = host;
+  if (client.queue.size() <= kMostQueued) handle(client, datagram.subspan(kDatagramHeadBytes));
+  note_streams();
+}
+
+void MultiSenseDevice::handle(Client& client, std::span<const std::uint8_t> message) {
+  const std::uint16_t id = *id_of(message);
+  if (handle_query(client, id)) return;
+  if (const auto stream = decode<StreamControl>(message)) {
+    client.sources = (client.sources & ~stream->modify) | (stream->control & stream->modify);
+    client.since = now_;
+    acknowledge(client, id, Ack::kOk);
+  } else if (const auto test = decode<MtuTest>(message)) {
+    if (test->mtu < kMtuTestOverhead || test->mtu > kMostMtu) return;  // nothing so long comes through
+    acknowledge(client, id, Ack::kOk);
+    const std::size_t before = std::exchange(client.mtu, kMostMtu);
+    MtuAnswer full;
+    full.filler.resize(test->mtu - kMtuTestOverhead);
+    answer(client, full);
+    client.mtu = before;
+  } else if (const auto mtu = decode<Mtu>(message)) {
+    const bool fits = mtu->bytes >= kLeastMtu && mtu->bytes <= kMostMtu;
+    if (fits) client.mtu = mtu->bytes;
+    acknowledge(client, id, fits ? Ack::kOk : Ack::kUnsupported);
+  } else if (const auto resolution = decode<Resolution>(message)) {
+    acknowledge(client, id, set_resolution(*resolution));
+  } else if (const auto wanted = decode<CameraControl>(message)) {
+    acknowledge(client, id, control(*wanted));
+  } else {
+    acknowledge(client, id, Ack::kUnknown);
+  }
+}
+
+bool MultiSenseDevice::handle_query(Client& client, std::uint16_t id) {
+  const auto give = [&](const auto& message) {
+    acknowledge(client, id, Ack::kOk);
+    answer(client, message);
+    return true;
+  };
+  switch (static_cast<Query>(id)) {
+    case Query::kVersion:
+      return give(Version{"walkman-hil", kFirmware, 1, 0, 0});
+    case Query::kStatus: {
+      Status status;
+      status.uptime = sensor_time(now_);
+      status.health = Status::kAllWell;
+      return give(status);
+    }
+    case Query::kCameraConfig:
+      return give(config());
+    case Query::kDeviceInfo:
+      return give(info());
+    case Query::kCameraCalibration:
+      return give(calibration());
+    case Query::kMtu:
+      return give(Mtu{static_cast<std::uint32_t>(client.mtu)});
+    case Query::kDeviceModes:
+      return give(modes());
+  }
+  return false;
+}
+
+std::int32_t MultiSenseDevice::set_resolution(const Resolution& wanted) {
+  const DeviceModes all = modes();
+  const bool offered = std::any_of(all.modes.begin(), all.modes.end(), [&](const DeviceModes::Mode& mode) {
+    return mode.width == wanted.width && mode.height == wanted.height &&
+           static_cast<std::int32_t>(mode.disparities) == wanted.disparities;
+  });
+  if (!offered) return Ack::kUnsupported;
+  camera_.set_mode({static_cast<int>(wanted.width), static_cast<int>(wanted.height), wanted.disparities});
+  return Ack::kOk;
+}
+
+std::int32_t MultiSenseDevice::control(const CameraControl& wanted) {
+  if (!at_least(wanted.frames_per_second, kSlowest) || wanted.frames_per_second > kFastest)
+    return Ack::kUnsupported;
+  control_ = wanted;
+  camera_.set_rate(wanted.frames_per_second);
+  return Ack::kOk;
+}
+
+DeviceInfo MultiSenseDevice::info() const {
+  DeviceInfo info;
+  info.name = "MultiSense-SL, emulated";
+  info.serial_number = "walkman-hil";
+  info.imager_name = "CMV4000";
+  info.imager_type = kGreyCmv4000;
+  info.imager_width = static_cast<std::uint32_t>(imager_.width);
+  info.imager_height = static_cast<std::uint32_t>(imager_.height);
+  info.lens_type = 1;
+  info.baseline = static_cast<float>(camera_.optics().baseline);
+  info.focal_length = kLensFocalLength;
+  info.lighting_type = 1;
+  info.lights = 4;
+  info.laser_name = "UTM-30LX-EW";
+  info.laser_type = 1;
+  info.motor_type = 1;
+  info.gear_reduction = 50;
+  return info;
+}
+
+CameraConfig MultiSenseDevice::config() const {
+  const sensors::StereoOptions& optics = camera_.optics();
+  CameraConfig config;
+  config.width = static_cast<std::uint16_t>(optics.width);
+  config.height = static_cast<std::uint16_t>(optics.height);
+  config.frames_per_second = control_.frames_per_second;
+  config.exposure = control_.exposure;
+  config.fx = config.fy = static_cast<float>(optics.focal_px);
+  config.cx = static_cast<float>(optics.cx);
+  config.cy = static_cast<float>(optics.cy);
+  config.translation[0] = -static_cast<float>(optics.baseline);
+  config.disparities = optics.max_disparity;
+  return config;
+}
+
+CameraCalibration MultiSenseDevice::calibration() const {
+  const sensors::StereoOptions& optics = camera_.optics();
+  const double scale = static_cast<double>(imager_.width) / optics.width;
+  const auto f = static_cast<float>(optics.focal_px * scale);
+  const auto cx = static_cast<float>(optics.cx * scale), cy = static_cast<float>(optics.cy * scale);
+  const auto shift = static_cast<float>(-optics.focal_px * scale * optics.baseline);
+  CameraCalibration out;
+  for (CameraCalibration::Camera* camera : {&out.left, &out.right}) {
+    camera->M = {f, 0, cx, 0, f, cy, 0, 0, 1};
+    camera->R = {1, 0, 0, 0, 1, 0, 0, 0, 1};
+    camera->P = {f, 0, cx, 0, 0, f, cy, 0, 0, 0, 1, 0};
+  }
+  out.right.P[3] = shift;
+  return out;
+}
+
+DeviceModes MultiSenseDevice::modes() const {
+  DeviceModes out;
+  for (const int divisor : {2, 1}) {
+    for (const int disparities : kDisparities) {
+      out.modes.push_back({static_cast<std::uint32_t>(imager_.width / divisor),
+                           static_cast<std::uint32_t>(imager_.height / divisor),
+                           static_cast<std::uint32_t>(source::kDisparityLeft),
+                           static_cast<std::uint32_t>(disparities), 0});
+    }
+  }
+  return out;
+}
+
+std::size_t MultiSenseDevice::waiting() const {
+  return static_cast<std::size_t>(std::count_if(
+      clients_.begin(), clients_.end(), [](const auto& one) { return !one.second.queue.empty(); }));
+}
+
+bool MultiSenseDevice::next(Address& to, std::vector<std::uint8_t>& datagram) {
+  auto turn = clients_.upper_bound(served_);
+  for (std::size_t i = 0; i < clients_.size(); ++i, ++turn) {
+    if (turn == clients_.end()) turn = clients_.begin();
+    Client& client = turn->second;
+    if (client.queue.empty()) continue;
+    Outgoing& first = client.queue.front();
+    served_ = to = turn->first;
+    first.fragments.next(datagram);
+    if (first.fragments.done()) client.queue.pop_front();
+    return true;
+  }
+  return false;
+}
+
+bool MultiSenseDevice::forget_silent(Time host) {
+  std::erase_if(clients_, [&](const auto& one) { return host - one.second.heard > kSilence; });
+  note_streams();
+  return !clients_.empty();
+}
+
+void MultiSenseDevice::note_streams() {
+  streams_ = std::any_of(clients_.begin(), clients_.end(),
+                         [](const auto& one) { return (one.second.sources & source::kDisparityLeft) != 0; });
+}
+
+}  // namespace walkman

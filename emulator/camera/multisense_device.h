@@ -1,0 +1,91 @@
+#pragma once
+
+#include <atomic>
+#include <cstdint>
+#include <deque>
+#include <map>
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "drivers/camera/multisense/datagram.h"
+#include "drivers/camera/multisense/messages.h"
+#include "emulator/camera/multisense.h"
+
+namespace walkman {
+
+/// The MultiSense's side of its protocol: answers requests and streams frames, to each client what it asked
+/// for. Holds no socket, no thread and no clock.
+///
+/// What a client sent is answered in order, and behind every frame that was exposed before it was sent. A
+/// datagram that is no request of the protocol is not answered.
+class MultiSenseDevice {
+ public:
+  /// What the carrier calls a client by.
+  using Address = std::uint64_t;
+  static constexpr std::size_t kMostClients = 32;
+  /// A client that says nothing for so long is gone: the vendor's ask for the status once a second.
+  static constexpr Time kSilence = std::chrono::seconds(10);
+
+  explicit MultiSenseDevice(MultiSense& camera);
+
+  /// The sensor's clock is at `now`, and `exposure` the newest: casts it for those that stream.
+  void publish(Time now, const Exposure& exposure);
+  /// A datagram from a client; `host` is a clock to tell by who is silent.
+  void receive(Address from, std::span<const std::uint8_t> datagram, Time host);
+  /// The next datagram to send and to whom, in turns; false when there is none.
+  [[nodiscard]] bool next(Address& to, std::vector<std::uint8_t>& datagram);
+  /// Clients for whom there is one.
+  [[nodiscard]] std::size_t waiting() const;
+  /// Forgets who was silent for too long. True while there is anybody.
+  bool forget_silent(Time host);
+  /// A client whose port is closed.
+  void forget(Address client) { clients_.erase(client); }
+
+  /// Whether a client wants frames. May be asked from another thread.
+  [[nodiscard]] bool streams() const noexcept { return streams_; }
+  /// Frames that were queued for a client. Likewise.
+  [[nodiscard]] std::uint64_t frames() const noexcept { return frames_; }
+
+ private:
+  using Bytes = std::shared_ptr<const std::vector<std::uint8_t>>;
+  struct Outgoing {
+    Bytes message;  // which the fragments are of
+    multisense::Fragments fragments;
+  };
+  struct Client {
+    std::uint64_t sources = 0;
+    Time since{};  // when it asked for them, on the sensor's clock
+    std::uint64_t last_frame = 0;
+    std::size_t mtu = multisense::kLeastMtu;
+    std::uint16_t sequence = 0;
+    Time heard{};  // host's clock
+    std::deque<Outgoing> queue;
+  };
+
+  void queue(Client& client, Bytes message);
+  template <typename Message>
+  void answer(Client& client, const Message& message);
+  void acknowledge(Client& client, std::uint16_t request, std::int32_t status);
+  void handle(Client& client, std::span<const std::uint8_t> message);
+  [[nodiscard]] bool handle_query(Client& client, std::uint16_t id);
+  [[nodiscard]] std::int32_t set_resolution(const multisense::Resolution& wanted);
+  [[nodiscard]] std::int32_t control(const multisense::CameraControl& wanted);
+  void note_streams();
+  [[nodiscard]] multisense::DeviceInfo info() const;
+  [[nodiscard]] multisense::CameraConfig config() const;
+  [[nodiscard]] multisense::CameraCalibration calibration() const;
+  [[nodiscard]] multisense::DeviceModes modes() const;
+
+  MultiSense& camera_;
+  MultiSense::Mode imager_;
+  Time now_{};
+  multisense::CameraControl control_;
+  multisense::Disparity disparity_;
+  std::map<Address, Client> clients_;
+  Address served_ = 0;  // last
+  std::atomic<bool> streams_ = false;
+  std::atomic<std::uint64_t> frames_ = 0;
+};
+
+}  // namespace walkman

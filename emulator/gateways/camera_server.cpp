@@ -1,0 +1,141 @@
+#include "emulator/gateways/camera_server.h"
+
+#include <array>
+#include <cerrno>
+#include <cstring>
+#include <stdexcept>
+
+#include <arpa/inet.h>
+#include <fmt/format.h>
+#include <netinet/in.h>
+#include <poll.h>
+#include <sys/eventfd.h>
+#include <sys/socket.h>
+
+#include "drivers/camera/multisense/udp_port.h"
+#include "emulator/pacing/host.h"
+
+namespace walkman::gateways {
+namespace {
+
+// 50 MB/s for each client: a frame of 1.5 MB in 30 ms. One that looks every 5 ms finds 250 kB then; the kernel
+// keeps as much for it.
+constexpr std::size_t kBurst = 50000;  // bytes
+constexpr int kBurstMs = 1;
+constexpr int kSilenceMs = 1000;
+constexpr int kMostRequests = 64;  // between two bursts
+
+MultiSenseDevice::Address key_of(const sockaddr_in& address) {
+  return std::uint64_t{ntohl(address.sin_addr.s_addr)} << 16U | ntohs(address.sin_port);
+}
+
+sockaddr_in address_of(MultiSenseDevice::Address key) {
+  sockaddr_in address{};
+  address.sin_family = AF_INET;
+  address.sin_addr.s_addr = htonl(static_cast<std::uint32_t>(key >> 16U));
+  address.sin_port = htons(static_cast<std::uint16_t>(key));
+  return address;
+}
+
+}  // namespace
+
+CameraServer::CameraServer(const std::string& address, MultiSense& camera)
+    : device_(camera), camera_(camera), wake_(eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK)) {
+  const multisense::UdpAddress wanted = multisense::parse_udp_address(address);
+  const sockaddr_in bound = address_of(std::uint64_t{wanted.host} << 16U | wanted.port);
+  socket_ = Descriptor(socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0));
+  if (!socket_.valid() || !wake_.valid() ||
+      bind(socket_.get(), reinterpret_cast<const sockaddr*>(&bound), sizeof bound) != 0) {
+    throw std::runtime_error(fmt::format("the camera cannot be served at {}:{}: {}",
+                                         address.substr(0, address.find(':')), wanted.port,
+                                         std::strerror(errno)));
+  }
+  thread_ = std::thread([this] { work(); });
+}
+
+CameraServer::~CameraServer() {
+  stop_ = true;
+  const std::uint64_t one = 1;
+  static_cast<void>(!::write(wake_.get(), &one, sizeof one));
+  thread_.join();
+}
+
+void CameraServer::publish(Time now) {
+  bool is_new = false;
+  {
+    const std::lock_guard lock(mutex_);
+    published_.now = now;
+    is_new = camera_.exposure().frame != published_.exposure.frame;
+    if (is_new) published_.exposure = camera_.exposure();
+  }
+  if (!is_new || !device_.streams()) return;
+  const std::uint64_t one = 1;
+  static_cast<void>(!::write(wake_.get(), &one, sizeof one));
+}
+
+void CameraServer::update() {
+  {
+    const std::lock_guard lock(mutex_);
+    seen_.now = published_.now;
+    if (seen_.exposure.frame != published_.exposure.frame) seen_.exposure = published_.exposure;
+  }
+  device_.publish(seen_.now, seen_.exposure);
+}
+
+int CameraServer::wait_ms() const { return !blocked_ && (to_ || device_.waiting() > 0) ? kBurstMs : kSilenceMs; }
+
+void CameraServer::work() {
+  pacing::stay_behind();  // the control loop goes first
+  while (true) {
+    std::array<pollfd, 2> ready{{{socket_.get(), static_cast<short>(blocked_ ? POLLIN | POLLOUT : POLLIN), 0},
+                                 {wake_.get(), POLLIN, 0}}};
+    static_cast<void>(poll(ready.data(), ready.size(), wait_ms()));
+    if (stop_) return;
+    std::uint64_t wakes = 0;
+    static_cast<void>(!::read(wake_.get(), &wakes, sizeof wakes));
+    const Time wall = pacing::host_now();
+    update();
+    take_requests(wall);
+    send_some();
+    static_cast<void>(device_.forget_silent(wall));
+  }
+}
+
+void CameraServer::take_requests(Time wall) {
+  for (int i = 0; i < kMostRequests; ++i) {
+    sockaddr_in from{};
+    socklen_t size = sizeof from;
+    request_.resize(multisense::kMostDatagramBytes + 1);
+    const ssize_t bytes = recvfrom(socket_.get(), request_.data(), request_.size(), 0,
+                                   reinterpret_cast<sockaddr*>(&from), &size);
+    if (bytes < 0) return;
+    request_.resize(static_cast<std::size_t>(bytes));
+    update();
+    device_.receive(key_of(from), request_, wall);
+  }
+}
+
+void CameraServer::send_some() {
+  blocked_ = false;
+  const std::size_t burst = kBurst * device_.waiting();
+  for (std::size_t sent = 0; sent < burst || to_;) {
+    MultiSenseDevice::Address to = 0;
+    if (to_) {
+      to = *to_;
+    } else if (!device_.next(to, datagram_)) {
+      return;
+    }
+    to_.reset();
+    const sockaddr_in address = address_of(to);
+    if (sendto(socket_.get(), datagram_.data(), datagram_.size(), 0,
+               reinterpret_cast<const sockaddr*>(&address), sizeof address) >= 0) {
+      sent += datagram_.size();
+    } else if (errno == EAGAIN || errno == ENOBUFS) {
+      to_ = to;
+      blocked_ = true;
+      return;
+    }
+  }
+}
+
+}  // namespace walkman::gateways

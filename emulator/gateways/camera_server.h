@@ -1,0 +1,65 @@
+#pragma once
+
+#include <atomic>
+#include <cstdint>
+#include <mutex>
+#include <optional>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "emulator/camera/multisense.h"
+#include "emulator/camera/multisense_device.h"
+#include "emulator/gateways/descriptor.h"
+
+namespace walkman::gateways {
+
+/// Serves the MultiSense's UDP protocol (drivers/camera/multisense/).
+///
+/// Runs in a thread of its own, because casting a frame takes longer than a control cycle: the emulator's
+/// loop only publishes what the camera saw, and when. A request is answered behind every frame that was
+/// published before it came, so that what a client has by then depends on the emulated time alone.
+///
+/// What is sent is paced: a client's kernel has room for a fifth of a frame.
+class CameraServer {
+ public:
+  /// Binds `address`, an IPv4 address with or without a port, at once. `camera` must outlive the server and
+  /// is used for rendering by it alone. Throws std::runtime_error with the address.
+  CameraServer(const std::string& address, MultiSense& camera);
+  ~CameraServer();
+  CameraServer(const CameraServer&) = delete;
+  CameraServer& operator=(const CameraServer&) = delete;
+
+  /// The camera's time is `now`, its newest exposure the one it has noted. Cheap unless there is a new one.
+  void publish(Time now);
+
+  /// Frames sent to clients.
+  [[nodiscard]] std::uint64_t served() const noexcept { return device_.frames(); }
+
+ private:
+  struct Published {
+    Time now{};
+    Exposure exposure;
+  };
+
+  void work();
+  [[nodiscard]] int wait_ms() const;
+  /// Takes over what the emulator's loop has published.
+  void update();
+  void take_requests(Time wall);
+  void send_some();
+
+  MultiSenseDevice device_;
+  MultiSense& camera_;
+  Descriptor socket_, wake_;
+  std::atomic<bool> stop_ = false;
+  std::mutex mutex_;
+  Published published_;                          // by the emulator's loop
+  Published seen_;                               // by the thread
+  bool blocked_ = false;                         // the kernel takes nothing more for now
+  std::optional<MultiSenseDevice::Address> to_;  // of the datagram that it did not take
+  std::vector<std::uint8_t> datagram_, request_;
+  std::thread thread_;
+};
+
+}  // namespace walkman::gateways
