@@ -201,7 +201,14 @@ void Regrasp::Impl::take_cloud() {
   Time asked = session.now();
   int recoveries = session.recoveries();
   stand();
-  while (!camera.latest(asked, cloud)) {
+  const auto has_come = [&] {
+    try {
+      return camera.latest(asked, cloud);
+    } catch (const camera::Lost& lost) {
+      throw RunStopped(lost.what());
+    }
+  };
+  while (!has_come()) {
     if (std::chrono::duration<double>(session.now() - asked).count() > kCloudTimeout) {
       throw RunStopped(fmt::format("no cloud from the camera for {} s", kCloudTimeout));
     }

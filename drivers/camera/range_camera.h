@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <stdexcept>
 #include <vector>
 
 #include <Eigen/Core>
@@ -25,13 +26,19 @@ struct OrganizedCloud {
   }
 };
 
+/// A camera that no longer answers, in one sentence.
+class Lost : public std::runtime_error {
+ public:
+  using std::runtime_error::runtime_error;
+};
+
 /// A range camera as the robot's computer sees it: the newest complete cloud.
 class RangeCamera {
  public:
   virtual ~RangeCamera() = default;
 
   /// Copies the newest cloud exposed at or after `not_before`, an instant of the reader's clock, on which the
-  /// cloud's stamp then is too. False while there is none.
+  /// cloud's stamp then is too. False while there is none. Throws Lost.
   [[nodiscard]] virtual bool latest(Time not_before, OrganizedCloud& out) = 0;
 };
 

@@ -16,6 +16,7 @@ constexpr int kImagerPixels = 2048;          // a side of a CMV4000
 constexpr std::array kDisparities = {64, 128, 256};
 constexpr double kSlowest = 1, kFastest = 15;  // frames per second, at half the imager's width
 constexpr std::size_t kMostQueued = 8;         // messages; a client that takes them more slowly misses frames
+constexpr std::size_t kMostAnswers = 64;       // and, of one that asks faster than it is sent to, requests
 constexpr std::uint32_t kMtuTestOverhead = 54;
 
 SensorTime sensor_time(Time t) {
@@ -88,7 +89,7 @@ void MultiSenseDevice::receive(Address from, std::span<const std::uint8_t> datag
   }
   Client& client = clients_[from];
   client.heard = host;
-  if (client.queue.size() <= kMostQueued) handle(client, datagram.subspan(kDatagramHeadBytes));
+  if (client.queue.size() <= kMostAnswers) handle(client, datagram.subspan(kDatagramHeadBytes));
   note_streams();
 }
 
@@ -96,8 +97,9 @@ void MultiSenseDevice::handle(Client& client, std::span<const std::uint8_t> mess
   const std::uint16_t id = *id_of(message);
   if (handle_query(client, id)) return;
   if (const auto stream = decode<StreamControl>(message)) {
-    client.sources = (client.sources & ~stream->modify) | (stream->control & stream->modify);
-    client.since = now_;
+    const std::uint64_t before = client.sources;
+    client.sources = (before & ~stream->modify) | (stream->control & stream->modify);
+    if ((client.sources & ~before) != 0) client.since = now_;
     acknowledge(client, id, Ack::kOk);
   } else if (const auto test = decode<MtuTest>(message)) {
     if (test->mtu < kMtuTestOverhead || test->mtu > kMostMtu) return;  // nothing so long comes through
@@ -161,7 +163,9 @@ std::int32_t MultiSenseDevice::set_resolution(const Resolution& wanted) {
 }
 
 std::int32_t MultiSenseDevice::control(const CameraControl& wanted) {
-  if (!at_least(wanted.frames_per_second, kSlowest) || wanted.frames_per_second > kFastest)
+  // This camera has no other imagers to expose.
+  if (!at_least(wanted.frames_per_second, kSlowest) || wanted.frames_per_second > kFastest ||
+      wanted.exposure.secondary_count > 0)
     return Ack::kUnsupported;
   control_ = wanted;
   camera_.set_rate(wanted.frames_per_second);
@@ -233,8 +237,8 @@ DeviceModes MultiSenseDevice::modes() const {
 }
 
 std::size_t MultiSenseDevice::waiting() const {
-  return static_cast<std::size_t>(std::count_if(
-      clients_.begin(), clients_.end(), [](const auto& one) { return !one.second.queue.empty(); }));
+  return static_cast<std::size_t>(std::count_if(clients_.begin(), clients_.end(),
+                                                [](const auto& one) { return !one.second.queue.empty(); }));
 }
 
 bool MultiSenseDevice::next(Address& to, std::vector<std::uint8_t>& datagram) {
@@ -252,10 +256,18 @@ bool MultiSenseDevice::next(Address& to, std::vector<std::uint8_t>& datagram) {
   return false;
 }
 
-bool MultiSenseDevice::forget_silent(Time host) {
-  std::erase_if(clients_, [&](const auto& one) { return host - one.second.heard > kSilence; });
+void MultiSenseDevice::stop_silent(Time host) {
+  for (auto& [address, client] : clients_) {
+    if (host - client.heard <= kSilence) continue;
+    client.sources = 0;
+    client.queue.clear();
+  }
   note_streams();
-  return !clients_.empty();
+}
+
+void MultiSenseDevice::forget(Address client) {
+  clients_.erase(client);
+  note_streams();
 }
 
 void MultiSenseDevice::note_streams() {

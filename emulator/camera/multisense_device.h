@@ -24,7 +24,7 @@ class MultiSenseDevice {
   /// What the carrier calls a client by.
   using Address = std::uint64_t;
   static constexpr std::size_t kMostClients = 32;
-  /// A client that says nothing for so long is gone: the vendor's ask for the status once a second.
+  /// A client that says nothing for so long gets no more frames: the vendor's ask for the status each second.
   static constexpr Time kSilence = std::chrono::seconds(10);
 
   explicit MultiSenseDevice(MultiSense& camera);
@@ -37,10 +37,10 @@ class MultiSenseDevice {
   [[nodiscard]] bool next(Address& to, std::vector<std::uint8_t>& datagram);
   /// Clients for whom there is one.
   [[nodiscard]] std::size_t waiting() const;
-  /// Forgets who was silent for too long. True while there is anybody.
-  bool forget_silent(Time host);
+  /// Sends nothing more to whom was silent for too long, until it speaks.
+  void stop_silent(Time host);
   /// A client whose port is closed.
-  void forget(Address client) { clients_.erase(client); }
+  void forget(Address client);
 
   /// Whether a client wants frames. May be asked from another thread.
   [[nodiscard]] bool streams() const noexcept { return streams_; }

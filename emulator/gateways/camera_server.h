@@ -20,7 +20,7 @@ namespace walkman::gateways {
 /// loop only publishes what the camera saw, and when. A request is answered behind every frame that was
 /// published before it came, so that what a client has by then depends on the emulated time alone.
 ///
-/// What is sent is paced: a client's kernel has room for a fifth of a frame.
+/// What is sent is paced: a client's kernel has room for an eighth of a frame.
 class CameraServer {
  public:
   /// Binds `address`, an IPv4 address with or without a port, at once. `camera` must outlive the server and
@@ -47,7 +47,8 @@ class CameraServer {
   /// Takes over what the emulator's loop has published.
   void update();
   void take_requests(Time wall);
-  void send_some();
+  void forget_closed();
+  void send_some(Time wall);
 
   MultiSenseDevice device_;
   MultiSense& camera_;
@@ -56,6 +57,7 @@ class CameraServer {
   std::mutex mutex_;
   Published published_;                          // by the emulator's loop
   Published seen_;                               // by the thread
+  Time sent_at_{};                               // the last burst, on the host's clock
   bool blocked_ = false;                         // the kernel takes nothing more for now
   std::optional<MultiSenseDevice::Address> to_;  // of the datagram that it did not take
   std::vector<std::uint8_t> datagram_, request_;

@@ -13,7 +13,11 @@ namespace {
 constexpr Time kAnswerLimit = std::chrono::seconds(1);  // as the vendor's client: 1 s, five times
 constexpr int kAttempts = 5;
 constexpr Time kMtuLimit = std::chrono::milliseconds(100);
-constexpr Time kRenderLimit = std::chrono::seconds(30);  // a device that casts a frame answers after it
+constexpr Time kQuiet = std::chrono::milliseconds(50);  // in which everything sent before has come
+// Messages before an answer: a device that streams to this client alone keeps a few.
+constexpr std::uint64_t kMostBefore = 100;
+constexpr std::size_t kMostPolled = 512 << 10;        // bytes that a look between two cycles takes in
+constexpr Time kForgotten = std::chrono::seconds(5);  // an answer that has not come by then does not
 constexpr Time kStatusInterval = std::chrono::seconds(1);
 constexpr std::size_t kKeptFrames = 4;
 constexpr std::size_t kFirstMtu = 9000, kSecondMtu = 1500;
@@ -29,9 +33,15 @@ Camera::Camera(DatagramPort& port, std::string name, std::function<Time()> now)
   open();
 }
 
-Camera::~Camera() { send(encode(StreamControl{source::kEverything, 0})); }
+Camera::~Camera() {
+  try {
+    send(encode(StreamControl{source::kEverything, 0}));
+  } catch (const std::exception&) {
+    // One that is no longer there streams to nobody either.
+  }
+}
 
-void Camera::fail(const std::string& what) const { throw std::runtime_error(name_ + ": " + what); }
+void Camera::fail(const std::string& what) const { throw camera::Lost(name_ + ": " + what); }
 
 void Camera::send(const std::vector<std::uint8_t>& message) {
   Fragments fragments(message, ++sequence_, kLeastMtu);
@@ -42,13 +52,20 @@ void Camera::send(const std::vector<std::uint8_t>& message) {
   }
 }
 
+bool Camera::came(const std::function<bool()>& answered, Time limit) {
+  const std::uint64_t most = taken_ + kMostBefore;
+  take_in();
+  while (!answered()) {
+    if (taken_ > most || !port_.wait(limit)) return false;
+    take_in();
+  }
+  return true;
+}
+
 void Camera::ask(const std::vector<std::uint8_t>& message, const std::function<bool()>& answered) {
   for (int attempt = 0; attempt < kAttempts; ++attempt) {
     send(message);
-    do {
-      take_in();
-      if (answered()) return;
-    } while (port_.wait(kAnswerLimit));
+    if (came(answered, kAnswerLimit)) return;
   }
   fail(fmt::format("no answer from a MultiSense to message 0x{:04X} in {} s", id_of(message).value_or(0),
                    kAttempts * std::chrono::duration<double>(kAnswerLimit).count()));
@@ -68,46 +85,42 @@ Message Camera::ask_for(Query query) {
 }
 
 void Camera::open() {
-  const auto acknowledged = [this](std::uint16_t id) { return [this, id] { return acks_.contains(id); }; };
-  ask(encode(StreamControl{source::kEverything, 0}), acknowledged(StreamControl::kId));
+  ask(encode(StreamControl{source::kEverything, 0}), [this] { return acks_.contains(StreamControl::kId); });
   choose_mtu();
   device_ = ask_for<DeviceInfo>(Query::kDeviceInfo);
-  const auto config = ask_for<CameraConfig>(Query::kCameraConfig);
-  const auto calibration = ask_for<CameraCalibration>(Query::kCameraCalibration);
-  width_ = config.width;
-  height_ = config.height;
-  const float across = static_cast<float>(width_) / static_cast<float>(device_.imager_width);
-  const float down = static_cast<float>(height_) / static_cast<float>(device_.imager_height);
-  const auto& left = calibration.left.P;
-  optics_ = {left[0] * across, left[5] * down, left[2] * across, left[6] * down,
-             -calibration.right.P[3] * across};
+  calibration_ = ask_for<CameraCalibration>(Query::kCameraCalibration);
   const auto usable = [](float value) { return std::isfinite(value) && value > 0; };
-  if (!usable(optics_.fx) || !usable(optics_.fy) || !usable(optics_.focal_baseline) ||
-      !std::isfinite(optics_.cx) || !std::isfinite(optics_.cy)) {
-    fail(
-        fmt::format("its calibration has a focal length of {:g} by {:g} px and fx times the baseline of {:g} "
-                    "px·m, expected positive numbers",
-                    optics_.fx, optics_.fy, optics_.focal_baseline));
+  const auto& left = calibration_.left.P;
+  const float shift = -calibration_.right.P[3];
+  if (!usable(left[0]) || !usable(left[5]) || !usable(shift) || !std::isfinite(left[2]) ||
+      !std::isfinite(left[6]) || device_.imager_width == 0 || device_.imager_height == 0) {
+    fail(fmt::format(
+        "an imager of {} by {} px, a focal length of {:g} by {:g} px and fx times the baseline of "
+        "{:g} px·m, expected positive numbers",
+        device_.imager_width, device_.imager_height, left[0], left[5], shift));
   }
 }
 
 void Camera::choose_mtu() {
-  for (const std::size_t mtu : {kFirstMtu, kSecondMtu}) {
-    answers_.erase(MtuAnswer::kId);
-    send(encode(MtuTest{static_cast<std::uint32_t>(mtu)}));
-    take_in();
-    while (!answers_.contains(MtuAnswer::kId) && port_.wait(kMtuLimit)) take_in();
-    if (!answers_.contains(MtuAnswer::kId)) continue;
-    acks_.erase(Mtu::kId);
-    ask(encode(Mtu{static_cast<std::uint32_t>(mtu)}), [this] { return acks_.contains(Mtu::kId); });
-    return;
+  const auto passes = [this] { return answers_.contains(MtuAnswer::kId); };
+  const std::vector<std::uint8_t> first = encode(MtuTest{static_cast<std::uint32_t>(kFirstMtu)});
+  answers_.erase(MtuAnswer::kId);
+  send(first);
+  std::size_t mtu = kFirstMtu;
+  if (!came(passes, kMtuLimit)) {
+    mtu = kSecondMtu;
+    ask(encode(MtuTest{static_cast<std::uint32_t>(mtu)}), passes);
   }
-  fail(fmt::format("no datagram for an MTU of {} bytes comes through", kSecondMtu));
+  acks_.erase(Mtu::kId);
+  ask(encode(Mtu{static_cast<std::uint32_t>(mtu)}), [this] { return acks_.contains(Mtu::kId); });
 }
 
-void Camera::take_in() {
-  while (port_.receive(datagram_)) {
-    if (const auto message = assembler_.take(datagram_); !message.empty()) take(message);
+void Camera::take_in(std::size_t most) {
+  for (std::size_t bytes = 0; bytes < most && port_.receive(datagram_); bytes += datagram_.size()) {
+    const auto message = assembler_.take(datagram_);
+    if (message.empty()) continue;
+    ++taken_;
+    take(message);
   }
 }
 
@@ -118,9 +131,10 @@ void Camera::take(std::span<const std::uint8_t> message) {
       if (const auto ack = decode<Ack>(message)) acks_[ack->request] = ack->status;
       return;
     case Status::kId:
-      if (const auto status = decode<Status>(message); status && asked_status_) {
-        offset_ = *asked_status_ - time_of(status->uptime);
-        asked_status_.reset();
+      // With an answer lost, the next is taken for it: a clock that is taken to be older than it is.
+      if (const auto status = decode<Status>(message); status && !asked_status_.empty()) {
+        offset_ = asked_status_.front() - time_of(status->uptime);
+        asked_status_.pop_front();
       }
       return;
     case ImageMetadata::kId:
@@ -130,11 +144,9 @@ void Camera::take(std::span<const std::uint8_t> message) {
       }
       return;
     case Disparity::kId:
-      has_disparity_ =
-          decode(message, disparity_) && disparity_.width == width_ && disparity_.height == height_;
+      has_disparity_ = decode(message, disparity_);
       return;
     case DeviceInfo::kId:
-    case CameraConfig::kId:
     case CameraCalibration::kId:
     case MtuAnswer::kId:
       answers_[id].assign(message.begin(), message.end());
@@ -145,41 +157,52 @@ void Camera::take(std::span<const std::uint8_t> message) {
 }
 
 void Camera::ask_status() {
-  asked_status_ = status_at_ = now_();
+  const Time now = now_();
+  while (!asked_status_.empty() && now - asked_status_.front() > kForgotten) asked_status_.pop_front();
+  asked_status_.push_back(now);
+  told_at_ = now;
   send(encode(Query::kStatus));
 }
 
 /// Everything that the device sent before its answer has come when that has.
 void Camera::synchronise() {
-  ask_status();
-  take_in();
-  while (asked_status_) {
-    if (!port_.wait(kRenderLimit)) fail("the device does not tell its status any more");
-    take_in();
+  for (int attempt = 0; attempt < kAttempts; ++attempt) {
+    const std::size_t before = asked_status_.size();
+    ask_status();
+    const std::size_t most = attempt == 0 ? 0 : before;
+    if (!came([&] { return asked_status_.size() <= most; }, kAttempts * kAnswerLimit)) continue;
+    // After one that was lost: of those that were asked again, none may be left for the next time.
+    if (attempt > 0) static_cast<void>(came([&] { return asked_status_.empty(); }, kQuiet));
+    asked_status_.clear();
+    return;
   }
+  fail("the device does not tell its status any more");
 }
 
 void Camera::stream(bool on) {
+  take_in();  // an earlier acknowledgement is none of this one
   acks_.erase(StreamControl::kId);
-  asked_stream_ = now_();
   streaming_ = on;
   send(encode(StreamControl{source::kDisparityLeft, on ? source::kDisparityLeft : 0}));
 }
 
 bool Camera::latest(Time not_before, camera::OrganizedCloud& out) {
-  const bool waits = waiting_ == Waiting::kBlock;
   if (!streaming_) {
+    stream(true);
     has_disparity_ = false;
     offset_.reset();  // the clocks may have drifted apart since
-    status_at_.reset();
-    stream(true);
+    told_at_.reset();
   }
-  if (waits) {
+  if (waiting_ == Waiting::kBlock) {
     synchronise();
+    if (!acks_.contains(StreamControl::kId)) stream(true);
   } else {
-    take_in();
-    if (!status_at_ || now_() - *status_at_ > kStatusInterval) ask_status();
-    if (!acks_.contains(StreamControl::kId) && now_() - *asked_stream_ > kAnswerLimit) stream(true);
+    take_in(kMostPolled);
+    if (!told_at_ || now_() - *told_at_ > kStatusInterval) {
+      // A device that has heard nothing for long no longer streams, and one request may be lost.
+      if (told_at_) stream(true);
+      ask_status();
+    }
   }
   if (!cloud(not_before, out)) return false;
   stream(false);
@@ -194,20 +217,25 @@ bool Camera::cloud(Time not_before, camera::OrganizedCloud& out) {
   has_disparity_ = false;
   out.stamp = captured->at + *offset_;
   out.frame = static_cast<std::uint64_t>(disparity_.frame);
-  out.width = width_;
-  out.height = height_;
+  out.width = disparity_.width;
+  out.height = disparity_.height;
   out.points.resize(disparity_.pixels.size());
-  const float baseline = optics_.focal_baseline / optics_.fx;
-  const float square = optics_.fx / optics_.fy;
+  // The calibration is of the whole imager.
+  const float across = static_cast<float>(out.width) / static_cast<float>(device_.imager_width);
+  const float down = static_cast<float>(out.height) / static_cast<float>(device_.imager_height);
+  const auto& left = calibration_.left.P;
+  const float fx = left[0] * across, fy = left[5] * down, cx = left[2] * across, cy = left[6] * down;
+  const float focal_baseline = -calibration_.right.P[3] * across;
+  const float baseline = focal_baseline / fx;
+  const float square = fx / fy;
   auto point = out.points.begin();
   auto pixel = disparity_.pixels.begin();
   for (int v = 0; v < out.height; ++v) {
-    const float y = (static_cast<float>(v) - optics_.cy) * baseline * square;
+    const float y = (static_cast<float>(v) - cy) * baseline * square;
     for (int u = 0; u < out.width; ++u, ++point, ++pixel) {
       const float per_px = *pixel > 0 ? 1 / (static_cast<float>(*pixel) * Disparity::kStep)
                                       : std::numeric_limits<float>::quiet_NaN();
-      *point = {(static_cast<float>(u) - optics_.cx) * baseline * per_px, y * per_px,
-                optics_.focal_baseline * per_px};
+      *point = {(static_cast<float>(u) - cx) * baseline * per_px, y * per_px, focal_baseline * per_px};
     }
   }
   return true;

@@ -1,7 +1,9 @@
 #pragma once
 
 #include <cstdint>
+#include <deque>
 #include <functional>
+#include <limits>
 #include <map>
 #include <optional>
 #include <string>
@@ -23,8 +25,8 @@ class Camera final : public camera::RangeCamera {
   enum class Waiting { kBlock, kPoll };
 
   /// `port` must outlive the camera. `now` is the caller's clock, on which `latest` and the clouds' stamps
-  /// are. Throws std::runtime_error in one sentence that begins with `name` when no device answers, or one
-  /// whose answers do not go together.
+  /// are. Throws camera::Lost with a sentence that begins with `name` when no device answers, or one whose
+  /// answers do not go together.
   Camera(DatagramPort& port, std::string name, std::function<Time()> now);
   ~Camera() override;
   Camera(const Camera&) = delete;
@@ -32,7 +34,6 @@ class Camera final : public camera::RangeCamera {
 
   void set_waiting(Waiting waiting) { waiting_ = waiting; }
 
-  /// Throws std::runtime_error as the constructor does when, waiting, the device no longer answers.
   [[nodiscard]] bool latest(Time not_before, camera::OrganizedCloud& out) override;
 
   [[nodiscard]] const DeviceInfo& device() const { return device_; }
@@ -40,11 +41,6 @@ class Camera final : public camera::RangeCamera {
   [[nodiscard]] std::uint64_t lost_frames() const { return assembler_.lost(); }
 
  private:
-  /// Geometry of the rectified pair at the present width.
-  struct Optics {
-    float fx = 0, fy = 0, cx = 0, cy = 0;  // px
-    float focal_baseline = 0;              // px·m
-  };
   struct Captured {
     std::int64_t frame = 0;
     Time at{};  // the sensor's clock
@@ -58,8 +54,10 @@ class Camera final : public camera::RangeCamera {
   void choose_mtu();
   void send(const std::vector<std::uint8_t>& message);
   void stream(bool on);
-  /// Takes in everything that has come.
-  void take_in();
+  /// Takes in everything that has come, or so many bytes of it and a datagram.
+  void take_in(std::size_t most = std::numeric_limits<std::size_t>::max());
+  /// Waits for it; false when nothing comes for `limit`, or too much else.
+  [[nodiscard]] bool came(const std::function<bool()>& answered, Time limit);
   void take(std::span<const std::uint8_t> message);
   void ask_status();
   void synchronise();
@@ -77,14 +75,14 @@ class Camera final : public camera::RangeCamera {
   std::map<std::uint16_t, std::vector<std::uint8_t>> answers_;  // the newest of each id that was asked for
   std::map<std::uint16_t, std::int32_t> acks_;
 
+  std::uint64_t taken_ = 0;  // messages
+
   DeviceInfo device_;
-  Optics optics_;
-  std::uint16_t width_ = 0, height_ = 0;
-  std::optional<Time> asked_status_;  // not answered yet: when, on the caller's clock
-  std::optional<Time> status_at_;
-  std::optional<Time> offset_;  // of the caller's clock, from the sensor's
+  CameraCalibration calibration_;
+  std::deque<Time> asked_status_;  // not answered yet: when, on the caller's clock
+  std::optional<Time> told_at_;    // when the last was asked for
+  std::optional<Time> offset_;     // of the caller's clock, from the sensor's
   bool streaming_ = false;
-  std::optional<Time> asked_stream_;
   std::vector<Captured> captured_;  // of the last frames
   Disparity disparity_;
   bool has_disparity_ = false;
