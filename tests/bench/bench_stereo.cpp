@@ -125,7 +125,8 @@ World dense_world() {
                                   at(0.18 + 0.4 * t, 0.40 - 0.1 * t, 1.16 - 0.1 * t), 0.05 - 0.02 * t));
     }
     for (int i = 0; i < 12; ++i) {
-      const Eigen::Vector3d base = at(0.62 + 0.03 * (i % 3), 0.26 + 0.022 * (i / 3), 1.03 - 0.012 * (i % 3));
+      const int column = i % 3, row = i / 3;
+      const Eigen::Vector3d base = at(0.62 + 0.03 * column, 0.26 + 0.022 * row, 1.03 - 0.012 * column);
       world.movable.push_back(rod(base, base + Eigen::Vector3d(0.025, 0, -0.01), 0.009));
     }
   }
@@ -194,7 +195,8 @@ double cast_primary(const World& world, const StereoOptions& options, int repeti
   world.fill(scene);
   tbb::task_arena arena(1);
   StereoRays rays(options, 1);
-  const auto pixels = static_cast<std::size_t>(rays.stride() * rays.bands() * StereoRays::kBandRows);
+  const auto stride = static_cast<std::size_t>(rays.stride()), bands = static_cast<std::size_t>(rays.bands());
+  const std::size_t pixels = stride * bands * StereoRays::kBandRows;
   std::vector<float> disparity(pixels);
   std::vector<float> matched(pixels);
   double best = std::numeric_limits<double>::infinity();
@@ -319,7 +321,8 @@ void BM_BulletRayTest(benchmark::State& state) {
         const double fraction =
             bullet.cast(origin + options.min_depth * direction, origin + kFar * direction);
         const double z = options.min_depth + fraction * (kFar - options.min_depth);
-        const float z_embree = depth[static_cast<std::size_t>(v * options.width + u)];
+        const int pixel = v * options.width + u;
+        const float z_embree = depth[static_cast<std::size_t>(pixel)];
         const bool same =
             std::isfinite(z) ? std::abs(z - static_cast<double>(z_embree)) < 2e-3 : z_embree > kFar;
         differ += same ? 0 : 1;

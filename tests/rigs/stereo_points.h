@@ -16,8 +16,9 @@ inline std::vector<Eigen::Vector3f> points_of(const StereoOptions& camera,
   std::vector<Eigen::Vector3f> points;
   points.reserve(disparity.size());
   for (std::size_t i = 0; i < disparity.size(); ++i) {
-    const double u = static_cast<double>(i % static_cast<std::size_t>(camera.width));
-    const double v = static_cast<double>(i / static_cast<std::size_t>(camera.width));
+    const auto width = static_cast<std::size_t>(camera.width);
+    const std::size_t row = i / width, column = i % width;
+    const auto u = static_cast<double>(column), v = static_cast<double>(row);
     const auto d = static_cast<double>(disparity[i]);
     const double z = d > 0 ? camera.focal_px * camera.baseline / d : std::numeric_limits<double>::quiet_NaN();
     points.push_back(
@@ -25,6 +26,11 @@ inline std::vector<Eigen::Vector3f> points_of(const StereoOptions& camera,
             .cast<float>());
   }
   return points;
+}
+
+/// Column u of row v.
+inline const Eigen::Vector3f& point_at(const std::vector<Eigen::Vector3f>& points, int width, int u, int v) {
+  return points[static_cast<std::size_t>(v) * static_cast<std::size_t>(width) + static_cast<std::size_t>(u)];
 }
 
 /// A frame of a camera as points.

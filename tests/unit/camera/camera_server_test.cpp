@@ -62,7 +62,7 @@ struct Rig {
     std::vector<Eigen::Vector3d> points;
     for (int v = 0; v < o.height; ++v) {
       for (int u = 0; u < o.width; ++u) {
-        const double d = image.pixels[static_cast<std::size_t>(v * o.width + u)] / 16.0;
+        const double d = image.pixels[points.size()] / 16.0;
         const double z = d > 0 ? o.focal_px * o.baseline / d : std::nan("");
         points.emplace_back((u - o.cx) * z / o.focal_px, (v - o.cy) * z / o.focal_px, z);
       }

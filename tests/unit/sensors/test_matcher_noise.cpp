@@ -39,7 +39,7 @@ TEST(MatcherNoise, HasTheStatedDeviationAndCorrelation) {
   const double true_disparity = disparity(options, 1.2);
   constexpr int kFirst = 64;  // right of the blank band
   const auto error = [&](int u, int v) {
-    return disparity(options, points[static_cast<std::size_t>(v * options.width + u)].z()) - true_disparity;
+    return disparity(options, point_at(points, options.width, u, v).z()) - true_disparity;
   };
   double sum = 0, square = 0, n = 0;
   std::vector<double> along(4), down(4);
@@ -79,7 +79,8 @@ TEST(MatcherNoise, DisparitiesLieOnTheLattice) {
     ASSERT_NEAR(steps, std::round(steps), 2e-6 * steps);
     const double d = steps / 16;
     const auto u = static_cast<double>(i % 1024);
-    const auto v = static_cast<double>(i / 1024);
+    const auto row = i / 1024;
+    const auto v = static_cast<double>(row);
     ASSERT_TRUE(d > 0 && d < options.max_disparity && d <= u + 1e-4);
     ASSERT_NEAR(p.x(), (u - options.cx) * options.baseline / d, 1e-6);
     ASSERT_NEAR(p.y(), (v - options.cy) * options.baseline / d, 1e-6);
@@ -126,7 +127,7 @@ TEST(MatcherNoise, ForegroundGrowsByHalfTheWindow) {
   const int left = static_cast<int>(std::ceil(options.cx - half));
   const int right = static_cast<int>(std::floor(options.cx + half));
   const auto is_front = [](const Points& points, int u, int v) {
-    return std::abs(points[static_cast<std::size_t>(v * 1024 + u)].z() - 0.6F) < 1e-4F;
+    return std::abs(point_at(points, 1024, u, v).z() - 0.6F) < 1e-4F;
   };
   for (const int shift : {-4, -3, -1, 0}) {
     EXPECT_EQ(is_front(thin, left + shift, 512), shift == 0) << shift;

@@ -42,7 +42,7 @@ Comparison compare(const LinkGeometry& geometry, const Eigen::Isometry3d& X_CL, 
     for (int u = 0; u < options.width; ++u) {
       const Eigen::Vector3d r = ray(options, u, v);
       const double z = depth(r);
-      const Eigen::Vector3f& p = points[static_cast<std::size_t>(v * options.width + u)];
+      const Eigen::Vector3f& p = point_at(points, options.width, u, v);
       const double d = options.focal_px * options.baseline / z;
       if (!std::isfinite(z)) {
         result.off_silhouette += std::isnan(p.z()) ? 0 : 1;
@@ -117,7 +117,7 @@ TEST(StereoGeometry, CylinderWithinTheChordTolerance) {
   for (int v = 0; v < options.height; ++v) {
     for (int u = 64; u < options.width; ++u) {
       const double z = cast_cylinder(0.035, 1.05, X_LC.translation(), X_LC.linear() * ray(options, u, v), 0);
-      const Eigen::Vector3f& p = points[static_cast<std::size_t>(v * options.width + u)];
+      const Eigen::Vector3f& p = point_at(points, options.width, u, v);
       if (!std::isfinite(z) || std::isnan(p.z())) continue;
       // Distance from the curved surface, whichever way the pixel looks at it.
       const Eigen::Vector3d p_L = X_LC * p.cast<double>();
@@ -142,8 +142,7 @@ TEST(StereoGeometry, BlankBandWhereTheRightCameraDoesNotLook) {
   const double d = options.focal_px * options.baseline / 1.0;  // 41.216 px
   for (int v = 0; v < options.height; v += 31) {
     for (int u = 0; u < options.width; ++u) {
-      ASSERT_EQ(std::isnan(points[static_cast<std::size_t>(v * options.width + u)].z()), u < d)
-          << u << " " << v;
+      ASSERT_EQ(std::isnan(point_at(points, options.width, u, v).z()), u < d) << u << " " << v;
     }
   }
 }
