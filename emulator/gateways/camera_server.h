@@ -58,7 +58,7 @@ class CameraServer {
   Published published_;                          // by the emulator's loop
   Published seen_;                               // by the thread
   Time sent_at_{};                               // the last burst, on the host's clock
-  bool blocked_ = false;                         // the kernel takes nothing more for now
+  bool blocked_ = false;                         // the kernel's send buffer is full
   std::optional<MultiSenseDevice::Address> to_;  // of the datagram that it did not take
   std::vector<std::uint8_t> datagram_, request_;
   std::thread thread_;

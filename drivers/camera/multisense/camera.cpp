@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <stdexcept>
 
 #include <fmt/format.h>
 
@@ -20,7 +19,7 @@ constexpr std::size_t kMostPolled = 512 << 10;        // bytes that a look betwe
 constexpr Time kForgotten = std::chrono::seconds(5);  // an answer that has not come by then does not
 constexpr Time kStatusInterval = std::chrono::seconds(1);
 constexpr std::size_t kKeptFrames = 4;
-constexpr std::size_t kFirstMtu = 9000, kSecondMtu = 1500;
+constexpr std::uint32_t kFirstMtu = kMostMtu, kSecondMtu = kLeastMtu;
 
 Time time_of(const SensorTime& t) {
   return std::chrono::seconds(t.seconds) + std::chrono::microseconds(t.microseconds);
@@ -103,16 +102,15 @@ void Camera::open() {
 
 void Camera::choose_mtu() {
   const auto passes = [this] { return answers_.contains(MtuAnswer::kId); };
-  const std::vector<std::uint8_t> first = encode(MtuTest{static_cast<std::uint32_t>(kFirstMtu)});
+  std::uint32_t mtu = kFirstMtu;
   answers_.erase(MtuAnswer::kId);
-  send(first);
-  std::size_t mtu = kFirstMtu;
+  send(encode(MtuTest{mtu}));
   if (!came(passes, kMtuLimit)) {
     mtu = kSecondMtu;
-    ask(encode(MtuTest{static_cast<std::uint32_t>(mtu)}), passes);
+    ask(encode(MtuTest{mtu}), passes);
   }
   acks_.erase(Mtu::kId);
-  ask(encode(Mtu{static_cast<std::uint32_t>(mtu)}), [this] { return acks_.contains(Mtu::kId); });
+  ask(encode(Mtu{mtu}), [this] { return acks_.contains(Mtu::kId); });
 }
 
 void Camera::take_in(std::size_t most) {

@@ -163,6 +163,13 @@ struct ExposureSettings {
   std::uint8_t sharpening_limit = 0;
   float most_gain = 1000;
 
+  /// Behind the frame rate, in every version.
+  static void first_fields(auto& self, auto& archive) {
+    archive(self.gain, self.exposure_us, self.automatic, self.longest_us, self.decay, self.threshold,
+            self.white_balance_red, self.white_balance_blue, self.automatic_white_balance,
+            self.white_balance_decay, self.white_balance_threshold);
+  }
+
   /// Of version 5 on; the secondary exposures of other models are not read.
   static void later_fields(auto& self, auto& archive) {
     if (archive.since(5)) archive(self.region);
@@ -186,10 +193,9 @@ struct CameraConfig {
   std::int32_t disparities = 0;
   static void fields(auto& self, auto& archive) {
     auto& e = self.exposure;
-    archive(self.width, self.height, self.frames_per_second, e.gain, e.exposure_us, e.automatic, e.longest_us,
-            e.decay, e.threshold, e.white_balance_red, e.white_balance_blue, e.automatic_white_balance,
-            e.white_balance_decay, e.white_balance_threshold, self.fx, self.fy, self.cx, self.cy,
-            self.translation, self.roll_pitch_yaw);
+    archive(self.width, self.height, self.frames_per_second);
+    ExposureSettings::first_fields(e, archive);
+    archive(self.fx, self.fy, self.cx, self.cy, self.translation, self.roll_pitch_yaw);
     if (archive.since(2)) archive(self.disparities);
     if (archive.since(3)) archive(e.post_filter);
     if (archive.since(4)) archive(e.hdr);
@@ -204,9 +210,8 @@ struct CameraControl {
   bool store = false;
   static void fields(auto& self, auto& archive) {
     auto& e = self.exposure;
-    archive(self.frames_per_second, e.gain, e.exposure_us, e.automatic, e.longest_us, e.decay, e.threshold,
-            e.white_balance_red, e.white_balance_blue, e.automatic_white_balance, e.white_balance_decay,
-            e.white_balance_threshold);
+    archive(self.frames_per_second);
+    ExposureSettings::first_fields(e, archive);
     if (archive.since(2)) archive(e.post_filter);
     if (archive.since(3)) archive(e.hdr);
     if (archive.since(4)) archive(self.store);
