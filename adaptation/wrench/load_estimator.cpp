@@ -16,7 +16,8 @@ using Matrix6 = Eigen::Matrix<double, 6, 6>;
 constexpr int kCrossTalk = 0;           // 36, by rows
 constexpr int kHandMass = 36;           // of the mass
 constexpr int kHandCentre = 37;         // 3, m
-constexpr int kStaying = 40;            // all before
+constexpr int kTilt = 40;               // 3, rad: by which gravity in S is turned from the model's
+constexpr int kStaying = 43;            // all before
 constexpr int kResidual = kStaying;     // 6
 constexpr int kWeight = kResidual + 6;  // N
 constexpr int kMoment = kWeight + 1;    // 3, N·m
@@ -26,6 +27,9 @@ constexpr int kUnknowns = kMoment + 3;
 constexpr double kMassError = 0.017;    // 20 g of 1.2 kg: cables
 constexpr double kCentreError = 0.003;  // m
 constexpr double kDownError = 0.002;    // rad between two postures: joint zeros of 2.5 mrad
+// rad, per axis, in all postures: a third of the squares of ten joint zeros of 2.5 mrad, and the mountings of
+// the sensor (3.5 mrad, one of seven 10 to 17) and of the inertial unit (2.6 mrad, one of seven 8 to 13).
+constexpr double kTiltError = 0.007;
 constexpr double kResidualError = 0.1;  // of the range: next to no information
 constexpr double kMostWeight = 1e4;     // N, and N·m: likewise
 constexpr int kIterations = 4;          // E is small, so the second one hardly moves
@@ -48,6 +52,13 @@ Matrix6 cross_talk(const VectorXd& unknowns) {
   return E;
 }
 
+/// How the load by weight and moment turns with gravity: over its turn in S, rad.
+Eigen::Matrix<double, 6, 3> turning(double weight, const Vector3d& moment_S, const Vector3d& down_S) {
+  Eigen::Matrix<double, 6, 3> out;
+  out << -weight * cross(down_S), -cross(moment_S) * cross(down_S);
+  return out;
+}
+
 /// The load by weight and moment.
 Eigen::Matrix<double, 6, 4> hanging(const Vector3d& down_S) {
   Eigen::Matrix<double, 6, 4> out = Eigen::Matrix<double, 6, 4>::Zero();
@@ -67,6 +78,7 @@ LoadEstimator::LoadEstimator(const DataSheet& sheet) : sheet_(sheet), deviation_
   for (int i = 0; i < 6; ++i) deviation_.segment<6>(kCrossTalk + 6 * i) = E.row(i).transpose();
   deviation_[kHandMass] = kMassError;
   deviation_.segment<3>(kHandCentre).setConstant(kCentreError);
+  deviation_.segment<3>(kTilt).setConstant(kTiltError);
   information_ = deviation_.cwiseAbs2().cwiseInverse().asDiagonal();
   weighted_ = VectorXd::Zero(kStaying);
 }
@@ -113,6 +125,18 @@ Vector3d LoadEstimator::mean_down() const {
   return count > 0 ? Vector3d(sum / count) : sum;
 }
 
+/// Of the hand by the model, m from So: what fits the series' postures best.
+Vector3d LoadEstimator::hand_centre() const {
+  Matrix3d squares = Matrix3d::Zero();
+  Vector3d products = Vector3d::Zero();
+  for (const Reading& r : series_) {
+    const Matrix3d lever = -cross(r.hand.force);
+    squares += lever.transpose() * lever;
+    products += lever.transpose() * r.hand.torque;
+  }
+  return squares.completeOrthogonalDecomposition().solve(products);
+}
+
 /// Of the torque, when an object gives way in the hand along what its weight has turned by: N·m, per axis.
 Vector3d LoadEstimator::swing_of(double weight, const Vector3d& level_S, const Vector3d& down_S) const {
   const Vector3d turn = level_S.cross(down_S);
@@ -137,20 +161,25 @@ LoadEstimator::Fit LoadEstimator::fit() const {
     const Matrix6 E = cross_talk(out.unknowns);
     const double weight = out.unknowns[kWeight];
     const Vector3d level = mean_down();
+    const Vector3d hand_centre = this->hand_centre();
+    const Vector3d tilt = out.unknowns.segment<3>(kTilt);
     double squares = 0;
     for (const Reading& r : series_) {
-      const Vector6 hand = stacked(r.hand);
+      const Vector3d down = r.down_S + tilt.cross(r.down_S);
       Eigen::Matrix<double, 6, kUnknowns> slope = Eigen::Matrix<double, 6, kUnknowns>::Zero();
-      slope.col(kHandMass) = hand;
-      slope.block<3, 3>(3, kHandCentre) = -r.hand.force.norm() * cross(r.down_S);
-      Vector6 load = hand + slope.middleCols<4>(kHandMass) * out.unknowns.segment<4>(kHandMass);
+      const double hand_weight = r.hand.force.norm();
+      slope.middleCols<3>(kTilt) = turning(hand_weight, hand_weight * hand_centre, r.down_S);
+      Vector6 load = stacked(r.hand) + slope.middleCols<3>(kTilt) * tilt;
+      slope.col(kHandMass) = load;
+      slope.block<3, 3>(3, kHandCentre) = -hand_weight * cross(down);
+      load += slope.middleCols<4>(kHandMass) * out.unknowns.segment<4>(kHandMass);
       if (r.loaded) {
-        slope.middleCols<4>(kWeight) = hanging(r.down_S);
-        load += hanging(r.down_S) * out.unknowns.segment<4>(kWeight);
+        slope.middleCols<4>(kWeight) = hanging(down);
+        slope.middleCols<3>(kTilt) += turning(weight, out.unknowns.segment<3>(kMoment), r.down_S);
+        load += slope.middleCols<4>(kWeight) * out.unknowns.segment<4>(kWeight);
       }
       // d((1 + E) load) = dE load + (1 + E) d(load)
-      slope.middleCols<4>(kHandMass) += (E * slope.middleCols<4>(kHandMass)).eval();
-      slope.middleCols<4>(kWeight) += (E * slope.middleCols<4>(kWeight)).eval();
+      slope += (E * slope).eval();
       for (int i = 0; i < 6; ++i) slope.block<1, 6>(i, kCrossTalk + 6 * i) = load.transpose();
       slope.middleCols<6>(kResidual).setIdentity();
       const Vector6 model = load + E * load + out.unknowns.segment<6>(kResidual);

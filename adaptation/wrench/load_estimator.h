@@ -12,12 +12,13 @@ namespace walkman::wrench {
 /// residuals.
 ///
 /// The sensor S is taken to read (1 + E) load + residual, the load to be the hand's weight and the object's.
-/// The hand's is known from the model, within an error of its mass and centre of mass, so readings with the
-/// empty hand in several orientations tell E; the same object in several orientations tells it apart from
-/// what E makes of it. All unknowns are found together, by least squares over the readings (Gauss-Newton: E
-/// times load is a product of two), with the data sheet as the prior of E, and what is known of E is kept
-/// from one series of readings to the next. The residual is not: it drifts, and a sensor that booted anew has
-/// another.
+/// The hand's is known from the model, within an error of its mass and centre of mass, and so is where
+/// gravity points in S, within the tilt that joints' zeros and mountings make: readings with the empty hand
+/// in several orientations tell E and tilt; the same object in several orientations tells it apart from what
+/// they make of it. All unknowns are found together, by least squares over the readings (Gauss-Newton: E
+/// times load is a product of two, and so is a weight's turn), with the data sheet as the prior of E, and
+/// what is known of E is kept from one series of readings to the next. The residual is not: it drifts, and a
+/// sensor that booted anew has another.
 class LoadEstimator {
  public:
   struct DataSheet {
@@ -79,12 +80,13 @@ class LoadEstimator {
   };
   [[nodiscard]] Fit fit() const;
   [[nodiscard]] Eigen::Vector3d mean_down() const;
+  [[nodiscard]] Eigen::Vector3d hand_centre() const;
   [[nodiscard]] Eigen::Vector3d swing_of(double weight, const Eigen::Vector3d& level_S,
                                          const Eigen::Vector3d& down_S) const;
 
   DataSheet sheet_;
   // Of what stays from series to series: E by rows, the hand's relative error of mass, that of its centre of
-  // mass. Information matrix, and that times the mean.
+  // mass, the tilt. Information matrix, and that times the mean.
   Eigen::VectorXd deviation_;  // standard deviations before any reading
   Eigen::MatrixXd information_;
   Eigen::VectorXd weighted_;
