@@ -13,14 +13,15 @@ constexpr unsigned kTableBits = 11;
 constexpr std::uint64_t kTableMask = (1U << kTableBits) - 1;
 using Table = std::array<float, 1U << kTableBits>;
 
-Table make_table() {
+/// Quantiles in the middle of equal shares; `variance` is theirs.
+Table make_table(double variance) {
   std::array<double, 1U << kTableBits> quantiles{};
   double square = 0;
   for (std::size_t i = 0; i < quantiles.size(); ++i) {
     quantiles[i] = normal_quantile((static_cast<double>(i) + 0.5) / static_cast<double>(quantiles.size()));
     square += quantiles[i] * quantiles[i];
   }
-  const double scale = std::sqrt(0.5 * static_cast<double>(quantiles.size()) / square);
+  const double scale = std::sqrt(variance * static_cast<double>(quantiles.size()) / square);
   Table table{};
   for (std::size_t i = 0; i < quantiles.size(); ++i) table[i] = static_cast<float>(scale * quantiles[i]);
   return table;
@@ -40,7 +41,7 @@ double normal_quantile(double p) {
 }
 
 void fill_normal(const RandomStream& stream, std::span<float> out) {
-  static const Table table = make_table();
+  static const Table table = make_table(0.5);  // of each of two
   const auto pair_sum = [](std::uint64_t bits) {
     return table[bits & kTableMask] + table[(bits >> kTableBits) & kTableMask];
   };
@@ -51,6 +52,18 @@ void fill_normal(const RandomStream& stream, std::span<float> out) {
     out[i + 1] = pair_sum(bits >> 32);
   }
   if (i < out.size()) out[i] = pair_sum(stream.bits(i / 2));
+}
+
+void fill_coarse_normal(const RandomStream& stream, std::span<float> out) {
+  static const Table table = make_table(1);
+  constexpr unsigned kStep = 64 / 4;
+  const std::size_t whole = out.size() / 4 * 4;
+  for (std::size_t i = 0; i < whole; i += 4) {
+    const std::uint64_t bits = stream.bits(i / 4);
+    for (unsigned k = 0; k < 4; ++k) out[i + k] = table[(bits >> (k * kStep)) & kTableMask];
+  }
+  for (std::size_t i = whole; i < out.size(); ++i)
+    out[i] = table[(stream.bits(i / 4) >> (i % 4 * kStep)) & kTableMask];
 }
 
 }  // namespace walkman::sensors

@@ -15,4 +15,8 @@ namespace walkman::sensors {
 /// logarithms it costs a few clock cycles a value.
 void fill_normal(const RandomStream& stream, std::span<float> out);
 
+/// The same in half the time from 2048 equally likely values within ±3.6: for what is rounded coarsely
+/// afterwards.
+void fill_coarse_normal(const RandomStream& stream, std::span<float> out);
+
 }  // namespace walkman::sensors

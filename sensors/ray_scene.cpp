@@ -41,10 +41,12 @@ struct RayScene::Impl {
   RTCDevice device = nullptr;
   RTCScene scene = nullptr;
   RTCGeometry movable_geometry = nullptr;
-  TriangleMesh fixed;                        // vertices in W
-  TriangleMesh movable;                      // vertices in their body's frame
-  std::vector<std::size_t> first_vertex{0};  // of each movable body, and the end
-  float* movable_vertices_W = nullptr;       // Embree's buffer
+  TriangleMesh fixed;                                 // vertices in W
+  TriangleMesh movable;                               // vertices in their body's frame
+  std::vector<std::size_t> first_vertex{0};           // of each movable body, and the end
+  std::vector<std::size_t> fixed_ends, movable_ends;  // behind each body's triangles
+  std::vector<Eigen::Isometry3d> poses;               // of the movable bodies
+  float* movable_vertices_W = nullptr;                // Embree's buffer
   bool built = false;
   std::mutex build_mutex;
 
@@ -71,7 +73,7 @@ struct RayScene::Impl {
     if (built) throw std::logic_error("RayScene: geometry added after the scene was built");
   }
 
-  RTCGeometry attach(const TriangleMesh& mesh, RTCBuildQuality quality, float** vertices) {
+  RTCGeometry attach(const TriangleMesh& mesh, RTCBuildQuality quality, unsigned number, float** vertices) {
     RTCGeometry geometry = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_TRIANGLE);
     *vertices = static_cast<float*>(rtcSetNewGeometryBuffer(
         geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, 3 * sizeof(float), mesh.vertices.size()));
@@ -80,11 +82,12 @@ struct RayScene::Impl {
     check_device(device, "allocating triangles");
     std::memcpy(indices, mesh.triangles.data(), mesh.triangles.size() * sizeof(mesh.triangles[0]));
     rtcSetGeometryBuildQuality(geometry, quality);
-    rtcAttachGeometry(scene, geometry);
+    rtcAttachGeometryByID(scene, geometry, number);
     return geometry;
   }
 
-  void pose_movable(std::span<const Eigen::Isometry3d> poses) {
+  void pose_movable(std::span<const Eigen::Isometry3d> new_poses) {
+    poses.assign(new_poses.begin(), new_poses.end());
     for (std::size_t body = 0; body < bodies(); ++body) {
       const Eigen::Matrix3f R = poses[body].linear().cast<float>();
       const Eigen::Vector3f p = poses[body].translation().cast<float>();
@@ -94,17 +97,18 @@ struct RayScene::Impl {
     }
   }
 
-  void build(std::span<const Eigen::Isometry3d> poses) {
+  void build(std::span<const Eigen::Isometry3d> new_poses) {
     if (!fixed.triangles.empty()) {
       float* vertices = nullptr;
-      RTCGeometry geometry = attach(fixed, RTC_BUILD_QUALITY_HIGH, &vertices);
+      RTCGeometry geometry = attach(fixed, RTC_BUILD_QUALITY_HIGH, RaySceneAccess::kFixed, &vertices);
       for (const Eigen::Vector3f& p : fixed.vertices) vertices = std::copy(p.begin(), p.end(), vertices);
       rtcCommitGeometry(geometry);
       rtcReleaseGeometry(geometry);
     }
     if (!movable.triangles.empty()) {
-      movable_geometry = attach(movable, RTC_BUILD_QUALITY_REFIT, &movable_vertices_W);
-      pose_movable(poses);
+      movable_geometry =
+          attach(movable, RTC_BUILD_QUALITY_REFIT, RaySceneAccess::kMovable, &movable_vertices_W);
+      pose_movable(new_poses);
       rtcCommitGeometry(movable_geometry);
     }
     rtcCommitScene(scene);
@@ -119,12 +123,14 @@ RayScene::~RayScene() = default;
 void RayScene::add_fixed(const std::vector<LinkGeometry>& geometry, const Eigen::Isometry3d& X_WL) {
   impl_->require_not_built();
   append_all(geometry, X_WL, impl_->fixed);
+  impl_->fixed_ends.push_back(impl_->fixed.triangles.size());
 }
 
 BodyId RayScene::add_movable(const std::vector<LinkGeometry>& geometry) {
   impl_->require_not_built();
   append_all(geometry, Eigen::Isometry3d::Identity(), impl_->movable);
   impl_->first_vertex.push_back(impl_->movable.vertices.size());
+  impl_->movable_ends.push_back(impl_->movable.triangles.size());
   return static_cast<BodyId>(impl_->bodies()) - 1;
 }
 
@@ -165,10 +171,13 @@ std::array<TriangleView, 2> RaySceneAccess::triangles(const RayScene& scene) {
   const RayScene::Impl& impl = *scene.impl_;
   static_assert(sizeof(Eigen::Vector3f) == 3 * sizeof(float));
   const float* fixed = impl.fixed.vertices.empty() ? nullptr : impl.fixed.vertices.front().data();
-  return {TriangleView{{fixed, 3 * impl.fixed.vertices.size()}, impl.fixed.triangles},
+  return {TriangleView{{fixed, 3 * impl.fixed.vertices.size()}, impl.fixed.triangles, impl.fixed_ends},
           TriangleView{{impl.movable_vertices_W,
                         impl.movable_vertices_W == nullptr ? 0 : 3 * impl.movable.vertices.size()},
-                       impl.movable.triangles}};
+                       impl.movable.triangles,
+                       impl.movable_ends}};
 }
+
+std::span<const Eigen::Isometry3d> RaySceneAccess::poses(const RayScene& scene) { return scene.impl_->poses; }
 
 }  // namespace walkman::sensors

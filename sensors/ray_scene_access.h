@@ -15,6 +15,8 @@ namespace walkman::sensors {
 struct TriangleView {
   std::span<const float> vertices;
   std::span<const std::array<std::uint32_t, 3>> triangles;
+  std::span<const std::size_t>
+      body_ends;  ///< index behind the last triangle of each body, as they were added
 };
 
 /// What the cameras of this folder need of a RayScene and other users do not.
@@ -23,6 +25,10 @@ class RaySceneAccess {
   /// The committed Embree scene. A scene without movable bodies is built at the first call; one that has some
   /// throws std::logic_error before its first `update`.
   [[nodiscard]] static RTCSceneTy* embree_scene(const RayScene& scene);
+  /// Embree's numbers of the geometry that each of the two kinds of triangles makes.
+  static constexpr unsigned kFixed = 0, kMovable = 1;
+  /// Poses X_WL of the movable bodies at the last update.
+  [[nodiscard]] static std::span<const Eigen::Isometry3d> poses(const RayScene& scene);
   /// Fixed triangles, then movable ones. Valid until the next change of the scene.
   [[nodiscard]] static std::array<TriangleView, 2> triangles(const RayScene& scene);
 };

@@ -7,6 +7,7 @@
 
 #include "sensors/disparity_noise.h"
 #include "sensors/foreground_fattening.h"
+#include "sensors/luma_images.h"
 #include "sensors/parallel_jobs.h"
 #include "sensors/stereo_rays.h"
 
@@ -70,7 +71,9 @@ struct StereoCamera::Impl {
   StereoRays rays;
   ForegroundFattening fattening;
   DisparityNoise noise;
+  LumaImages luma;
   std::vector<float> disparity, matched;
+  std::vector<std::uint32_t> surface;
   std::vector<std::vector<float>> scratch;  // per worker
 
   explicit Impl(const StereoOptions& o)
@@ -79,6 +82,7 @@ struct StereoCamera::Impl {
         rays(o, o.threads),
         fattening(o.width, o.height, rays.stride(), o.fattening_px),
         noise(o, o.threads),
+        luma(o, rays.stride(), rays.bands(), o.threads),
         scratch(static_cast<std::size_t>(o.threads)) {
     const auto pixels = static_cast<std::size_t>(rays.stride()) *
                         static_cast<std::size_t>(rays.bands() * StereoRays::kBandRows);
@@ -92,22 +96,38 @@ StereoCamera::StereoCamera(StereoOptions options)
 StereoCamera::~StereoCamera() = default;
 
 void StereoCamera::capture(const RayScene& scene, const Eigen::Isometry3d& X_WC, std::uint64_t seed,
-                           std::uint64_t frame, std::vector<float>& disparity) {
+                           std::uint64_t frame, std::vector<float>& disparity, StereoImages* images) {
   if (!X_WC.matrix().allFinite()) throw std::invalid_argument("stereo camera: its pose is not finite");
   Impl& impl = *impl_;
-  disparity.resize(static_cast<std::size_t>(options_.width) * static_cast<std::size_t>(options_.height));
+  const std::size_t pixels =
+      static_cast<std::size_t>(options_.width) * static_cast<std::size_t>(options_.height);
+  disparity.resize(pixels);
 
   const auto for_rows = [&](int band, auto&& each) {
     const int last = std::min((band + 1) * StereoRays::kBandRows, options_.height);
     for (int v = band * StereoRays::kBandRows; v < last; ++v) each(v);
   };
   impl.rays.begin(scene, X_WC, impl.arena);
+  if (images != nullptr) {
+    images->left.resize(pixels);
+    images->right.resize(pixels);
+    impl.surface.resize(impl.disparity.size());
+    impl.luma.begin(scene, X_WC, seed, frame, impl.arena);
+  }
   run_jobs(impl.arena, impl.rays.bands(), [&](int band, int worker) {
-    impl.rays.cast_band(band, worker, impl.disparity, impl.matched);
+    impl.rays.cast_band(band, worker, impl.disparity, impl.matched,
+                        images == nullptr ? nullptr : &impl.surface);
     for_rows(band, [&](int v) {
       impl.fattening.widen_row(v, impl.matched, impl.scratch[static_cast<std::size_t>(worker)]);
     });
   });
+
+  // Apart from the casting, whose trees would leave the cache.
+  if (images != nullptr) {
+    run_jobs(impl.arena, impl.rays.bands(), [&](int band, int worker) {
+      impl.luma.draw_band(band, worker, impl.disparity, impl.surface, *images);
+    });
+  }
 
   impl.noise.begin(seed, frame, impl.arena);
   run_jobs(impl.arena, impl.rays.bands(), [&](int band, int worker) {

@@ -35,6 +35,11 @@ struct StereoOptions {
   [[nodiscard]] StereoOptions noise_free() const;
 };
 
+/// Rectified intensity images of a pair: 8 bits, linear in light, row-major.
+struct StereoImages {
+  std::vector<std::uint8_t> left, right;
+};
+
 /// Casts the left image of a stereo pair and returns what a matcher would: disparities, 0 where the right
 /// camera cannot see the point or no match was found. Deterministic in (scene, pose, seed, frame), whatever
 /// the number of threads.
@@ -46,10 +51,11 @@ class StereoCamera {
 
   /// X_WC: pose of the left optical frame (x right, y down, z forward). `disparity` gets width*height
   /// entries, row-major, px: left pixel u shows what right pixel u − d does.
+  /// `images`: what the two imagers see, unless null; the disparity is the same with and without.
   /// Throws std::invalid_argument for a non-finite pose, std::logic_error for a scene whose movable bodies
   /// have no poses yet.
   void capture(const RayScene& scene, const Eigen::Isometry3d& X_WC, std::uint64_t seed, std::uint64_t frame,
-               std::vector<float>& disparity);
+               std::vector<float>& disparity, StereoImages* images = nullptr);
 
   [[nodiscard]] const StereoOptions& options() const { return options_; }
 

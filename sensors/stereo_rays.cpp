@@ -91,6 +91,8 @@ StereoRays::~StereoRays() = default;
 void StereoRays::begin(const RayScene& scene, const Eigen::Isometry3d& X_WC, tbb::task_arena& arena,
                        HiddenTest test) {
   scene_ = RaySceneAccess::embree_scene(scene);
+  first_triangle_[RaySceneAccess::kMovable] =
+      static_cast<std::uint32_t>(RaySceneAccess::triangles(scene)[RaySceneAccess::kFixed].triangles.size());
   test_ = test;
   if (test == HiddenTest::kWhereNeeded) margin_.find(scene, X_WC, arena);
   const Eigen::Matrix3d R = X_WC.linear();
@@ -113,16 +115,17 @@ void StereoRays::begin(const RayScene& scene, const Eigen::Isometry3d& X_WC, tbb
 }
 
 void StereoRays::cast_band(int band, int worker_index, std::vector<float>& disparity,
-                           std::vector<float>& matched) {
+                           std::vector<float>& matched, std::vector<std::uint32_t>* surface) {
   Worker& worker = *workers_[static_cast<std::size_t>(worker_index)];
   const int first = band * kBandRows;
-  for (int u = 0; u < stride_; u += kTileColumns) cast_tile(u, first, worker, disparity.data());
+  std::uint32_t* const seen = surface == nullptr ? nullptr : surface->data();
+  for (int u = 0; u < stride_; u += kTileColumns) cast_tile(u, first, worker, disparity.data(), seen);
   const int last = std::min(first + kBandRows, options_.height);
   for (int v = first; v < last; ++v) scan_row(v, worker, disparity.data(), matched.data());
   test_hidden(worker, matched.data());
 }
 
-void StereoRays::cast_tile(int u0, int v0, Worker& worker, float* disparity) const {
+void StereoRays::cast_tile(int u0, int v0, Worker& worker, float* disparity, std::uint32_t* surface) const {
   for (int p = 0; p < kPackets; ++p) {
     RTCRayHit8& packet = worker.primary[static_cast<std::size_t>(p)];
     const int u = u0 + p % kBlocksPerRow * kBlockColumns;
@@ -151,9 +154,18 @@ void StereoRays::cast_tile(int u0, int v0, Worker& worker, float* disparity) con
     const int u = u0 + p % kBlocksPerRow * kBlockColumns;
     const int v = v0 + p / kBlocksPerRow * kBlockRows;
     for (int j = 0; j < kBlockRows; ++j) {
-      float* const out = disparity + static_cast<std::ptrdiff_t>(v + j) * stride_ + u;
-      const float* const depth = packet.ray.tfar + std::ptrdiff_t{kBlockColumns} * j;
+      const std::ptrdiff_t pixel = static_cast<std::ptrdiff_t>(v + j) * stride_ + u;
+      const std::ptrdiff_t lane = std::ptrdiff_t{kBlockColumns} * j;
+      float* const out = disparity + pixel;
+      const float* const depth = packet.ray.tfar + lane;
       for (int i = 0; i < kBlockColumns; ++i) out[i] = focal_baseline_ / depth[i];
+      if (surface == nullptr) continue;
+      const unsigned* const geometry = packet.hit.geomID + lane;
+      const unsigned* const triangle = packet.hit.primID + lane;
+      for (int i = 0; i < kBlockColumns; ++i) {
+        surface[pixel + i] =
+            geometry[i] == RTC_INVALID_GEOMETRY_ID ? kNothing : first_triangle_[geometry[i]] + triangle[i];
+      }
     }
   }
 }

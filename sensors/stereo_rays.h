@@ -1,5 +1,7 @@
 #pragma once
 
+#include <array>
+#include <cstdint>
 #include <memory>
 #include <vector>
 
@@ -24,6 +26,7 @@ class StereoRays {
  public:
   static constexpr float kHidingStep = 1.0F / 16;  ///< px
   static constexpr int kBandRows = 8;
+  static constexpr std::uint32_t kNothing = ~std::uint32_t{0};
 
   enum class HiddenTest { kWhereNeeded, kEveryPixel, kNone };
 
@@ -40,15 +43,17 @@ class StereoRays {
 
   /// Casts rows kBandRows*band and following; bands may be cast at the same time by different workers.
   /// disparity: true disparity of the surface, px, 0 where the ray meets none; matched: the same where both
-  /// cameras see it within the search range, else 0. Both are whole images of stride()*bands()*kBandRows.
-  void cast_band(int band, int worker, std::vector<float>& disparity, std::vector<float>& matched);
+  /// cameras see it within the search range, else 0; surface, unless null: which triangle that is, fixed ones
+  /// first, kNothing for none. All are whole images of stride()*bands()*kBandRows.
+  void cast_band(int band, int worker, std::vector<float>& disparity, std::vector<float>& matched,
+                 std::vector<std::uint32_t>* surface = nullptr);
 
   /// Rays cast towards the right camera since `begin`.
   [[nodiscard]] std::size_t hidden_tests() const;
 
  private:
   struct Worker;
-  void cast_tile(int u0, int v0, Worker& worker, float* disparity) const;
+  void cast_tile(int u0, int v0, Worker& worker, float* disparity, std::uint32_t* surface) const;
   void scan_row(int v, Worker& worker, const float* disparity, float* matched) const;
   void test_hidden(Worker& worker, float* matched) const;
 
@@ -56,6 +61,7 @@ class StereoRays {
   int stride_, bands_;
   RightViewMargin margin_;
   RTCSceneTy* scene_ = nullptr;
+  std::array<std::uint32_t, 2> first_triangle_{};  // of each kind
   HiddenTest test_ = HiddenTest::kWhereNeeded;
   float focal_baseline_ = 0;                           // px·m
   Eigen::Vector3f p_WLo_, p_LR_W_;                     // left camera's centre; from it to the right one's

@@ -106,17 +106,29 @@ void MultiSense::set_mode(const Mode& mode) {
   camera_ = std::make_unique<sensors::StereoCamera>(options);
 }
 
-void MultiSense::render(const Exposure& exposure, multisense::Disparity& out) {
+void MultiSense::render(const Exposure& exposure, bool images, Frame& out) {
   rays_.update(exposure.poses);
-  camera_->capture(rays_, exposure.X_WC, seed_, exposure.frame, disparity_);
-  out.frame = static_cast<std::int64_t>(exposure.frame);
-  out.width = static_cast<std::uint16_t>(optics().width);
-  out.height = static_cast<std::uint16_t>(optics().height);
-  out.pixels.resize(disparity_.size());
-  std::transform(disparity_.begin(), disparity_.end(), out.pixels.begin(), [](float d) {
+  camera_->capture(rays_, exposure.X_WC, seed_, exposure.frame, disparity_, images ? &images_ : nullptr);
+  multisense::Disparity& disparity = out.disparity;
+  disparity.frame = static_cast<std::int64_t>(exposure.frame);
+  disparity.width = static_cast<std::uint16_t>(optics().width);
+  disparity.height = static_cast<std::uint16_t>(optics().height);
+  disparity.pixels.resize(disparity_.size());
+  std::transform(disparity_.begin(), disparity_.end(), disparity.pixels.begin(), [](float d) {
     const float steps = d / multisense::Disparity::kStep + 0.5F;
     return static_cast<std::uint16_t>(std::min<float>(steps, multisense::Disparity::kLargest));
   });
+  if (!images) return;
+  const auto fill = [&](std::uint64_t source, std::vector<std::uint8_t>& pixels, multisense::Image& image) {
+    image.source = source;
+    image.bits = 8;
+    image.frame = disparity.frame;
+    image.width = disparity.width;
+    image.height = disparity.height;
+    image.pixels.swap(pixels);
+  };
+  fill(multisense::source::kLumaRectifiedLeft, images_.left, out.left);
+  fill(multisense::source::kLumaRectifiedRight, images_.right, out.right);
 }
 
 }  // namespace walkman

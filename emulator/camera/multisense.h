@@ -57,8 +57,13 @@ class MultiSense {
   [[nodiscard]] double rate_hz() const;
   void set_rate(double rate_hz) { period_ns_ = period_of(rate_hz); }
 
-  /// Casts the rays of an exposure and matches them.
-  void render(const Exposure& exposure, multisense::Disparity& out);
+  /// What becomes of an exposure.
+  struct Frame {
+    multisense::Disparity disparity;
+    multisense::Image left, right;  ///< rectified luma
+  };
+  /// Casts the rays of an exposure and matches them; with `images`, draws what the two imagers see, too.
+  void render(const Exposure& exposure, bool images, Frame& out);
 
  private:
   /// A weight of an object, which may be moved along it or taken off.
@@ -73,6 +78,7 @@ class MultiSense {
   sensors::RayScene rays_;
   std::unique_ptr<sensors::StereoCamera> camera_;
   std::vector<float> disparity_;
+  sensors::StereoImages images_;
   std::vector<int> robot_links_;  // those with something to see, in the order of their ray-scene bodies
   std::size_t object_count_;
   std::vector<Weight> weights_;

@@ -18,6 +18,9 @@ constexpr double kSlowest = 1, kFastest = 15;  // frames per second, at half the
 constexpr std::size_t kMostQueued = 8;         // messages; a client that takes them more slowly misses frames
 constexpr std::size_t kMostAnswers = 64;       // and, of one that asks faster than it is sent to, requests
 constexpr std::uint32_t kMtuTestOverhead = 54;
+constexpr std::uint64_t kLuma = source::kLumaRectifiedLeft | source::kLumaRectifiedRight;
+constexpr std::uint64_t kServed = kLuma | source::kDisparityLeft;
+constexpr std::uint8_t kLights = 0x0F;
 
 SensorTime sensor_time(Time t) {
   const auto us = std::chrono::duration_cast<std::chrono::microseconds>(t).count();
@@ -49,31 +52,70 @@ void MultiSenseDevice::acknowledge(Client& client, std::uint16_t request, std::i
   answer(client, Ack{request, status});
 }
 
+struct MultiSenseDevice::Published {
+  const Exposure& exposure;
+  bool images = false;  // whether anybody wants them
+  bool cast = false;
+  Bytes metadata, left, right, disparity;
+};
+
 void MultiSenseDevice::publish(Time now, const Exposure& exposure) {
   now_ = now;
   if (exposure.stamp == Time::min()) return;
-  Bytes metadata, disparity;
+  Published frame{exposure, {}, {}, {}, {}, {}, {}};
+  std::vector<Client*> due;
   for (auto& [address, client] : clients_) {
-    if ((client.sources & source::kDisparityLeft) == 0 || exposure.stamp < client.since ||
+    if ((client.sources & kServed) == 0 || exposure.stamp < client.since ||
         exposure.frame == client.last_frame)
       continue;
     client.last_frame = exposure.frame;
     if (client.queue.size() > kMostQueued) continue;
-    if (!disparity) {
-      camera_.render(exposure, disparity_);
-      disparity = std::make_shared<const std::vector<std::uint8_t>>(encode(disparity_));
-      ImageMetadata about;
-      about.frame = static_cast<std::int64_t>(exposure.frame);
-      about.frames_per_second = control_.frames_per_second;
-      about.gain = control_.exposure.gain;
-      about.exposure_us = control_.exposure.exposure_us;
-      about.captured = sensor_time(exposure.stamp);
-      metadata = std::make_shared<const std::vector<std::uint8_t>>(encode(about));
-    }
-    queue(client, metadata);
-    queue(client, disparity);
-    ++frames_;
+    due.push_back(&client);
+    frame.images = frame.images || (client.sources & kLuma) != 0;
   }
+  for (Client* client : due) publish_to(*client, frame);
+}
+
+void MultiSenseDevice::publish_to(Client& client, Published& frame) {
+  const auto bytes_of = [](const auto& message) {
+    return std::make_shared<const std::vector<std::uint8_t>>(encode(message));
+  };
+  if (!std::exchange(frame.cast, true)) {
+    camera_.render(frame.exposure, frame.images, frame_);
+    for (Image* image : {&frame_.left, &frame_.right}) {
+      image->exposure_us = control_.exposure.exposure_us;
+      image->gain = control_.exposure.gain;
+    }
+    frame.metadata = bytes_of(metadata(frame.exposure, frame_, control_));
+  }
+  queue(client, frame.metadata);
+  const auto give = [&](std::uint64_t source, Bytes& bytes, const auto& message) {
+    if ((client.sources & source) == 0) return;
+    if (!bytes) bytes = bytes_of(message);
+    queue(client, bytes);
+  };
+  give(source::kLumaRectifiedLeft, frame.left, frame_.left);
+  give(source::kLumaRectifiedRight, frame.right, frame_.right);
+  give(source::kDisparityLeft, frame.disparity, frame_.disparity);
+  ++frames_;
+}
+
+ImageMetadata MultiSenseDevice::metadata(const Exposure& exposure, const MultiSense::Frame& frame,
+                                         const CameraControl& control) {
+  ImageMetadata about;
+  about.frame = static_cast<std::int64_t>(exposure.frame);
+  about.frames_per_second = control.frames_per_second;
+  about.gain = control.exposure.gain;
+  about.exposure_us = control.exposure.exposure_us;
+  about.captured = sensor_time(exposure.stamp);
+  if (frame.left.frame != about.frame) return about;
+  // Channel by channel, as of an imager with colour filters: the four pixels of a square.
+  for (std::size_t i = 0; i < frame.left.pixels.size(); ++i) {
+    const std::size_t column = i % frame.left.width, row = i / frame.left.width;
+    const std::size_t channel = row % 2 * 2 + column % 2;
+    ++about.histogram[channel * 256 + frame.left.pixels[i]];
+  }
+  return about;
 }
 
 void MultiSenseDevice::receive(Address from, std::span<const std::uint8_t> datagram, Time host) {
@@ -117,9 +159,30 @@ void MultiSenseDevice::handle(Client& client, std::span<const std::uint8_t> mess
     acknowledge(client, id, set_resolution(*resolution));
   } else if (const auto wanted = decode<CameraControl>(message)) {
     acknowledge(client, id, control(*wanted));
-  } else {
+  } else if (!handle_setting(client, message)) {
     acknowledge(client, id, Ack::kUnknown);
   }
+}
+
+/// What this camera keeps and gives back, without a use for it.
+bool MultiSenseDevice::handle_setting(Client& client, std::span<const std::uint8_t> message) {
+  const auto keep = [&](bool good) {
+    acknowledge(client, *id_of(message), good ? Ack::kOk : Ack::kUnsupported);
+    return true;
+  };
+  if (const auto trigger = decode<Trigger>(message)) return keep(trigger->source == Trigger::kInternal);
+  if (const auto external = decode<ExternalCalibration>(message)) {
+    external_ = *external;
+    return keep(true);
+  }
+  if (const auto lights = decode<SetLights>(message)) {
+    const auto before = lighting_.intensity;
+    lighting_ = lights->settings;
+    for (std::size_t i = 0; i < before.size(); ++i)
+      if ((lights->changed >> i & 1U) == 0) lighting_.intensity[i] = before[i];
+    return keep(true);
+  }
+  return false;
 }
 
 bool MultiSenseDevice::handle_query(Client& client, std::uint16_t id) {
@@ -147,6 +210,12 @@ bool MultiSenseDevice::handle_query(Client& client, std::uint16_t id) {
       return give(Mtu{static_cast<std::uint32_t>(client.mtu)});
     case Query::kDeviceModes:
       return give(modes());
+    case Query::kNetwork:
+      return give(Network{1, "127.0.0.1", "127.0.0.1", "255.0.0.0"});
+    case Query::kExternalCalibration:
+      return give(external_);
+    case Query::kLighting:
+      return give(Lights{kLights, lighting_});
   }
   return false;
 }
@@ -229,8 +298,7 @@ DeviceModes MultiSenseDevice::modes() const {
     for (const int disparities : kDisparities) {
       out.modes.push_back({static_cast<std::uint32_t>(imager_.width / divisor),
                            static_cast<std::uint32_t>(imager_.height / divisor),
-                           static_cast<std::uint32_t>(source::kDisparityLeft),
-                           static_cast<std::uint32_t>(disparities), 0});
+                           static_cast<std::uint32_t>(kServed), static_cast<std::uint32_t>(disparities), 0});
     }
   }
   return out;
@@ -272,7 +340,7 @@ void MultiSenseDevice::forget(Address client) {
 
 void MultiSenseDevice::note_streams() {
   streams_ = std::any_of(clients_.begin(), clients_.end(),
-                         [](const auto& one) { return (one.second.sources & source::kDisparityLeft) != 0; });
+                         [](const auto& one) { return (one.second.sources & kServed) != 0; });
 }
 
 }  // namespace walkman

@@ -63,12 +63,19 @@ class MultiSenseDevice {
     std::deque<Outgoing> queue;
   };
 
+  /// A frame's messages, each encoded when the first client wants it.
+  struct Published;
+  void publish_to(Client& client, Published& frame);
+  [[nodiscard]] static multisense::ImageMetadata metadata(const Exposure& exposure,
+                                                          const MultiSense::Frame& frame,
+                                                          const multisense::CameraControl& control);
   void queue(Client& client, Bytes message);
   template <typename Message>
   void answer(Client& client, const Message& message);
   void acknowledge(Client& client, std::uint16_t request, std::int32_t status);
   void handle(Client& client, std::span<const std::uint8_t> message);
   [[nodiscard]] bool handle_query(Client& client, std::uint16_t id);
+  [[nodiscard]] bool handle_setting(Client& client, std::span<const std::uint8_t> message);
   [[nodiscard]] std::int32_t set_resolution(const multisense::Resolution& wanted);
   [[nodiscard]] std::int32_t control(const multisense::CameraControl& wanted);
   void note_streams();
@@ -81,7 +88,9 @@ class MultiSenseDevice {
   MultiSense::Mode imager_;
   Time now_{};
   multisense::CameraControl control_;
-  multisense::Disparity disparity_;
+  multisense::ExternalCalibration external_;
+  multisense::LightSettings lighting_;
+  MultiSense::Frame frame_;
   std::map<Address, Client> clients_;
   Address served_ = 0;  // last
   std::atomic<bool> streams_ = false;

@@ -144,6 +144,9 @@ void Camera::take(std::span<const std::uint8_t> message) {
     case Disparity::kId:
       has_disparity_ = decode(message, disparity_);
       return;
+    case Image::kId:
+      if (auto image = decode<Image>(message)) images_[image->source] = std::move(*image);
+      return;
     case DeviceInfo::kId:
     case CameraCalibration::kId:
     case MtuAnswer::kId:
@@ -181,7 +184,13 @@ void Camera::stream(bool on) {
   take_in();  // an earlier acknowledgement is none of this one
   acks_.erase(StreamControl::kId);
   streaming_ = on;
-  send(encode(StreamControl{source::kDisparityLeft, on ? source::kDisparityLeft : 0}));
+  const std::uint64_t sources = source::kDisparityLeft | images_wanted_;
+  send(encode(StreamControl{sources, on ? sources : 0}));
+}
+
+const Image* Camera::image(std::uint64_t source) const {
+  const auto found = images_.find(source);
+  return found != images_.end() && found->second.frame == disparity_.frame ? &found->second : nullptr;
 }
 
 bool Camera::latest(Time not_before, camera::OrganizedCloud& out) {

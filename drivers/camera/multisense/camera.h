@@ -33,8 +33,15 @@ class Camera final : public camera::RangeCamera {
   Camera& operator=(const Camera&) = delete;
 
   void set_waiting(Waiting waiting) { waiting_ = waiting; }
+  /// Images that are streamed with the disparity, by their bits in `source`.
+  void also_stream(std::uint64_t sources) { images_wanted_ = sources; }
 
   [[nodiscard]] bool latest(Time not_before, camera::OrganizedCloud& out) override;
+
+  /// The disparity image that the last cloud was made of.
+  [[nodiscard]] const Disparity& disparity() const { return disparity_; }
+  /// The image of a source in that frame; null when it has not come.
+  [[nodiscard]] const Image* image(std::uint64_t source) const;
 
   [[nodiscard]] const DeviceInfo& device() const { return device_; }
   /// Frames of which a part has not come.
@@ -86,6 +93,8 @@ class Camera final : public camera::RangeCamera {
   std::vector<Captured> captured_;  // of the last frames
   Disparity disparity_;
   bool has_disparity_ = false;
+  std::uint64_t images_wanted_ = 0;
+  std::map<std::uint64_t, Image> images_;  // the newest of each source
 };
 
 }  // namespace walkman::multisense

@@ -16,6 +16,7 @@ namespace walkman::multisense {
 /// What a stream's mask and an image name, a bit each.
 namespace source {
 inline constexpr std::uint64_t kLumaRectifiedLeft = 1U << 4U;
+inline constexpr std::uint64_t kLumaRectifiedRight = 1U << 5U;
 inline constexpr std::uint64_t kDisparityLeft = 1U << 10U;
 inline constexpr std::uint64_t kEverything = 0x0000000F'FF7FFFFF;
 }  // namespace source
@@ -25,10 +26,13 @@ enum class Query : std::uint16_t {
   kVersion = 0x0002,
   kStatus = 0x0003,
   kCameraConfig = 0x0004,
+  kLighting = 0x0012,
   kDeviceInfo = 0x0017,
   kCameraCalibration = 0x0018,
   kMtu = 0x001A,
+  kNetwork = 0x001B,
   kDeviceModes = 0x001D,
+  kExternalCalibration = 0x0024,
 };
 [[nodiscard]] std::vector<std::uint8_t> encode(Query query);
 
@@ -230,6 +234,65 @@ struct Resolution {
   }
 };
 
+/// What starts an exposure.
+struct Trigger {
+  static constexpr std::uint16_t kId = 0x001E, kVersion = 1;
+  static constexpr std::uint32_t kInternal = 0;
+  std::uint32_t source = kInternal;
+  static void fields(auto& self, auto& archive) { archive(self.source); }
+};
+
+struct Network {
+  static constexpr std::uint16_t kId = 0x0016, kVersion = 1;
+  std::uint8_t interface = 1;
+  std::string address, gateway, netmask;  ///< dotted quads
+  static void fields(auto& self, auto& archive) {
+    archive(self.interface, self.address, self.gateway, self.netmask);
+  }
+};
+
+/// Where the left optical frame is in a frame of the user's.
+struct ExternalCalibration {
+  static constexpr std::uint16_t kId = 0x011B, kVersion = 1;
+  std::array<float, 3> translation{};     ///< m
+  std::array<float, 3> roll_pitch_yaw{};  ///< rad
+  static void fields(auto& self, auto& archive) { archive(self.translation, self.roll_pitch_yaw); }
+};
+
+/// Of the lights around the cameras.
+struct LightSettings {
+  std::array<std::uint8_t, 8> intensity{};
+  std::uint8_t flash = 0;
+  std::uint32_t delay_us = 0, pulses = 0;
+  std::uint8_t invert = 0, rolling_shutter = 0;
+  static void fields(auto& self, auto& archive) {
+    archive(self.intensity, self.flash);
+    if (archive.since(2)) archive(self.delay_us, self.pulses);
+    if (archive.since(3)) archive(self.invert);
+    if (archive.since(4)) archive(self.rolling_shutter);
+  }
+};
+
+struct Lights {
+  static constexpr std::uint16_t kId = 0x010A, kVersion = 4;
+  std::uint8_t available = 0;  ///< a bit for each light
+  LightSettings settings;
+  static void fields(auto& self, auto& archive) {
+    archive(self.available);
+    LightSettings::fields(self.settings, archive);
+  }
+};
+
+struct SetLights {
+  static constexpr std::uint16_t kId = 0x0013, kVersion = 4;
+  std::uint8_t changed = 0;  ///< a bit for each light
+  LightSettings settings;
+  static void fields(auto& self, auto& archive) {
+    archive(self.changed);
+    LightSettings::fields(self.settings, archive);
+  }
+};
+
 /// New mask = old without `modify`, and of `control` what is in `modify`.
 struct StreamControl {
   static constexpr std::uint16_t kId = 0x001C, kVersion = 2;
@@ -291,6 +354,35 @@ struct ImageMetadata {
     archive(self.frame, self.frames_per_second, self.gain, self.exposure_us, self.captured.seconds,
             self.captured.microseconds, self.spindle_microradians, self.histogram);
     if (archive.since(2)) archive(self.ptp_nanoseconds);
+  }
+};
+
+/// Of one source, `bits` a pixel.
+struct Image {
+  static constexpr std::uint16_t kId = 0x0110, kVersion = 3;
+  static constexpr std::uint32_t kMostBits = 64;
+  std::uint64_t source = 0;
+  std::uint32_t bits = 8;
+  std::int64_t frame = 0;
+  std::uint16_t width = 0, height = 0;
+  std::vector<std::uint8_t> pixels;  ///< rows from the top, without padding
+  std::uint32_t exposure_us = 0;
+  float gain = 1;
+  static void fields(auto& self, auto& archive) {
+    auto low = static_cast<std::uint32_t>(self.source);
+    auto high = static_cast<std::uint32_t>(self.source >> 32U);
+    archive(low, self.bits, self.frame, self.width, self.height);
+    if constexpr (std::remove_cvref_t<decltype(archive)>::kReads) {
+      const std::uint64_t bits = std::uint64_t{self.width} * self.height * std::min(self.bits, kMostBits + 1);
+      const auto bytes = archive.raw(self.bits > kMostBits ? SIZE_MAX : (bits + 7) / 8);
+      self.pixels.assign(bytes.begin(), bytes.end());
+    } else {
+      archive.raw(self.pixels);
+    }
+    if (archive.since(2)) archive(self.exposure_us, self.gain);
+    if (archive.since(3)) archive(high);
+    if constexpr (std::remove_cvref_t<decltype(archive)>::kReads)
+      self.source = std::uint64_t{high} << 32U | low;
   }
 };
 

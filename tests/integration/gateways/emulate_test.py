@@ -186,6 +186,30 @@ class Camera(EmulateTest):
         self.assertTrue(4 < sorted(seen)[len(seen) // 2] < 59)
         self.assertEqual(emulator.finish()[0], 0)
 
+    def test_its_images_go_with_their_metadata(self):
+        emulator = self.start("--camera", self.camera)
+        self.wait_for_camera()
+        client = self.client()
+        both = multisense.LUMA_LEFT | multisense.LUMA_RIGHT
+        client.stream(both, both)
+        metadata, images = {}, {}
+        while len(images) < 2:
+            kind, body = client.message()
+            if kind == multisense.METADATA:
+                metadata[struct.unpack_from("<q", body)[0]] = body
+            if kind == multisense.IMAGE:
+                source, bits, frame, width, height, pixels = multisense.image(body)
+                self.assertEqual((bits, width, height), (8, 1024, 1024))
+                images[source] = (frame, pixels)
+        client.stream(both, 0)
+        self.assertEqual(set(images), {multisense.LUMA_LEFT, multisense.LUMA_RIGHT})
+        frame, left = images[multisense.LUMA_LEFT]
+        counts = multisense.histogram(metadata[frame])
+        for value in (0, 50, 100, 150):
+            self.assertEqual(sum(counts[value::256]), left.count(value))
+        self.assertGreater(len(set(left)), 100)
+        self.assertEqual(emulator.finish()[0], 0)
+
     def test_six_clients_that_never_read_delay_nobody(self):
         self.start("--camera", self.camera)
         self.wait_for_camera()

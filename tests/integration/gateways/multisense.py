@@ -6,9 +6,9 @@ import time
 
 PORT = 9001
 HEAD = struct.Struct("<HHHHHII")
-ACK, VERSION, STATUS, METADATA, DISPARITY = 0x0001, 0x0102, 0x0103, 0x010F, 0x0111
+ACK, VERSION, STATUS, METADATA, IMAGE, DISPARITY = 0x0001, 0x0102, 0x0103, 0x010F, 0x0110, 0x0111
 GET_VERSION, GET_STATUS, STREAM = 0x0002, 0x0003, 0x001C
-DISPARITY_LEFT = 1 << 10
+LUMA_LEFT, LUMA_RIGHT, DISPARITY_LEFT = 1 << 4, 1 << 5, 1 << 10
 
 
 def loopback(number):
@@ -80,3 +80,17 @@ def disparities(body):
         a, b, c = packed[3 * pair:3 * pair + 3]
         image[2 * pair], image[2 * pair + 1] = a | (b & 15) << 8, b >> 4 | c << 4
     return frame, width, height, image
+
+
+def image(body):
+    """Source, bits a pixel, frame, width, height and pixels of message 0x0110."""
+    source, bits, frame, width, height = struct.unpack_from("<IIqHH", body)
+    pixels = body[20:20 + width * height * bits // 8]
+    exposure, gain, high = struct.unpack_from("<IfI", body, 20 + len(pixels))
+    assert exposure > 0 and gain > 0 and high == 0 and len(body) == 32 + len(pixels)
+    return source, bits, frame, width, height, pixels
+
+
+def histogram(metadata):
+    """Of message 0x010F: four channels of 256."""
+    return struct.unpack_from("<1024I", metadata, 8 + 4 + 4 + 4 + 8 + 4)

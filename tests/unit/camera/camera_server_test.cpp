@@ -56,8 +56,9 @@ struct Rig {
 
   /// What the matcher itself found, by the camera's geometry.
   [[nodiscard]] std::vector<Eigen::Vector3d> truth() {
-    multisense::Disparity image;
-    eye.render(eye.exposure(), image);
+    MultiSense::Frame frame;
+    eye.render(eye.exposure(), false, frame);
+    const multisense::Disparity& image = frame.disparity;
     const sensors::StereoOptions& o = eye.optics();
     std::vector<Eigen::Vector3d> points;
     for (int v = 0; v < o.height; ++v) {

@@ -15,8 +15,9 @@ class SeenEvents : public WholePlant {
   /// beyond the bar's own radius and within a clamp's edges.
   static int points_at(MultiSense& camera, const Plant& plant, double position, double beyond = 0.038,
                        double within = 0.066) {
-    multisense::Disparity image;
-    camera.render(camera.exposure(), image);
+    MultiSense::Frame frame;
+    camera.render(camera.exposure(), false, frame);
+    const multisense::Disparity& image = frame.disparity;
     const std::vector<float> disparity(image.pixels.begin(), image.pixels.end());
     sensors::StereoOptions in_steps = camera.optics();  // of 1/16 px
     in_steps.baseline /= multisense::Disparity::kStep;

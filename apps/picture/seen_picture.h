@@ -6,9 +6,9 @@
 
 namespace walkman::apps {
 
-/// A cloud as its camera sees it, with what Stage I found in it: the object's points in blue, the axes of its
-/// handles in orange, the visual centre of mass as a green dot, and the grasp frame's axes, x red, y green, z
-/// blue.
+/// A cloud as its camera sees it, with what Stage I found in it: the plane's hull in purple, the object's
+/// points in blue, the axes of its handles in orange, the visual centre of mass as a green dot, and the grasp
+/// frame's axes, x red, y green, z blue.
 [[nodiscard]] picture::Picture seen_picture(const camera::OrganizedCloud& cloud,
                                             const perception::StageOneResult& seen);
 

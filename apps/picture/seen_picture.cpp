@@ -1,4 +1,4 @@
-#include "apps/experiment/seen_picture.h"
+#include "apps/picture/seen_picture.h"
 
 #include <algorithm>
 #include <array>
@@ -13,7 +13,7 @@ constexpr int kSide = 640;        // px
 constexpr double kFocal = 420;    // px: 75 degrees
 constexpr double kAxis = 0.08;    // m
 constexpr double kStep = 0.0015;  // m along a line
-constexpr Colour kObject{70, 110, 190}, kHandle{240, 140, 20}, kCentre{20, 190, 60},
+constexpr Colour kObject{70, 110, 190}, kHandle{240, 140, 20}, kCentre{20, 190, 60}, kPlane{150, 60, 170},
     kBackground{255, 255, 255};
 constexpr std::array<Colour, 3> kAxes{{{220, 30, 30}, {30, 170, 30}, {30, 60, 220}}};
 
@@ -51,6 +51,8 @@ picture::Picture seen_picture(const camera::OrganizedCloud& cloud, const percept
     const auto grey = static_cast<std::uint8_t>(std::clamp(250.0 - 75 * p.z(), 60.0, 230.0));
     canvas.dot(p.cast<double>(), {grey, grey, grey}, 0);
   }
+  const std::vector<Eigen::Vector3d>& hull = seen.plane.hull_C;
+  for (std::size_t i = 0; i < hull.size(); ++i) canvas.line(hull[i], hull[(i + 1) % hull.size()], kPlane);
   const perception::SeenObject& object = seen.object();
   for (const Eigen::Vector3f& p : object.surface_C) canvas.dot(p.cast<double>(), kObject, 1);
   for (const perception::Handle& handle : object.handles)

@@ -1,0 +1,90 @@
+#include <fmt/format.h>
+
+#include "adaptation/parameters.h"
+#include "adaptation/perception/pcd.h"
+#include "adaptation/perception/stage_one.h"
+#include "apps/capture/captured_files.h"
+#include "apps/picture/png_file.h"
+#include "apps/picture/seen_picture.h"
+#include "apps/shared/commands.h"
+#include "apps/shared/data_directory.h"
+#include "apps/shared/exit_code.h"
+#include "apps/shared/scene_options.h"
+#include "apps/shared/standard_streams.h"
+#include "urdf/reader/utf8.h"
+
+namespace walkman::apps {
+namespace {
+
+constexpr Time kStep = std::chrono::milliseconds(10);
+constexpr Time kLongestWait = std::chrono::seconds(5);
+
+struct Options {
+  SceneCommandLine scene;
+  std::string out;
+  double at = 0.5;
+  std::optional<std::int64_t> seed;
+  bool locate = false;
+};
+
+/// The next frame, through the camera's protocol.
+camera::OrganizedCloud next_cloud(EmulatedWorld& world, EmbeddedCamera& camera) {
+  const Time from = world.emulator.now();
+  camera::OrganizedCloud cloud;
+  while (!camera.client.latest(from, cloud)) {
+    if (world.emulator.now() - from > kLongestWait)
+      throw std::runtime_error("the emulated camera sends no frame in 5 s of its time");
+    world.emulator.advance(world.emulator.now() + kStep);
+  }
+  return cloud;
+}
+
+int run_capture(const Options& options) {
+  const std::filesystem::path data = data_directory();
+  WorldOptions world_options = world_of(options.scene, data);
+  if (options.seed) world_options.seed = static_cast<std::uint64_t>(*options.seed);
+  EmulatedWorld world(world_options);
+  world.emulator.advance(std::chrono::milliseconds(std::llround(1e3 * options.at)));
+  EmbeddedCamera camera(world.emulator);
+  camera.client.also_stream(multisense::source::kLumaRectifiedLeft | multisense::source::kLumaRectifiedRight);
+  const camera::OrganizedCloud cloud = next_cloud(world, camera);
+
+  const std::filesystem::path folder = options.out;
+  std::error_code error;
+  std::filesystem::create_directories(folder, error);
+  if (error) throw std::runtime_error(options.out + ": cannot be created: " + error.message());
+  std::vector<std::string> files = write_captured(folder, camera.client, cloud);
+  if (options.locate) {
+    const StageOneParameters parameters =
+        load_method_parameters(parameters_file(world.scene, data)).stage_one;
+    const perception::StageOneResult seen = perception::locate(cloud, parameters, std::nullopt);
+    picture::write_png(seen_picture(cloud, seen), folder / "seen.png");
+    files.emplace_back("seen.png");
+  }
+  print(fmt::format("{}: frame {}, {}x{} px, {:.3f} s after the start\n", one_line(options.out), cloud.frame,
+                    cloud.width, cloud.height, std::chrono::duration<double>(cloud.stamp).count()));
+  for (const std::string& file : files) print("  " + file + "\n");
+  return kOk;
+}
+
+}  // namespace
+
+void add_capture_command(CLI::App& app, std::function<int()>& run) {
+  auto options = std::make_shared<Options>();
+  CLI::App* command = app.add_subcommand(
+      "capture", "Write what the emulated MultiSense sees in a scene: cloud, images, disparity, depth");
+  command->add_option("--out", options->out, "Folder to write to")->required();
+  add_scene_options(*command, options->scene);
+  command->add_option("--at", options->at, "Seconds from the start; the robot has no master (0.5)")
+      ->check(CLI::Range(0.0, 3600.0));
+  command
+      ->add_option("--seed", options->seed,
+                   "Seed of the true robot, of the object's pose and of the sensors' noise")
+      ->check(CLI::Range(std::int64_t{0}, std::int64_t{1} << 53));
+  command->add_flag(
+      "--locate", options->locate,
+      "Run Stage I and write seen.png: plane, object, handles, centre of mass and grasp in the cloud");
+  command->callback([&run, options] { run = [options] { return run_capture(*options); }; });
+}
+
+}  // namespace walkman::apps

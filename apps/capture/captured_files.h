@@ -1,0 +1,20 @@
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "drivers/camera/multisense/camera.h"
+
+namespace walkman::apps {
+
+/// Writes the frame that `cloud` was made of, as its client got it, into `folder`: cloud.pcd (organized,
+/// binary, left optical frame, m), cloud.ply (the points there are, with the left image's intensity),
+/// left.png, right.png, disparity.png (colours from blue, far, to red, near; black: no match), depth.png (16
+/// bits, mm, 0: no match). Returns the files' names. Throws std::runtime_error with the file that cannot be
+/// written.
+[[nodiscard]] std::vector<std::string> write_captured(const std::filesystem::path& folder,
+                                                      const multisense::Camera& camera,
+                                                      const camera::OrganizedCloud& cloud);
+
+}  // namespace walkman::apps

@@ -1,0 +1,57 @@
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <vector>
+
+#include <Eigen/Geometry>
+
+#include "sensors/painted_surfaces.h"
+#include "sensors/parallel_jobs.h"
+#include "sensors/stereo_camera.h"
+
+namespace walkman::sensors {
+
+/// What the pair's two imagers see, rectified, linear in light.
+///
+/// The left image shades what the stereo rays met. The right one shows the same points where the right camera
+/// sees them, by their disparity, and casts rays of its own where none of them falls: beside nearer things,
+/// and right of the left view.
+class LumaImages {
+ public:
+  /// `stride` and `bands` as StereoRays has them.
+  LumaImages(const StereoOptions& options, int stride, int bands, int workers);
+  ~LumaImages();
+
+  /// Prepares a frame: lights every triangle. Throws as PaintedSurfaces::begin.
+  void begin(const RayScene& scene, const Eigen::Isometry3d& X_WC, std::uint64_t seed, std::uint64_t frame,
+             tbb::task_arena& arena);
+  /// Of the band's rows, from StereoRays' images of all rows. Bands may be drawn at the same time by
+  /// different workers.
+  void draw_band(int band, int worker, const std::vector<float>& disparity,
+                 const std::vector<std::uint32_t>& surface, StereoImages& images);
+
+ private:
+  struct Worker;
+  using Placed = Eigen::Matrix<float, 3, 4>;  // X_BC, without its last row
+  void light(const RayScene& scene, const Eigen::Vector3f& p_WCo, tbb::task_arena& arena);
+  /// What comes from points of triangles, in C; both kept in the worker.
+  void shade(Worker& worker, std::size_t count, const std::vector<Placed>& X_BC) const;
+  void draw_left(int v, Worker& worker, const float* disparity, const std::uint32_t* surface) const;
+  void warp(int v, Worker& worker, const float* disparity) const;
+  void fill_holes(int first, int last, Worker& worker) const;
+  void cast_holes(Worker& worker) const;
+  void expose(int v, int camera, Worker& worker, const float* signals, std::uint8_t* out) const;
+
+  StereoOptions options_;
+  int stride_, bands_;
+  PaintedSurfaces surfaces_;
+  std::uint64_t seed_ = 0, frame_ = 0;
+  std::vector<float> light_;         // on each triangle
+  std::vector<Placed> X_BL_, X_BR_;  // left and right camera, in each body
+  Eigen::Matrix3f R_WC_;
+  Eigen::Vector3f p_WRo_;
+  std::vector<std::unique_ptr<Worker>> workers_;
+};
+
+}  // namespace walkman::sensors

@@ -1,0 +1,125 @@
+#include "sensors/surface_pattern.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numbers>
+
+#include "sensors/normal_distribution.h"
+#include "sensors/random_stream.h"
+
+namespace walkman::sensors {
+namespace {
+
+// The pattern repeats after a side of its cube, 0.16 m and 0.51 m, which have no common period to be seen.
+// Blurred by about a cell, grain is as fine as its cells; blotches are three times as wide as theirs, so that
+// these do not show.
+constexpr int kGrainBits = 6, kBlotchBits = 7;       // of a side's number of cells
+constexpr float kBlotchCell = 0.004F;                // m
+constexpr double kGrainBlur = 0.8, kBlotchBlur = 3;  // cells
+constexpr float kMostShift = 1;                      // m, of a body's pattern
+
+// Tones of painted and machined surfaces, from dark plastic to white paint; contrasts from a plain coat to
+// wood grain.
+constexpr float kDarkest = 0.18F, kBrightest = 0.75F;
+constexpr float kLeastContrast = 0.04F, kMostContrast = 0.5F;
+constexpr float kGrainShare = 0.7F;
+
+// Makes coordinates positive, so that rounding towards zero rounds down.
+constexpr float kCells = 1 << 17;
+
+}  // namespace
+
+/// Normal noise, blurred along x, y and z in turn, as shares of the distribution below each value.
+SurfacePattern::Noise SurfacePattern::make_noise(int bits, float cell, double blur) {
+  const int side = 1 << bits;
+  const int reach = static_cast<int>(std::ceil(3 * blur));
+  std::vector<float> kernel;
+  float squares = 0;
+  for (int i = -reach; i <= reach; ++i) {
+    kernel.push_back(static_cast<float>(std::exp(-0.5 * i * i / (blur * blur))));
+    squares += kernel.back() * kernel.back();
+  }
+  for (float& k : kernel) k /= std::sqrt(squares);
+  const auto cells =
+      static_cast<std::size_t>(side) * static_cast<std::size_t>(side) * static_cast<std::size_t>(side);
+  std::vector<float> noise(cells), blurred(cells);
+  fill_normal(RandomStream(static_cast<std::uint64_t>(side), 0, 0, 0), noise);
+  // Along the last axis, which then becomes the first: after three times they are as they were.
+  const auto length = static_cast<std::size_t>(side);
+  const std::size_t rows = cells / length;
+  std::vector<float> around(length + 2 * static_cast<std::size_t>(reach)), row_out(length);
+  for (int axis = 0; axis < 3; ++axis) {
+    for (std::size_t row = 0; row < rows; ++row) {
+      const float* const from = noise.data() + row * length;
+      for (std::size_t x = 0; x < around.size(); ++x)
+        around[x] = from[(x + length - static_cast<std::size_t>(reach)) % length];
+      std::fill(row_out.begin(), row_out.end(), 0.0F);
+      for (std::size_t i = 0; i < kernel.size(); ++i)
+        for (std::size_t x = 0; x < length; ++x) row_out[x] += kernel[i] * around[x + i];
+      for (std::size_t x = 0; x < length; ++x) blurred[x * rows + row] = row_out[x];
+    }
+    noise.swap(blurred);
+  }
+  Noise out{bits, 1 / cell, std::vector<std::uint8_t>(cells)};
+  std::transform(noise.begin(), noise.end(), out.cells.begin(), [](float x) {
+    const float below = 0.5F * std::erfc(-x / std::numbers::sqrt2_v<float>);
+    return static_cast<std::uint8_t>(std::min(255.0F, 256 * below));
+  });
+  return out;
+}
+
+SurfacePattern::SurfacePattern(std::uint64_t seed, std::size_t bodies)
+    : grain_(make_noise(kGrainBits, kGrain, kGrainBlur)),
+      blotches_(make_noise(kBlotchBits, kBlotchCell, kBlotchBlur)) {
+  for (std::size_t body = 0; body < bodies; ++body) {
+    const RandomStream random(seed, 0, 0, body);
+    Look look;
+    look.base = kDarkest + (kBrightest - kDarkest) * random.uniform(0);
+    look.contrast = kLeastContrast * std::pow(kMostContrast / kLeastContrast, random.uniform(1));
+    for (int i = 0; i < 3; ++i)
+      look.shift[i] = kMostShift * random.uniform(2 + static_cast<std::uint64_t>(i));
+    looks_.push_back(look);
+  }
+}
+
+void SurfacePattern::albedos(std::size_t body, const Points& points, std::span<float> out) const {
+  constexpr std::size_t kPart = 64;
+  std::array<int, kPart> grain{}, blotch{};
+  std::array<float, kPart> grain_value{}, blotch_value{};
+  const Look& look = looks_[body];
+  for (std::size_t first = 0; first < out.size(); first += kPart) {
+    const std::size_t count = std::min(kPart, out.size() - first);
+    const float *x = points.x.data() + first, *y = points.y.data() + first, *z = points.z.data() + first;
+    const auto find = [&](const Noise& noise, int* at) {
+      const int mask = (1 << noise.bits) - 1, bits = noise.bits;
+      const float scale = noise.per_metre;
+      const Eigen::Vector3f shift = look.shift * scale + Eigen::Vector3f::Constant(kCells);
+      const float sx = shift.x(), sy = shift.y(), sz = shift.z();
+      for (std::size_t i = 0; i < count; ++i) {
+        const int cx = static_cast<int>(x[i] * scale + sx) & mask;
+        const int cy = static_cast<int>(y[i] * scale + sy) & mask;
+        const int cz = static_cast<int>(z[i] * scale + sz) & mask;
+        at[i] = (cz << bits | cy) << bits | cx;
+      }
+    };
+    find(grain_, grain.data());
+    find(blotches_, blotch.data());
+    for (std::size_t i = 0; i < count; ++i) {
+      grain_value[i] = static_cast<float>(*(grain_.cells.data() + grain[i]));
+      blotch_value[i] = static_cast<float>(*(blotches_.cells.data() + blotch[i]));
+    }
+    const float* const footprint = points.footprint.data() + first;
+    float* const to = out.data() + first;
+    const float base = look.base, contrast = look.contrast;
+    for (std::size_t i = 0; i < count; ++i) {
+      const float fine = (grain_value[i] * (2.0F / 255) - 1) * std::min(1.0F, kGrain / footprint[i]);
+      const float strength = blotch_value[i] * (1.0F / 255);
+      const float tone =
+          1 + contrast * (kGrainShare * strength * fine + (1 - kGrainShare) * (2 * strength - 1));
+      to[i] = std::min(0.98F, std::max(0.02F, base * tone));
+    }
+  }
+}
+
+}  // namespace walkman::sensors
