@@ -59,13 +59,19 @@ void require_sensors(const Scene& scene, const DeviceTable& table) {
   }
 }
 
+CameraParameters camera_of(const Scene& scene, const EmulatorOptions& options) {
+  const CameraParameters parameters = load_camera_parameters(
+      options.camera.empty() ? options.actuators / "../../camera/multisense.yaml" : options.camera);
+  return scene.camera_noise ? parameters : parameters.noise_free();
+}
+
 Emulator::Impl::Impl(const RobotModel& robot, const DeviceTable& table, const Scene& scene,
                      const EmulatorOptions& options,
                      const std::map<std::string, plant::ActuatorParameters>& actuators)
     : model(robot),
       plant(robot, scene, table, actuators, options.robot_errors),
-      multisense(robot, scene, robot.link_index(scene.robot.optical_frame), options.camera,
-                 options.camera_rate_hz, options.seed) {
+      multisense(robot, scene, robot.link_index(scene.robot.optical_frame), camera_of(scene, options),
+                 options.seed) {
   require_sensors(scene, table);
   const DeviceSurroundings surroundings{table, robot, options, actuators, hash_of(scene.robot.urdf), plant};
   for (const Bus& wiring : table.buses) {
@@ -92,6 +98,7 @@ void Emulator::Impl::step() {
   for (const auto& bus : buses) bus->advance(next);
   for (int sub_step = 0; sub_step < plant::Plant::kSubSteps; ++sub_step)
     for (const auto& device : devices) device->control(kSubStep);
+  plant.turn_spindle(multisense.spindle_rate());
   plant.step();
   for (const SensorFaultEvent& fault : plant.take_sensor_faults()) pass_on(fault);
   for (const auto& device : devices) device->sample();

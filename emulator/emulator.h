@@ -13,7 +13,6 @@
 #include "emulator/plant/plant.h"
 #include "emulator/scene/scene.h"
 #include "emulator/scene/true_robot.h"
-#include "sensors/stereo_camera.h"
 #include "urdf/reader/device_table.h"
 
 namespace walkman {
@@ -22,11 +21,10 @@ struct EmulatorOptions {
   std::filesystem::path actuators;  ///< folder of actuator classes, a YAML file each
   std::filesystem::path sensors;    ///< folder of force/torque sensor kinds; empty: beside `actuators`
   SensorErrors sensor_errors = SensorErrors::kAll;  ///< of the force/torque sensors
-  RobotErrors robot_errors;  ///< how drives, sensors and gravity differ from what the files say
-  sensors::StereoOptions camera;
-  double camera_rate_hz = 15;
-  std::uint64_t seed = 1;  ///< of the sensors' noise
-  bool bus_timing = true;  ///< false: frames take no time on the buses
+  RobotErrors robot_errors;      ///< how drives, sensors and gravity differ from what the files say
+  std::filesystem::path camera;  ///< YAML of its parameters; empty: beside `actuators`
+  std::uint64_t seed = 1;        ///< of the sensors' noise
+  bool bus_timing = true;        ///< false: frames take no time on the buses
 };
 
 /// The robot that is not there: plant, drives, sensors and buses, behind CAN interfaces and a camera.

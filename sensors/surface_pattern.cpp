@@ -69,9 +69,18 @@ SurfacePattern::Noise SurfacePattern::make_noise(int bits, float cell, double bl
   return out;
 }
 
+const SurfacePattern::Noise& SurfacePattern::grain() {
+  static const Noise noise = make_noise(kGrainBits, kGrain, kGrainBlur);
+  return noise;
+}
+
+const SurfacePattern::Noise& SurfacePattern::blotches() {
+  static const Noise noise = make_noise(kBlotchBits, kBlotchCell, kBlotchBlur);
+  return noise;
+}
+
 SurfacePattern::SurfacePattern(std::uint64_t seed, std::size_t bodies)
-    : grain_(make_noise(kGrainBits, kGrain, kGrainBlur)),
-      blotches_(make_noise(kBlotchBits, kBlotchCell, kBlotchBlur)) {
+    : grain_(grain()), blotches_(blotches()) {
   for (std::size_t body = 0; body < bodies; ++body) {
     const RandomStream random(seed, 0, 0, body);
     Look look;

@@ -41,9 +41,13 @@ class SurfacePattern {
     std::vector<std::uint8_t> cells;
   };
   [[nodiscard]] static Noise make_noise(int bits, float cell, double blur);
+  // The same for all: bodies are shifted within them.
+  [[nodiscard]] static const Noise& grain();
+  [[nodiscard]] static const Noise& blotches();
 
   std::vector<Look> looks_;
-  Noise grain_, blotches_;
+  const Noise& grain_;
+  const Noise& blotches_;
 };
 
 }  // namespace walkman::sensors

@@ -1,3 +1,6 @@
+#include <cmath>
+#include <numbers>
+
 #include <fmt/format.h>
 
 #include "adaptation/parameters.h"
@@ -25,6 +28,9 @@ struct Options {
   double at = 0.5;
   std::optional<std::int64_t> seed;
   bool locate = false;
+  std::string sensor = "stereo";
+  std::string noise;     // empty: the scene's
+  double spindle = 0.6;  // rad/s
 };
 
 /// The next frame, through the camera's protocol.
@@ -39,30 +45,61 @@ camera::OrganizedCloud next_cloud(EmulatedWorld& world, EmbeddedCamera& camera) 
   return cloud;
 }
 
-int run_capture(const Options& options) {
-  const std::filesystem::path data = data_directory();
-  WorldOptions world_options = world_of(options.scene, data);
-  if (options.seed) world_options.seed = static_cast<std::uint64_t>(*options.seed);
-  EmulatedWorld world(world_options);
-  world.emulator.advance(std::chrono::milliseconds(std::llround(1e3 * options.at)));
-  EmbeddedCamera camera(world.emulator);
+/// Half a turn of the spindle, which shows every direction once; the robot stands still meanwhile.
+std::vector<multisense::Sweep::Point> next_sweep(EmulatedWorld& world, EmbeddedCamera& camera, double rate) {
+  camera.client.spin(rate);
+  multisense::Sweep sweep(camera.client.laser_calibration());
+  const Time from = world.emulator.now();
+  const Time longest = kLongestWait + std::chrono::milliseconds(std::llround(1e3 * std::numbers::pi / rate));
+  while (sweep.turned() < std::numbers::pi) {
+    if (world.emulator.now() - from > longest)
+      throw std::runtime_error("the emulated laser has not turned half around in its time");
+    world.emulator.advance(world.emulator.now() + kStep);
+    for (const multisense::LidarData& scan : camera.client.take_scans())
+      sweep.add(scan, [](Time) { return Eigen::Isometry3d::Identity(); });
+  }
+  camera.client.spin(0);
+  return sweep.points();
+}
+
+/// The frame that the camera's client gets, and what Stage I makes of it.
+std::vector<std::string> capture_frame(const Options& options, EmulatedWorld& world, EmbeddedCamera& camera) {
   camera.client.also_stream(multisense::source::kLumaRectifiedLeft | multisense::source::kLumaRectifiedRight);
   const camera::OrganizedCloud cloud = next_cloud(world, camera);
-
   const std::filesystem::path folder = options.out;
-  std::error_code error;
-  std::filesystem::create_directories(folder, error);
-  if (error) throw std::runtime_error(options.out + ": cannot be created: " + error.message());
   std::vector<std::string> files = write_captured(folder, camera.client, cloud);
   if (options.locate) {
     const StageOneParameters parameters =
-        load_method_parameters(parameters_file(world.scene, data)).stage_one;
+        load_method_parameters(parameters_file(world.scene, data_directory())).stage_one;
     const perception::StageOneResult seen = perception::locate(cloud, parameters, std::nullopt);
     picture::write_png(seen_picture(cloud, seen), folder / "seen.png");
     files.emplace_back("seen.png");
   }
-  print(fmt::format("{}: frame {}, {}x{} px, {:.3f} s after the start\n", one_line(options.out), cloud.frame,
-                    cloud.width, cloud.height, std::chrono::duration<double>(cloud.stamp).count()));
+  return files;
+}
+
+int run_capture(const Options& options) {
+  const std::filesystem::path data = data_directory();
+  WorldOptions world_options = world_of(options.scene, data);
+  if (options.seed) world_options.seed = static_cast<std::uint64_t>(*options.seed);
+  if (!options.noise.empty()) world_options.camera_noise = options.noise == "real";
+  EmulatedWorld world(world_options);
+  world.emulator.advance(std::chrono::milliseconds(std::llround(1e3 * options.at)));
+  const std::filesystem::path folder = options.out;
+  std::error_code error;
+  std::filesystem::create_directories(folder, error);
+  if (error) throw std::runtime_error(options.out + ": cannot be created: " + error.message());
+  EmbeddedCamera camera(world.emulator);
+  std::vector<std::string> files;
+  if (options.sensor == "stereo") {
+    files = capture_frame(options, world, camera);
+  } else {
+    const std::vector<multisense::Sweep::Point> sweep = next_sweep(world, camera, options.spindle);
+    const MultiSense& sensor = world.emulator.camera();
+    files = write_sweep(folder, sweep, sensor.exposure().X_WC.linear().row(2).transpose());
+  }
+  print(fmt::format("{}: {:.3f} s after the start\n", one_line(options.out),
+                    std::chrono::duration<double>(world.emulator.now()).count()));
   for (const std::string& file : files) print("  " + file + "\n");
   return kOk;
 }
@@ -84,6 +121,13 @@ void add_capture_command(CLI::App& app, std::function<int()>& run) {
   command->add_flag(
       "--locate", options->locate,
       "Run Stage I and write seen.png: plane, object, handles, centre of mass and grasp in the cloud");
+  command
+      ->add_option("--sensor", options->sensor, "stereo, a frame, or lidar, a sweep of half a turn (stereo)")
+      ->check(CLI::IsMember({"stereo", "lidar"}));
+  command->add_option("--noise", options->noise, "real, or none: the ideal sensor (default: the scene's)")
+      ->check(CLI::IsMember({"real", "none"}));
+  command->add_option("--spindle", options->spindle, "Rate at which the laser turns for a sweep, rad/s (0.6)")
+      ->check(CLI::Range(0.01, 5.2));
   command->callback([&run, options] { run = [options] { return run_capture(*options); }; });
 }
 

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "drivers/camera/multisense/camera.h"
+#include "drivers/camera/multisense/sweep.h"
 
 namespace walkman::apps {
 
@@ -16,5 +17,11 @@ namespace walkman::apps {
 [[nodiscard]] std::vector<std::string> write_captured(const std::filesystem::path& folder,
                                                       const multisense::Camera& camera,
                                                       const camera::OrganizedCloud& cloud);
+
+/// Writes a sweep of the laser in the left optical frame: sweep.pcd, sweep.ply with intensity (device units),
+/// sweep.png, seen from above and behind the head, coloured by height. `up_C`: unit vector. As above.
+[[nodiscard]] std::vector<std::string> write_sweep(const std::filesystem::path& folder,
+                                                   const std::vector<multisense::Sweep::Point>& sweep,
+                                                   const Eigen::Vector3d& up_C);
 
 }  // namespace walkman::apps

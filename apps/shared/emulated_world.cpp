@@ -9,6 +9,7 @@ namespace {
 Scene chosen(const WorldOptions& options) {
   Scene scene = load_scene(options.scene, options.robot.packages);
   if (options.seed) scene.seed = *options.seed;
+  if (options.camera_noise) scene.camera_noise = *options.camera_noise;
   if (options.model_error) scene.model_error = {*options.model_error, {}, {}};
   return scene;
 }

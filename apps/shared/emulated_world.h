@@ -21,7 +21,8 @@ struct WorldOptions {
   std::optional<std::uint64_t>
       seed;  ///< true robot, object pose and sensor noise; the scene's own if not given
   bool bus_timing = true;
-  bool within_reach = false;  ///< refuse a scene that the right arm cannot work on
+  std::optional<bool> camera_noise;  ///< in place of the scene's
+  bool within_reach = false;         ///< refuse a scene that the right arm cannot work on
 };
 
 /// What a scene and a seed make of a robot. `robot` is all that the robot's side may know; `truth` was drawn

@@ -29,13 +29,13 @@ std::vector<LinkGeometry> rigid_geometry(const RobotModel& model) {
 }  // namespace
 
 MultiSense::MultiSense(const RobotModel& robot, const Scene& scene, int optical_link,
-                       const sensors::StereoOptions& options, double rate_hz, std::uint64_t seed)
+                       const CameraParameters& parameters, std::uint64_t seed)
     : robot_(robot),
-      camera_(std::make_unique<sensors::StereoCamera>(options)),
+      camera_(std::make_unique<sensors::StereoCamera>(parameters.stereo)),
       object_count_(scene.objects.size()),
       optical_link_(optical_link),
       seed_(seed),
-      period_ns_(period_of(rate_hz)) {
+      period_ns_(period_of(parameters.rate_hz)) {
   for (const FixedBody& body : scene.fixed) rays_.add_fixed(rigid_geometry(body.model), body.X_WF);
   for (std::size_t i = 0; i < robot_.links.size(); ++i) {
     if (robot_.links[i].visuals.empty()) continue;
@@ -51,24 +51,42 @@ MultiSense::MultiSense(const RobotModel& robot, const Scene& scene, int optical_
       weights_.push_back({static_cast<int>(i), weight.name});
     }
   }
-  exposure_.poses.resize(robot_links_.size() + object_count_ + weights_.size(),
-                         Eigen::Isometry3d::Identity());
+  if (scene.robot.laser) laser_.emplace(robot, *scene.robot.laser, optical_link, parameters.laser, seed);
+}
+
+const LaserTurns& MultiSense::turns() const {
+  static const LaserTurns none;
+  return laser_ ? laser_->turns() : none;
+}
+
+const multisense::LidarCalibration* MultiSense::laser_calibration() const {
+  return laser_ ? &laser_->calibration() : nullptr;
 }
 
 void MultiSense::advance(Time now, const plant::Plant& plant) {
   now_ = now;
+  if (laser_) {
+    if (laser_->advance(now, plant)) {
+      std::vector<Eigen::Isometry3d> poses;
+      note_poses(plant, poses);
+      laser_->halfway(std::move(poses));
+    }
+    spindle_angle_ = laser_->angle();
+  }
   if (now < next_) return;
   while (next_ <= now) next_ += Time(period_ns_.load());
   ++exposure_.frame;
   exposure_.stamp = now;
+  exposure_.spindle_angle = spindle_angle_;
   exposure_.X_WC = plant.X_WL(optical_link_);
-  for (std::size_t i = 0; i < robot_links_.size(); ++i) exposure_.poses[i] = plant.X_WL(robot_links_[i]);
-  for (std::size_t i = 0; i < object_count_; ++i) {
-    exposure_.poses[robot_links_.size() + i] = plant.X_WO(static_cast<int>(i));
-  }
-  const std::size_t first_weight = robot_links_.size() + object_count_;
-  for (std::size_t i = 0; i < weights_.size(); ++i)
-    exposure_.poses[first_weight + i] = pose_of(weights_[i], plant);
+  note_poses(plant, exposure_.poses);
+}
+
+void MultiSense::note_poses(const plant::Plant& plant, std::vector<Eigen::Isometry3d>& poses) const {
+  poses.clear();
+  for (const int link : robot_links_) poses.push_back(plant.X_WL(link));
+  for (std::size_t i = 0; i < object_count_; ++i) poses.push_back(plant.X_WO(static_cast<int>(i)));
+  for (const Weight& weight : weights_) poses.push_back(pose_of(weight, plant));
 }
 
 Eigen::Isometry3d MultiSense::pose_of(const Weight& weight, const plant::Plant& plant) {
@@ -129,6 +147,11 @@ void MultiSense::render(const Exposure& exposure, bool images, Frame& out) {
   };
   fill(multisense::source::kLumaRectifiedLeft, images_.left, out.left);
   fill(multisense::source::kLumaRectifiedRight, images_.right, out.right);
+}
+
+void MultiSense::scan(const LaserTurn& turn, multisense::LidarData& out) {
+  rays_.update(turn.poses);
+  laser_->scan(rays_, turn, out);
 }
 
 }  // namespace walkman

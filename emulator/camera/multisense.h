@@ -9,6 +9,8 @@
 
 #include "drivers/camera/multisense/messages.h"
 #include "drivers/time.h"
+#include "emulator/camera/camera_parameters.h"
+#include "emulator/camera/laser.h"
 #include "emulator/plant/plant.h"
 #include "emulator/scene/scene.h"
 #include "sensors/ray_scene.h"
@@ -22,6 +24,7 @@ struct Exposure {
   std::uint64_t frame = 0;
   Eigen::Isometry3d X_WC = Eigen::Isometry3d::Identity();
   std::vector<Eigen::Isometry3d> poses;  ///< of the ray scene's movable bodies
+  double spindle_angle = 0;              ///< rad
 };
 
 /// The head's stereo camera: exposes the plant at its frame rate and matches what it saw.
@@ -36,10 +39,10 @@ class MultiSense {
     [[nodiscard]] bool operator==(const Mode&) const = default;
   };
 
-  /// `optical_link`: robot link index of the left optical frame. `options` is the mode to begin with, and the
-  /// optics of all.
+  /// `optical_link`: robot link index of the left optical frame. The parameters' image is the mode to begin
+  /// with, and the optics of all.
   MultiSense(const RobotModel& robot, const Scene& scene, int optical_link,
-             const sensors::StereoOptions& options, double rate_hz, std::uint64_t seed);
+             const CameraParameters& parameters, std::uint64_t seed);
 
   /// Exposes when a frame is due at `now`.
   void advance(Time now, const plant::Plant& plant);
@@ -47,6 +50,12 @@ class MultiSense {
   [[nodiscard]] Time now() const { return now_; }
   /// The newest exposure.
   [[nodiscard]] const Exposure& exposure() const { return exposure_; }
+  /// The newest turns of the laser's mirror; none for a camera without a laser.
+  [[nodiscard]] const LaserTurns& turns() const;
+  /// Rate at which the spindle is to turn, rad/s, and the angle that it has, rad. From any thread.
+  [[nodiscard]] double spindle_rate() const { return spindle_rate_; }
+  void turn_spindle(double rate) { spindle_rate_ = rate; }
+  [[nodiscard]] double spindle_angle() const { return spindle_angle_; }
 
   // What follows may run in another thread than `advance`, but in one at a time.
 
@@ -64,6 +73,10 @@ class MultiSense {
   };
   /// Casts the rays of an exposure and matches them; with `images`, draws what the two imagers see, too.
   void render(const Exposure& exposure, bool images, Frame& out);
+  /// Casts the beams of a turn.
+  void scan(const LaserTurn& turn, multisense::LidarData& out);
+  /// Null without a laser.
+  [[nodiscard]] const multisense::LidarCalibration* laser_calibration() const;
 
  private:
   /// A weight of an object, which may be moved along it or taken off.
@@ -73,6 +86,7 @@ class MultiSense {
   };
   [[nodiscard]] static Eigen::Isometry3d pose_of(const Weight& weight, const plant::Plant& plant);
   [[nodiscard]] static std::int64_t period_of(double rate_hz);
+  void note_poses(const plant::Plant& plant, std::vector<Eigen::Isometry3d>& poses) const;
 
   const RobotModel& robot_;
   sensors::RayScene rays_;
@@ -86,6 +100,8 @@ class MultiSense {
   std::uint64_t seed_;
   std::atomic<std::int64_t> period_ns_;
   Time now_{}, next_{};
+  std::optional<Laser> laser_;
+  std::atomic<double> spindle_rate_ = 0, spindle_angle_ = 0;
 
   Exposure exposure_;
 };

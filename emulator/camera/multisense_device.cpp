@@ -3,6 +3,9 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <numbers>
+
+#include "emulator/plant/actuators/spindle.h"
 
 namespace walkman {
 namespace {
@@ -19,7 +22,10 @@ constexpr std::size_t kMostQueued = 8;         // messages; a client that takes 
 constexpr std::size_t kMostAnswers = 64;       // and, of one that asks faster than it is sent to, requests
 constexpr std::uint32_t kMtuTestOverhead = 54;
 constexpr std::uint64_t kLuma = source::kLumaRectifiedLeft | source::kLumaRectifiedRight;
-constexpr std::uint64_t kServed = kLuma | source::kDisparityLeft;
+constexpr std::uint64_t kImages = kLuma | source::kDisparityLeft;
+constexpr std::uint64_t kServed = kImages | source::kLidar;
+constexpr std::size_t kMostScans = 64;                    // messages, likewise
+constexpr double kPerMinute = 2 * std::numbers::pi / 60;  // rad/s
 constexpr std::uint8_t kLights = 0x0F;
 
 SensorTime sensor_time(Time t) {
@@ -59,13 +65,18 @@ struct MultiSenseDevice::Published {
   Bytes metadata, left, right, disparity;
 };
 
-void MultiSenseDevice::publish(Time now, const Exposure& exposure) {
+void MultiSenseDevice::publish(Time now, const Exposure& exposure, const LaserTurns& turns) {
   now_ = now;
+  for (const auto& turn : turns) {
+    if (turn->number <= last_turn_) continue;
+    last_turn_ = turn->number;
+    publish_turn(*turn);
+  }
   if (exposure.stamp == Time::min()) return;
   Published frame{exposure, {}, {}, {}, {}, {}, {}};
   std::vector<Client*> due;
   for (auto& [address, client] : clients_) {
-    if ((client.sources & kServed) == 0 || exposure.stamp < client.since ||
+    if ((client.sources & kImages) == 0 || exposure.stamp < client.since ||
         exposure.frame == client.last_frame)
       continue;
     client.last_frame = exposure.frame;
@@ -74,6 +85,20 @@ void MultiSenseDevice::publish(Time now, const Exposure& exposure) {
     frame.images = frame.images || (client.sources & kLuma) != 0;
   }
   for (Client* client : due) publish_to(*client, frame);
+}
+
+void MultiSenseDevice::publish_turn(const LaserTurn& turn) {
+  Bytes bytes;
+  for (auto& [address, client] : clients_) {
+    if ((client.sources & source::kLidar) == 0 || turn.first < client.since ||
+        client.queue.size() > kMostScans)
+      continue;
+    if (!bytes) {
+      camera_.scan(turn, scan_);
+      bytes = std::make_shared<const std::vector<std::uint8_t>>(encode(scan_));
+    }
+    queue(client, bytes);
+  }
 }
 
 void MultiSenseDevice::publish_to(Client& client, Published& frame) {
@@ -108,6 +133,8 @@ ImageMetadata MultiSenseDevice::metadata(const Exposure& exposure, const MultiSe
   about.gain = control.exposure.gain;
   about.exposure_us = control.exposure.exposure_us;
   about.captured = sensor_time(exposure.stamp);
+  about.spindle_microradians = static_cast<std::int32_t>(
+      std::lround(1e6 * std::remainder(exposure.spindle_angle, 2 * std::numbers::pi)));
   if (frame.left.frame != about.frame) return about;
   // Channel by channel, as of an imager with colour filters: the four pixels of a square.
   for (std::size_t i = 0; i < frame.left.pixels.size(); ++i) {
@@ -164,13 +191,19 @@ void MultiSenseDevice::handle(Client& client, std::span<const std::uint8_t> mess
   }
 }
 
-/// What this camera keeps and gives back, without a use for it.
+/// The spindle's rate, and what this camera keeps and gives back without a use for it.
 bool MultiSenseDevice::handle_setting(Client& client, std::span<const std::uint8_t> message) {
   const auto keep = [&](bool good) {
     acknowledge(client, *id_of(message), good ? Ack::kOk : Ack::kUnsupported);
     return true;
   };
   if (const auto trigger = decode<Trigger>(message)) return keep(trigger->source == Trigger::kInternal);
+  if (const auto motor = decode<SetMotor>(message)) {
+    const double rate = motor->rpm * kPerMinute;
+    const bool good = camera_.laser_calibration() != nullptr && std::abs(rate) <= plant::Spindle::kMostRate;
+    if (good) camera_.turn_spindle(rate);
+    return keep(good);
+  }
   if (const auto external = decode<ExternalCalibration>(message)) {
     external_ = *external;
     return keep(true);
@@ -210,6 +243,13 @@ bool MultiSenseDevice::handle_query(Client& client, std::uint16_t id) {
       return give(Mtu{static_cast<std::uint32_t>(client.mtu)});
     case Query::kDeviceModes:
       return give(modes());
+    case Query::kLidarCalibration:
+      if (const LidarCalibration* calibration = camera_.laser_calibration()) return give(*calibration);
+      return false;
+    case Query::kMotorPosition:
+      if (camera_.laser_calibration() == nullptr) return false;
+      return give(MotorPosition{static_cast<std::int32_t>(
+          std::lround(1e6 * std::remainder(camera_.spindle_angle(), 2 * std::numbers::pi)))});
     case Query::kNetwork:
       return give(Network{1, "127.0.0.1", "127.0.0.1", "255.0.0.0"});
     case Query::kExternalCalibration:
@@ -254,6 +294,7 @@ DeviceInfo MultiSenseDevice::info() const {
   info.focal_length = kLensFocalLength;
   info.lighting_type = 1;
   info.lights = 4;
+  if (camera_.laser_calibration() == nullptr) return info;
   info.laser_name = "UTM-30LX-EW";
   info.laser_type = 1;
   info.motor_type = 1;
@@ -296,9 +337,11 @@ DeviceModes MultiSenseDevice::modes() const {
   DeviceModes out;
   for (const int divisor : {2, 1}) {
     for (const int disparities : kDisparities) {
-      out.modes.push_back({static_cast<std::uint32_t>(imager_.width / divisor),
-                           static_cast<std::uint32_t>(imager_.height / divisor),
-                           static_cast<std::uint32_t>(kServed), static_cast<std::uint32_t>(disparities), 0});
+      out.modes.push_back(
+          {static_cast<std::uint32_t>(imager_.width / divisor),
+           static_cast<std::uint32_t>(imager_.height / divisor),
+           static_cast<std::uint32_t>(camera_.laser_calibration() != nullptr ? kServed : kImages),
+           static_cast<std::uint32_t>(disparities), 0});
     }
   }
   return out;

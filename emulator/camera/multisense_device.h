@@ -29,8 +29,9 @@ class MultiSenseDevice {
 
   explicit MultiSenseDevice(MultiSense& camera);
 
-  /// The sensor's clock is at `now`, and `exposure` the newest: casts it for those that stream.
-  void publish(Time now, const Exposure& exposure);
+  /// The sensor's clock is at `now`, `exposure` the newest, `turns` the laser's, the newest last: casts what
+  /// is new for those that stream it.
+  void publish(Time now, const Exposure& exposure, const LaserTurns& turns);
   /// A datagram from a client; `host` is a clock to tell by who is silent.
   void receive(Address from, std::span<const std::uint8_t> datagram, Time host);
   /// The next datagram to send and to whom, in turns; false when there is none.
@@ -66,6 +67,7 @@ class MultiSenseDevice {
   /// A frame's messages, each encoded when the first client wants it.
   struct Published;
   void publish_to(Client& client, Published& frame);
+  void publish_turn(const LaserTurn& turn);
   [[nodiscard]] static multisense::ImageMetadata metadata(const Exposure& exposure,
                                                           const MultiSense::Frame& frame,
                                                           const multisense::CameraControl& control);
@@ -91,6 +93,8 @@ class MultiSenseDevice {
   multisense::ExternalCalibration external_;
   multisense::LightSettings lighting_;
   MultiSense::Frame frame_;
+  multisense::LidarData scan_;
+  std::uint64_t last_turn_ = 0;
   std::map<Address, Client> clients_;
   Address served_ = 0;  // last
   std::atomic<bool> streams_ = false;

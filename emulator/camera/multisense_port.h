@@ -12,7 +12,7 @@ class MultiSensePort final : public multisense::DatagramPort {
   explicit MultiSensePort(MultiSense& camera) : camera_(camera), device_(camera) {}
 
   void send(std::span<const std::uint8_t> datagram) override {
-    device_.publish(camera_.now(), camera_.exposure());
+    device_.publish(camera_.now(), camera_.exposure(), camera_.turns());
     device_.receive(kOnly, datagram, Time{});
   }
   [[nodiscard]] bool receive(std::vector<std::uint8_t>& datagram) override {

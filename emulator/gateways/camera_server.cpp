@@ -69,6 +69,12 @@ void CameraServer::publish(Time now) {
     published_.now = now;
     is_new = camera_.exposure().frame != published_.exposure.frame;
     if (is_new) published_.exposure = camera_.exposure();
+    const LaserTurns& turns = camera_.turns();
+    for (const auto& turn : turns)
+      if (turn->number > last_turn_) published_.turns.push_back(turn);
+    while (published_.turns.size() > Laser::kKept) published_.turns.pop_front();
+    is_new = is_new || (!turns.empty() && turns.back()->number > last_turn_);
+    if (!turns.empty()) last_turn_ = turns.back()->number;
   }
   if (!is_new || !device_.streams()) return;
   const std::uint64_t one = 1;
@@ -80,9 +86,11 @@ void CameraServer::update() {
     const std::lock_guard lock(mutex_);
     seen_.now = published_.now;
     if (seen_.exposure.frame != published_.exposure.frame) seen_.exposure = published_.exposure;
+    seen_.turns.swap(published_.turns);
+    published_.turns.clear();
   }
   try {
-    device_.publish(seen_.now, seen_.exposure);
+    device_.publish(seen_.now, seen_.exposure, seen_.turns);
   } catch (const std::exception&) {
     // A frame that cannot be cast, of a world that has no finite poses any more: the loop tells.
   }

@@ -40,6 +40,7 @@ class CameraServer {
   struct Published {
     Time now{};
     Exposure exposure;
+    LaserTurns turns;  // not yet taken over
   };
 
   void work();
@@ -55,6 +56,7 @@ class CameraServer {
   Descriptor socket_, wake_;
   std::atomic<bool> stop_ = false;
   std::mutex mutex_;
+  std::uint64_t last_turn_ = 0;
   Published published_;                          // by the emulator's loop
   Published seen_;                               // by the thread
   Time sent_at_{};                               // the last burst, on the host's clock

@@ -2,11 +2,13 @@
 
 #include <algorithm>
 #include <bit>
+#include <optional>
 #include <stdexcept>
 
 #include <btBulletDynamicsCommon.h>
 #include <fmt/format.h>
 
+#include "emulator/plant/actuators/spindle.h"
 #include "emulator/plant/contact/bullet_types.h"
 #include "emulator/plant/contact/contact_dispatcher.h"
 #include "emulator/plant/dynamics/event_player.h"
@@ -99,6 +101,7 @@ struct Plant::Impl {
   long steps = 0;
   std::vector<JointDrive> joints;
   std::vector<HandDrive> hands;
+  std::optional<Spindle> spindle;
   std::vector<DriveSlot> drives;
   std::vector<std::unique_ptr<WrenchProbe>> probes;
   std::vector<std::unique_ptr<InertialProbe>> inertial_probes;
@@ -132,7 +135,8 @@ void Plant::Impl::add_robot(const Scene& scene, const DeviceTable& devices,
   const std::vector<std::string> driven = names_of(devices, DeviceKind::kJointDrive);
   for (const Joint& joint : robot->joints) {
     const bool moved = joint.mimic || std::find(driven.begin(), driven.end(), joint.name) != driven.end();
-    if (joint.type != JointType::kFixed && !moved) frozen.push_back(joint.name);
+    const bool spins = scene.robot.laser && joint.name == scene.robot.laser->spindle;
+    if (joint.type != JointType::kFixed && !moved && !spins) frozen.push_back(joint.name);
   }
   RigidTree tree(*robot, cuts, frozen);
   self_collision = std::make_unique<SelfCollision>(*robot, tree, posture);
@@ -151,6 +155,11 @@ void Plant::Impl::add_robot(const Scene& scene, const DeviceTable& devices,
   body = std::make_unique<Multibody>(world, *robot, std::move(tree), scene.base == BaseKind::kFixed,
                                      scene.X_WB, kRobotGroup, kObjectGroup | kFixedGroup | kRobotGroup);
   body->bullet().setHasSelfCollision(true);
+  if (scene.robot.laser) {
+    const int joint = robot->joint_index(scene.robot.laser->spindle);
+    spindle.emplace(body->bullet(), body->bullet_link(joint),
+                    robot->joints[static_cast<std::size_t>(joint)].damping);
+  }
   if (scene.base != BaseKind::kFloating) return;
   for (const int link : foot_links) feet.push_back(body->tree().group_of(link) - 1);
 }
@@ -314,6 +323,10 @@ void Plant::advance_drive(int drive, double wanted_torque, bool locked) {
   joint.torque_sum += joint.actuator.advance(position, rate, wanted_torque, locked, kSubStep);
 }
 
+void Plant::turn_spindle(double rate) {
+  if (impl_->spindle) impl_->spindle->turn(rate);
+}
+
 void Plant::begin_phase(std::string_view phase) { impl_->events->begin_phase(phase, impl_->steps); }
 
 std::vector<SensorFaultEvent> Plant::take_sensor_faults() { return impl_->events->take_sensor_faults(); }
@@ -327,6 +340,7 @@ void Plant::step() {
     joint.torque_sum = 0;
   }
   for (HandDrive& drive : p.hands) drive.hand->apply();
+  if (p.spindle) p.spindle->apply(kStep);
   if (p.hoist) p.hoist->apply();
   p.events->play(p.steps++);
   std::fill(p.sub_steps.begin(), p.sub_steps.end(), 0);

@@ -66,6 +66,8 @@ class Plant {
   [[nodiscard]] const ActuatorReadings& readings(int drive) const;
   /// One control sub-step of a drive: motor torque wanted, N·m; holding brake.
   void advance_drive(int drive, double wanted_torque, bool locked);
+  /// Rate at which the camera's laser is to turn, rad/s; nothing for a camera without.
+  void turn_spindle(double rate);
   /// An onlooker sees the robot begin a phase of its task: what the scene has for then is played.
   void begin_phase(std::string_view phase);
   /// Faults of sensors that the scene has had begin since the last question; the plant has no electronics.

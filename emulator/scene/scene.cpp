@@ -123,8 +123,8 @@ double read_spread(const YamlMap& map, const std::string& key) {
 /// The file as a mapping that extends the file that it `extends`, and so on; `by`: the files that led to it.
 YamlMap read_layers(const std::filesystem::path& file, std::vector<std::filesystem::path> by) {
   YamlMap map(file.string(), parse_yaml_file(file), "",
-              {"extends", "robot", "fixed_bodies", "objects", "jitter", "model_error", "seed", "events",
-               "parameters"});
+              {"extends", "robot", "fixed_bodies", "objects", "jitter", "model_error", "camera_noise", "seed",
+               "events", "parameters"});
   if (!map.has("extends")) return map;
   const std::filesystem::path base = map.existing_file("extends");
   by.push_back(std::filesystem::weakly_canonical(file));
@@ -142,6 +142,12 @@ Scene load_scene(const std::filesystem::path& yaml_file, const PackagePath& pack
   scene.file = yaml_file;
   Names names;
   read_robot(top.map("robot", {"file", "posture", "base"}), scene);
+  if (top.has("camera_noise")) {
+    const std::string noise = top.text("camera_noise");
+    if (noise != "real" && noise != "none")
+      top.fail("camera_noise", fmt::format("found \"{}\", expected real or none", noise));
+    scene.camera_noise = noise == "real";
+  }
   if (top.has("model_error")) scene.model_error = read_model_error(top);
   for (const YamlMap& map : top.list("fixed_bodies", {"name", "urdf", "xyz_m", "rpy_rad", "contact"})) {
     scene.fixed.push_back(

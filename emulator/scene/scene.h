@@ -81,6 +81,7 @@ struct Scene {
   std::filesystem::path file;
   RobotDescription robot;
   ModelErrorChoice model_error;  ///< how the true robot is spread around it
+  bool camera_noise = true;      ///< false: the camera and its laser have no errors
   std::string posture;           ///< SRDF state the robot starts in
   BaseKind base = BaseKind::kFixed;
   HoistRope rope;                                          ///< of a hoisted base

@@ -17,6 +17,7 @@
 
 #include "emulator/scene/scene.h"
 #include "sensors/ray_scene.h"
+#include "sensors/spinning_lidar.h"
 #include "sensors/stereo_camera.h"
 #include "sensors/stereo_rays.h"
 #include "urdf/reader/kinematics.h"
@@ -143,6 +144,12 @@ const World& world_of(std::int64_t which) {
   return which == 0 ? experiment : dense;
 }
 
+double process_seconds() {
+  timespec t{};
+  clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &t);
+  return static_cast<double>(t.tv_sec) + 1e-9 * static_cast<double>(t.tv_nsec);
+}
+
 void BM_StereoFrame(benchmark::State& state) {
   const World& world = world_of(state.range(0));
   RayScene scene;
@@ -171,6 +178,33 @@ BENCHMARK(BM_StereoFrame)
     ->MeasureProcessCPUTime()
     ->UseRealTime();
 
+/// A turn of the laser's mirror; counter: share of a core at 40 a second, with the scene moved for each.
+void BM_LidarScan(benchmark::State& state) {
+  constexpr double kRate = 40;
+  const World& world = world_of(state.range(0));
+  RayScene scene;
+  world.fill(scene);
+  walkman::sensors::SpinningLidar lidar({}, 1);
+  const std::vector<Eigen::Isometry3d> poses = world.poses();
+  walkman::sensors::LidarScan scan;
+  std::uint64_t number = 0;
+  const auto X_WL = [&](double seconds) {
+    return Eigen::Isometry3d(world.X_WC * Eigen::AngleAxisd(5.2 * seconds, Eigen::Vector3d::UnitZ()));
+  };
+  lidar.scan(scene, X_WL, number++, scan);  // makes its tables
+  const double start = process_seconds();
+  for (auto _ : state) {
+    if (state.range(1) != 0) scene.update(poses);
+    lidar.scan(scene, X_WL, number++, scan);
+  }
+  state.counters["core-share"] =
+      kRate * (process_seconds() - start) / static_cast<double>(state.iterations());
+}
+BENCHMARK(BM_LidarScan)
+    ->ArgNames({"scene", "update"})
+    ->ArgsProduct({{0, 1}, {0, 1}})
+    ->Unit(benchmark::kMillisecond);
+
 void BM_SceneUpdate(benchmark::State& state) {
   const World& world = world_of(state.range(0));
   RayScene scene;
@@ -184,12 +218,6 @@ BENCHMARK(BM_SceneUpdate)
     ->Arg(1)
     ->Unit(benchmark::kMillisecond)
     ->MeasureProcessCPUTime();
-
-double process_seconds() {
-  timespec t{};
-  clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &t);
-  return static_cast<double>(t.tv_sec) + 1e-9 * static_cast<double>(t.tv_nsec);
-}
 
 /// Left-image rays of `world` by Embree: depth of each pixel, and the rays a core casts in a second.
 double cast_primary(const World& world, const StereoOptions& options, int repetitions,

@@ -25,10 +25,8 @@ REACHED = {
     "walkman::bus::CanBus::set_cut": "a cable taken off: a fault that tests inject",
     "walkman::plant::Plant::allowed_overlaps": TRUTH,
     "walkman::plant::Plant::hoist_tension": TRUTH,
-    "walkman::plant::Plant::joint_position": TRUTH,
     "walkman::plant::Plant::joint_velocity": TRUTH,
     "walkman::plant::Plant::tendon_tension": TRUTH,
     "walkman::plant::Plant::drive_count": "how many drives a test of the plant alone has to advance",
-    "walkman::sensors::StereoOptions::noise_free": "tests of the camera's geometry do without its errors",
     "walkman::sensors::StereoRays::hidden_tests": "shows a test how few points are tested for being hidden",
 }

@@ -97,6 +97,11 @@ def main():
         check(f"element vertex {finite}\n" in head and "intensity" in head, "cloud.ply has every point, with intensity")
         check(run("locate", str(out / "cloud.pcd")).returncode == 0, "Stage I finds a grasp in cloud.pcd")
 
+        ideal = Path(folder) / "ideal"
+        run("capture", "--scene", "experiment_6", "--out", str(ideal), "--noise", "none", "--model-error", "none")
+        _, exact = pcd_points(ideal / "cloud.pcd")
+        check(sum(p[2] == p[2] for p in exact) > finite, "the ideal sensor loses no point for want of texture")
+
         again = Path(folder) / "b"
         run("capture", "--scene", "experiment_6", "--out", str(again))
         for name in ("cloud.pcd", "left.png", "right.png", "disparity.png"):
@@ -107,6 +112,8 @@ def main():
         (Path(folder) / "file").touch()
         bad = run("capture", "--out", str(Path(folder) / "file"))
         check(bad.returncode == 2 and bad.stderr.count("\n") == 1, f"a file for a folder is refused: {bad.stderr}")
+        bad = run("capture", "--out", folder, "--sensor", "lidar")
+        check(bad.returncode != 0 and bad.stderr.count("\n") == 1, "a sweep without a laser is refused in one sentence")
     sys.exit(failures != 0)
 
 

@@ -83,6 +83,19 @@ void require_link(const RobotDescription& robot, const RobotModel& model, const 
                                        model.file.string(), name, did_you_mean(name, links)));
 }
 
+/// One that turns.
+void require_joint(const RobotDescription& robot, const RobotModel& model, const char* key,
+                   const std::string& name) {
+  std::vector<std::string> joints;
+  for (const Joint& joint : model.joints) {
+    if (joint.type != JointType::kRevolute && joint.type != JointType::kContinuous) continue;
+    if (joint.name == name) return;
+    joints.push_back(joint.name);
+  }
+  throw std::runtime_error(fmt::format("{}: {}: {} has no revolute joint \"{}\"{}", robot.file.string(), key,
+                                       model.file.string(), name, did_you_mean(name, joints)));
+}
+
 void require_device(const RobotDescription& robot, const DeviceTable& devices, DeviceKind kind,
                     const char* key, const std::string& name) {
   std::vector<std::string> names;
@@ -135,10 +148,14 @@ RobotDescription load_robot_description(const std::filesystem::path& yaml_file) 
   robot.pdo_layout = top.text("pdo_layout");
   if (top.has("hands")) robot.hands = read_hands(top);
   if (top.has("torso")) robot.torso = read_limb(top.map("torso", kLimbKeys));
-  const YamlMap camera = top.map("camera", {"optical_frame", "pan", "tilt"});
+  const YamlMap camera = top.map("camera", {"optical_frame", "pan", "tilt", "laser"});
   robot.optical_frame = camera.text("optical_frame");
   if (camera.has("pan") || camera.has("tilt"))
     robot.gaze = GazeParts{camera.text("pan"), camera.text("tilt")};
+  if (camera.has("laser")) {
+    const YamlMap laser = camera.map("laser", {"frame", "spindle"});
+    robot.laser = LaserParts{laser.text("frame"), laser.text("spindle")};
+  }
   if (top.has("stance")) {
     const YamlMap stance = top.map("stance", {"feet", "imu", "twist"});
     const std::vector<std::string> feet = stance.texts("feet");
@@ -176,6 +193,10 @@ KnownRobot::KnownRobot(RobotDescription robot, const RobotChoice& choice)
     require_device(description, devices, DeviceKind::kJointDrive, "camera.tilt", gaze->tilt);
   }
   require_link(description, model, "camera.optical_frame", description.optical_frame);
+  if (const auto& laser = description.laser) {
+    require_link(description, model, "camera.laser.frame", laser->frame);
+    require_joint(description, model, "camera.laser.spindle", laser->spindle);
+  }
   if (!description.stance) return;
   for (const std::string& foot : description.stance->feet)
     require_device(description, devices, DeviceKind::kForceTorque, "stance.feet", foot);

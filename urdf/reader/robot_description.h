@@ -48,6 +48,12 @@ struct GazeParts {
   std::string pan, tilt;
 };
 
+/// The camera's laser scanner.
+struct LaserParts {
+  std::string frame;    ///< link with x along the middle beam, z the axis of the mirror
+  std::string spindle;  ///< joint that turns it
+};
+
 /// What the robot's own computer knows of it beforehand (`urdf/walkman.robot.yaml`): files, and the names in
 /// them that matter. Nothing of where the robot or anything else is.
 struct RobotDescription {
@@ -64,6 +70,7 @@ struct RobotDescription {
   std::optional<LimbParts> torso;     ///< helps either arm; none: the arms work alone
   std::string optical_frame;          ///< of the camera: link with x right, y down, z forward
   std::optional<GazeParts> gaze;      ///< none: the camera looks where it looks
+  std::optional<LaserParts> laser;    ///< none: the camera has no laser
   std::optional<StanceParts> stance;  ///< none: the base is held
 
   /// `hands`. Throws std::runtime_error when there is none.

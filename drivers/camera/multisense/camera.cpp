@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numbers>
 
 #include <fmt/format.h>
 
@@ -19,6 +20,8 @@ constexpr std::size_t kMostPolled = 512 << 10;        // bytes that a look betwe
 constexpr Time kForgotten = std::chrono::seconds(5);  // an answer that has not come by then does not
 constexpr Time kStatusInterval = std::chrono::seconds(1);
 constexpr std::size_t kKeptFrames = 4;
+constexpr std::size_t kMostScans = 4096;                  // not taken
+constexpr double kPerMinute = 2 * std::numbers::pi / 60;  // rad/s
 constexpr std::uint32_t kFirstMtu = kMostMtu, kSecondMtu = kLeastMtu;
 
 Time time_of(const SensorTime& t) {
@@ -147,6 +150,11 @@ void Camera::take(std::span<const std::uint8_t> message) {
     case Image::kId:
       if (auto image = decode<Image>(message)) images_[image->source] = std::move(*image);
       return;
+    case LidarData::kId:
+      if (auto scan = decode<LidarData>(message); scan && scans_.size() < kMostScans)
+        scans_.push_back(std::move(*scan));
+      return;
+    case LidarCalibration::kId:
     case DeviceInfo::kId:
     case CameraCalibration::kId:
     case MtuAnswer::kId:
@@ -187,6 +195,30 @@ void Camera::stream(bool on) {
   const std::uint64_t sources = source::kDisparityLeft | images_wanted_;
   send(encode(StreamControl{sources, on ? sources : 0}));
 }
+
+void Camera::spin(double rate) {
+  const auto set = [this](const auto& message, std::uint16_t id, const char* what) {
+    acks_.erase(id);
+    ask(encode(message), [&] { return acks_.contains(id); });
+    if (acks_[id] != Ack::kOk) fail(fmt::format("the device refuses {} with status {}", what, acks_[id]));
+  };
+  set(SetMotor{static_cast<float>(rate / kPerMinute)}, SetMotor::kId, "to turn its laser");
+  const bool on = rate != 0;
+  set(StreamControl{source::kLidar, on ? source::kLidar : 0}, StreamControl::kId, "to stream its laser");
+  if (!on) scans_.clear();
+}
+
+std::vector<LidarData> Camera::take_scans() {
+  if (waiting_ == Waiting::kBlock) {
+    synchronise();
+  } else {
+    take_in(kMostPolled);
+    if (!told_at_ || now_() - *told_at_ > kStatusInterval) ask_status();
+  }
+  return std::exchange(scans_, {});
+}
+
+LidarCalibration Camera::laser_calibration() { return ask_for<LidarCalibration>(Query::kLidarCalibration); }
 
 const Image* Camera::image(std::uint64_t source) const {
   const auto found = images_.find(source);

@@ -33,6 +33,13 @@ class Camera final : public camera::RangeCamera {
   Camera& operator=(const Camera&) = delete;
 
   void set_waiting(Waiting waiting) { waiting_ = waiting; }
+  /// Turns the laser's spindle at `rate` (rad/s) and has its scans streamed until it is told 0. Throws Lost
+  /// when the device refuses.
+  void spin(double rate);
+  /// Scans since the last call, in their order, on the sensor's clock, and their calibration.
+  [[nodiscard]] std::vector<LidarData> take_scans();
+  [[nodiscard]] LidarCalibration laser_calibration();
+
   /// Images that are streamed with the disparity, by their bits in `source`.
   void also_stream(std::uint64_t sources) { images_wanted_ = sources; }
 
@@ -95,6 +102,7 @@ class Camera final : public camera::RangeCamera {
   bool has_disparity_ = false;
   std::uint64_t images_wanted_ = 0;
   std::map<std::uint64_t, Image> images_;  // the newest of each source
+  std::vector<LidarData> scans_;
 };
 
 }  // namespace walkman::multisense

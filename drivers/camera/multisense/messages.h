@@ -18,6 +18,7 @@ namespace source {
 inline constexpr std::uint64_t kLumaRectifiedLeft = 1U << 4U;
 inline constexpr std::uint64_t kLumaRectifiedRight = 1U << 5U;
 inline constexpr std::uint64_t kDisparityLeft = 1U << 10U;
+inline constexpr std::uint64_t kLidar = 1U << 24U;
 inline constexpr std::uint64_t kEverything = 0x0000000F'FF7FFFFF;
 }  // namespace source
 
@@ -29,10 +30,12 @@ enum class Query : std::uint16_t {
   kLighting = 0x0012,
   kDeviceInfo = 0x0017,
   kCameraCalibration = 0x0018,
+  kLidarCalibration = 0x0019,
   kMtu = 0x001A,
   kNetwork = 0x001B,
   kDeviceModes = 0x001D,
   kExternalCalibration = 0x0024,
+  kMotorPosition = 0x0028,
 };
 [[nodiscard]] std::vector<std::uint8_t> encode(Query query);
 
@@ -383,6 +386,55 @@ struct Image {
     if (archive.since(3)) archive(high);
     if constexpr (std::remove_cvref_t<decltype(archive)>::kReads)
       self.source = std::uint64_t{high} << 32U | low;
+  }
+};
+
+/// Homogeneous transforms by rows, m.
+struct LidarCalibration {
+  static constexpr std::uint16_t kId = 0x010E, kVersion = 1;
+  std::array<float, 16> X_SpL{};  ///< laser frame in the spindle's, which turns about its z
+  std::array<float, 16> X_CSp{};  ///< spindle at angle 0 in the left optical frame
+  static void fields(auto& self, auto& archive) { archive(self.X_SpL, self.X_CSp); }
+};
+
+/// The spindle's rate.
+struct SetMotor {
+  static constexpr std::uint16_t kId = 0x0010, kVersion = 1;
+  float rpm = 0;
+  static void fields(auto& self, auto& archive) { archive(self.rpm); }
+};
+
+struct MotorPosition {
+  static constexpr std::uint16_t kId = 0x011D, kVersion = 1;
+  std::int32_t microradians = 0;
+  static void fields(auto& self, auto& archive) { archive(self.microradians); }
+};
+
+/// One turn of the laser's mirror: 270° about its y axis, from −135°; at m the beam points along
+/// (sin m, 0, cos m).
+struct LidarData {
+  static constexpr std::uint16_t kId = 0x0109, kVersion = 1;
+  static constexpr double kArc = 4.712388;           ///< rad
+  static constexpr std::uint32_t kNoReturn = 65535;  ///< anything beyond the range of 30 000 mm
+  static constexpr std::uint32_t kMostRange = 30000;
+  static constexpr std::uint32_t kMostPoints = 4096;
+  std::uint32_t number = 0;
+  SensorTime first, last;                                      ///< of those points
+  std::int32_t first_microradians = 0, last_microradians = 0;  ///< spindle then
+  std::vector<std::uint32_t> ranges_mm, intensities;
+  static void fields(auto& self, auto& archive) {
+    auto count = static_cast<std::uint32_t>(self.ranges_mm.size());
+    archive(self.number, self.first.seconds, self.first.microseconds, self.last.seconds,
+            self.last.microseconds, self.first_microradians, self.last_microradians, count);
+    if constexpr (std::remove_cvref_t<decltype(archive)>::kReads) {
+      if (count > kMostPoints) {
+        static_cast<void>(archive.raw(SIZE_MAX));  // not whole
+        return;
+      }
+      self.ranges_mm.resize(count);
+      self.intensities.resize(count);
+    }
+    archive(self.ranges_mm, self.intensities);
   }
 };
 

@@ -36,21 +36,23 @@ struct Rig {
         robot(load_robot_model(scene.robot.urdf)),
         devices(load_device_table(scene.robot.device_table, robot)),
         plant(robot, scene, devices, plant::load_actuators(tree / "emulator/plant/actuators")),
-        eye(robot, scene, robot.link_index("multisense/left_camera_optical_frame"), options(width, height),
-            10, 1) {
+        eye(robot, scene, robot.link_index("multisense/left_camera_optical_frame"), parameters(width, height),
+            1) {
     // A loopback address for each process: tests run side by side.
     const int id = getpid();
     address = "127." + std::to_string(1 + id / 62500 % 250) + "." + std::to_string(1 + id / 250 % 250) + "." +
               std::to_string(1 + id % 250);
   }
-  static sensors::StereoOptions options(int width, int height) {
-    sensors::StereoOptions options;
+  static CameraParameters parameters(int width, int height) {
+    CameraParameters out;
+    out.rate_hz = 10;
+    sensors::StereoOptions& options = out.stereo;
     options.width = width;
     options.height = height;
     options.focal_px = 40.0 * width / 64;
     options.cx = (width - 1) / 2.0;
     options.cy = (height - 1) / 2.0;
-    return options;
+    return out;
   }
   void advance(Time now) { eye.advance(now, plant); }
 
@@ -330,7 +332,7 @@ TEST(MultiSenseDevice, ServesManyClientsAndLetsTheQuietOneGo) {
   talk.ask(StreamControl{source::kDisparityLeft, source::kDisparityLeft});
   for (int frame = 1; frame <= 100; ++frame) {
     rig.advance(frame * 100ms);
-    talk.device.publish(frame * 100ms, rig.eye.exposure());
+    talk.device.publish(frame * 100ms, rig.eye.exposure(), {});
     talk.ask(Query::kStatus);
   }
   EXPECT_LT(talk.answers().size(), 150U);  // of 300 and 200 of frames

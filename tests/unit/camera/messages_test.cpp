@@ -65,6 +65,29 @@ TEST(MultiSenseMessages, PackTwoPixelsInThreeBytes) {
   EXPECT_FALSE(decode(std::span(bytes).first(18), back));
 }
 
+// Exposure and gain stand behind the pixels.
+TEST(MultiSenseMessages, AnImageIsAsTheVendorsClientReadsIt) {
+  Image image{std::uint64_t{1} << 4U, 8, 5, 2, 1, {0x33, 0x44}, 0x1234, 1};
+  const Bytes bytes = encode(image);
+  EXPECT_THAT(bytes, ElementsAre(0x10, 0x01, 3, 0, 0x10, 0, 0, 0, 8, 0, 0, 0, 5, 0, 0, 0, 0, 0, 0, 0, 2, 0, 1,
+                                 0, 0x33, 0x44, 0x34, 0x12, 0, 0, 0, 0, 0x80, 0x3F, 0, 0, 0, 0));
+  EXPECT_EQ(decode<Image>(bytes)->pixels, image.pixels);
+  EXPECT_EQ(decode<Image>(bytes)->source, image.source);
+  EXPECT_FALSE(decode<Image>(std::span(bytes).first(30)));
+}
+
+TEST(MultiSenseMessages, OfALaserHave8684BytesForAWholeTurn) {
+  LidarData scan{7, {1, 2}, {1, 20752}, -5, 9, {}, {}};
+  scan.ranges_mm.resize(1081, 1500);
+  scan.intensities.resize(1081, 40);
+  const Bytes bytes = encode(scan);
+  EXPECT_EQ(bytes.size(), 8684U);
+  EXPECT_EQ(decode<LidarData>(bytes)->first_microradians, -5);
+  EXPECT_EQ(decode<LidarData>(bytes)->intensities[1080], 40U);
+  EXPECT_EQ(encode(LidarCalibration{}).size(), 132U);
+  EXPECT_EQ(encode(SetMotor{10}).size(), 8U);
+}
+
 TEST(MultiSenseMessages, AreReadByTheVersionTheyAreOf) {
   Bytes status = encode(Status{{12, 34}, 0x1F, 40, 50, {1, 2}, 3, 4, {5, 6, 7}});
   status[2] = 1;  // version 1 ends after the temperatures
@@ -93,6 +116,9 @@ TEST(MultiSenseMessages, OfAnyBytesAreReadWithinTheirBounds) {
                                     encode(CameraControl{}),
                                     encode(ImageMetadata{}),
                                     encode(MtuAnswer{Bytes(99)}),
+                                    encode(Image{16, 8, 1, 4, 3, Bytes(12)}),
+                                    encode(LidarData{1, {}, {}, 0, 0, {1, 2, 3}, {4, 5, 6}}),
+                                    encode(LidarCalibration{}),
                                     encode(Disparity{1, 4, 2, std::vector<std::uint16_t>(8)})};
   EXPECT_EQ(decode<DeviceInfo>(whole[0])->boards[1].name, "imager");
   for (int round = 0; round < 20000; ++round) {
@@ -109,6 +135,13 @@ TEST(MultiSenseMessages, OfAnyBytesAreReadWithinTheirBounds) {
     static_cast<void>(decode<CameraConfig>(bytes));
     static_cast<void>(decode<CameraControl>(bytes));
     static_cast<void>(decode<ImageMetadata>(bytes));
+    if (const auto read = decode<Image>(bytes)) {
+      EXPECT_LE(read->pixels.size(), bytes.size());
+    }
+    if (const auto read = decode<LidarData>(bytes)) {
+      EXPECT_LE(read->ranges_mm.size(), LidarData::kMostPoints);
+    }
+    static_cast<void>(decode<LidarCalibration>(bytes));
     if (const auto read = decode<MtuAnswer>(bytes)) {
       EXPECT_LE(read->filler.size(), bytes.size());
     }

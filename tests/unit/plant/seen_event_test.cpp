@@ -40,7 +40,7 @@ TEST_F(SeenEvents, TheCameraSeesAWeightWhereItIs) {
                    {0.4, "", RemoveWeightEvent{"bar", "left_weight"}}};
   const auto plant = build();
   MultiSense camera(robot_, scene_, robot_.link_index("multisense/left_camera_optical_frame"),
-                    sensors::StereoOptions{}.noise_free(), 15, 1);
+                    CameraParameters().noise_free(), 1);
   const auto look_after = [&](int steps) {
     run(*plant, steps);
     camera.advance(std::chrono::nanoseconds(static_cast<std::int64_t>(std::llround(plant->time() * 1e9))),

@@ -1,0 +1,167 @@
+#include "sensors/spinning_lidar.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <numbers>
+#include <stdexcept>
+
+#include <embree3/rtcore.h>
+
+#include "sensors/normal_distribution.h"
+#include "sensors/random_stream.h"
+
+namespace walkman::sensors {
+namespace {
+
+enum Term : std::uint64_t { kRange = 32, kBias };
+
+// A beam's centre and six rays around it, which share its light evenly: at √(2/3) of its radius, where the
+// disc's outer six sevenths have their mean square.
+constexpr std::size_t kRays = 7;
+const double kRing = std::sqrt(2.0 / 3);
+constexpr std::size_t kPacket = 8;  // the last lane of each packet, one a beam, is off
+constexpr double kKnee = 10;        // m, up to which the noise is the same
+constexpr int kMostBeams = 100000;
+constexpr float kInfinity = std::numeric_limits<float>::infinity();
+
+void require(bool good, const char* sentence) {
+  if (!good) throw std::invalid_argument(std::string("laser scanner: ") + sentence);
+}
+
+/// What a ray brings back.
+struct Echo {
+  double range = 0, light = 0, squareness = 0;
+};
+
+}  // namespace
+
+LidarOptions LidarOptions::noise_free() const {
+  LidarOptions clean = *this;
+  clean.beam_angle = clean.beam_radius = clean.noise = clean.noise_far = clean.noise_grazing = clean.bias = 0;
+  return clean;
+}
+
+struct SpinningLidar::Impl {
+  std::vector<RTCRayHit8> packets;  // one a beam
+  std::vector<Echo> echoes;         // of one, kept for its memory
+};
+
+SpinningLidar::SpinningLidar(const LidarOptions& options, std::uint64_t seed)
+    : options_(options), seed_(seed), impl_(std::make_unique<Impl>()) {
+  const LidarOptions& o = options;
+  require(o.beams >= 1 && o.beams <= kMostBeams, "1 to 100000 beams");
+  require(o.step > 0 && o.step * o.beams <= 2 * std::numbers::pi + o.step, "beams within a turn");
+  require(o.beam_period >= 0 && std::isfinite(o.beam_period), "a beam's time of 0 s or more");
+  require(o.least_range >= 0 && o.most_range > o.least_range && std::isfinite(o.most_range),
+          "ranges from 0 m up");
+  for (const double value : {o.beam_angle, o.beam_radius, o.noise, o.noise_far, o.noise_grazing, o.bias,
+                             o.pulse, o.least_reflectance, o.intensity})
+    require(value >= 0 && std::isfinite(value), "errors of 0 or more");
+  std::array<float, 1> draw{};
+  fill_normal(RandomStream(seed, 0, kBias, 0), draw);
+  bias_ = options.bias * static_cast<double>(draw[0]);
+  impl_->packets.resize(static_cast<std::size_t>(options.beams));
+}
+
+SpinningLidar::~SpinningLidar() = default;
+
+void SpinningLidar::scan(const RayScene& scene, const std::function<Eigen::Isometry3d(double)>& X_WL,
+                         std::uint64_t number, LidarScan& out) {
+  surfaces_.begin(scene, seed_);
+  for (std::size_t i = 0; i < impl_->packets.size(); ++i) {
+    const auto beam = static_cast<double>(i);
+    const Eigen::Isometry3d X = X_WL(beam * options_.beam_period);
+    const double mirror = (beam - 0.5 * (options_.beams - 1)) * options_.step;
+    const Eigen::Vector3d along(std::sin(mirror), 0, std::cos(mirror));
+    const Eigen::Vector3d across(std::cos(mirror), 0, -std::sin(mirror)), up = Eigen::Vector3d::UnitY();
+    RTCRayHit8& packet = impl_->packets[i];
+    for (std::size_t k = 0; k < kPacket; ++k) {
+      const double around = 2 * std::numbers::pi * static_cast<double>(k) / (kRays - 1);
+      const Eigen::Vector3d off =
+          k == 0 || k >= kRays ? Eigen::Vector3d(Eigen::Vector3d::Zero())
+                               : Eigen::Vector3d(kRing * (std::cos(around) * across + std::sin(around) * up));
+      const Eigen::Vector3f o = (X * (options_.beam_radius * off)).cast<float>();
+      const Eigen::Vector3f d = (X.linear() * (along + options_.beam_angle * off).normalized()).cast<float>();
+      packet.ray.org_x[k] = o.x();
+      packet.ray.org_y[k] = o.y();
+      packet.ray.org_z[k] = o.z();
+      packet.ray.dir_x[k] = d.x();
+      packet.ray.dir_y[k] = d.y();
+      packet.ray.dir_z[k] = d.z();
+      packet.ray.tnear[k] = k < kRays ? static_cast<float>(options_.least_range) : 1;
+      packet.ray.tfar[k] = k < kRays ? static_cast<float>(options_.most_range) : -1;
+      packet.ray.time[k] = 0;
+      packet.ray.mask[k] = ~0U;
+      packet.ray.id[k] = packet.ray.flags[k] = 0;
+      packet.hit.geomID[k] = packet.hit.instID[0][k] = RTC_INVALID_GEOMETRY_ID;
+    }
+  }
+  cast();
+  out.ranges.resize(impl_->packets.size());
+  out.intensities.resize(impl_->packets.size());
+  for (std::size_t i = 0; i < impl_->packets.size(); ++i) read(i, number, out);
+}
+
+void SpinningLidar::cast() {
+  const DenormalsFlushed guard;
+  RTCIntersectContext context;
+  rtcInitIntersectContext(&context);
+  context.flags = RTC_INTERSECT_CONTEXT_FLAG_COHERENT;
+  rtcIntersectNM(surfaces_.embree_scene(), &context, reinterpret_cast<RTCRayHitN*>(impl_->packets.data()),
+                 kPacket, static_cast<unsigned>(impl_->packets.size()), sizeof(RTCRayHit8));
+}
+
+/// The nearest surface that throws enough back, and with it what is less than a pulse behind.
+void SpinningLidar::read(std::size_t beam, std::uint64_t number, LidarScan& out) const {
+  const RTCRayHit8& packet = impl_->packets[beam];
+  std::vector<Echo>& echoes = impl_->echoes;
+  echoes.clear();
+  for (std::size_t k = 0; k < kRays; ++k) {
+    if (packet.hit.geomID[k] == RTC_INVALID_GEOMETRY_ID) continue;
+    const Eigen::Vector3d d =
+        Eigen::Vector3f(packet.ray.dir_x[k], packet.ray.dir_y[k], packet.ray.dir_z[k]).cast<double>();
+    const Eigen::Vector3d o =
+        Eigen::Vector3f(packet.ray.org_x[k], packet.ray.org_y[k], packet.ray.org_z[k]).cast<double>();
+    const Eigen::Vector3d n =
+        Eigen::Vector3f(packet.hit.Ng_x[k], packet.hit.Ng_y[k], packet.hit.Ng_z[k]).cast<double>();
+    const auto range = static_cast<double>(packet.ray.tfar[k]);
+    const std::size_t body =
+        surfaces_.body_of(surfaces_.triangle(packet.hit.geomID[k], packet.hit.primID[k]));
+    const double squareness = std::abs(n.normalized().dot(d));
+    const double footprint = 2 * (options_.beam_radius + range * options_.beam_angle);
+    const Eigen::Vector3f p_B = (surfaces_.X_BW(body) * (o + range * d)).cast<float>();
+    const std::array<float, 1> x{p_B.x()}, y{p_B.y()}, z{p_B.z()}, size{static_cast<float>(footprint)};
+    std::array<float, 1> share{};
+    surfaces_.pattern().albedos(body, {x, y, z, size}, share);
+    const auto albedo = static_cast<double>(share[0]);
+    echoes.push_back({range, albedo * squareness / (range * range) / kRays, squareness});
+  }
+  std::sort(echoes.begin(), echoes.end(), [](const Echo& a, const Echo& b) { return a.range < b.range; });
+  const double least = options_.least_reflectance / (options_.most_range * options_.most_range);
+  out.ranges[beam] = kInfinity;
+  out.intensities[beam] = 0;
+  for (std::size_t first = 0; first < echoes.size();) {
+    Echo sum;
+    std::size_t next = first;
+    for (; next < echoes.size() && echoes[next].range < echoes[first].range + options_.pulse; ++next) {
+      sum.light += echoes[next].light;
+      sum.range += echoes[next].light * echoes[next].range;
+      sum.squareness += echoes[next].light * echoes[next].squareness;
+    }
+    first = next;
+    if (sum.light < least) continue;
+    const double range = sum.range / sum.light, squareness = sum.squareness / sum.light;
+    std::array<float, 1> draw{};
+    fill_normal(RandomStream(seed_, number, kRange, beam), draw);
+    const double far = std::clamp((range - kKnee) / (options_.most_range - kKnee), 0.0, 1.0);
+    const double square = options_.noise + far * (options_.noise_far - options_.noise);
+    const double grazing = std::max(0.0, options_.noise_grazing - options_.noise) * (1 - squareness);
+    out.ranges[beam] = static_cast<float>(range + bias_ + (square + grazing) * static_cast<double>(draw[0]));
+    out.intensities[beam] = static_cast<float>(options_.intensity * std::sqrt(sum.light));
+    return;
+  }
+}
+
+}  // namespace walkman::sensors
