@@ -282,7 +282,8 @@ void LumaImages::cast_holes(Worker& worker) const {
     worker.y[count] = p_R.y();
     worker.z[count] = p_R.z();
     worker.footprint[count] = p_R.z() * per_focal;
-    worker.triangle[count] = surfaces_.triangle(packet.hit.geomID[lane], packet.hit.primID[lane]);
+    worker.triangle[count] =
+        surfaces_.triangle(packet.hit.instID[0][lane], packet.hit.geomID[lane], packet.hit.primID[lane]);
     worker.pixel[count++] = worker.at[hole];
   }
   shade(worker, count, X_BR_);

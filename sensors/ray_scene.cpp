@@ -37,6 +37,82 @@ void append_all(const std::vector<LinkGeometry>& geometry, const Eigen::Isometry
 
 }  // namespace
 
+/// Bodies with trees of their own, which move as wholes.
+class RayInstances {
+ public:
+  explicit RayInstances(RTCDevice device) : device_(device), scene_(rtcNewScene(device)) {
+    rtcSetSceneFlags(scene_, RTC_SCENE_FLAG_DYNAMIC);
+    rtcSetSceneBuildQuality(scene_, RTC_BUILD_QUALITY_LOW);
+  }
+  ~RayInstances() {
+    for (RTCGeometry instance : instances_)
+      if (instance != nullptr) rtcReleaseGeometry(instance);
+    rtcReleaseScene(scene_);
+  }
+  RayInstances(const RayInstances&) = delete;
+  RayInstances& operator=(const RayInstances&) = delete;
+
+  /// The triangles from `first_triangle` to before `end_triangle`, whose vertices begin at `first_vertex`.
+  void add(const TriangleMesh& mesh, std::size_t first_triangle, std::size_t end_triangle,
+           std::size_t first_vertex, std::size_t end_vertex) {
+    RTCGeometry instance = nullptr;
+    if (first_triangle < end_triangle) {
+      RTCScene body = rtcNewScene(device_);
+      attach(body, mesh, first_triangle, end_triangle, first_vertex, end_vertex, 0);
+      rtcCommitScene(body);
+      instance = rtcNewGeometry(device_, RTC_GEOMETRY_TYPE_INSTANCE);
+      rtcSetGeometryInstancedScene(instance, body);
+      rtcReleaseScene(body);
+      rtcAttachGeometryByID(scene_, instance,
+                            RaySceneAccess::kMovable + static_cast<unsigned>(instances_.size()));
+    }
+    instances_.push_back(instance);
+  }
+  void add_fixed(const TriangleMesh& mesh) {
+    if (mesh.triangles.empty()) return;
+    attach(scene_, mesh, 0, mesh.triangles.size(), 0, mesh.vertices.size(), RaySceneAccess::kFixed);
+  }
+  void place(std::span<const Eigen::Isometry3d> poses) {
+    poses_.assign(poses.begin(), poses.end());
+    for (std::size_t i = 0; i < instances_.size(); ++i) {
+      if (instances_[i] == nullptr) continue;
+      const Eigen::Matrix<float, 3, 4> X = poses[i].matrix().topRows<3>().cast<float>();
+      rtcSetGeometryTransform(instances_[i], 0, RTC_FORMAT_FLOAT3X4_COLUMN_MAJOR, X.data());
+      rtcCommitGeometry(instances_[i]);
+    }
+    rtcCommitScene(scene_);
+  }
+
+  [[nodiscard]] RTCScene scene() const { return scene_; }
+  [[nodiscard]] std::span<const Eigen::Isometry3d> poses() const { return poses_; }
+
+ private:
+  void attach(RTCScene scene, const TriangleMesh& mesh, std::size_t first_triangle, std::size_t end_triangle,
+              std::size_t first_vertex, std::size_t end_vertex, unsigned number) {
+    RTCGeometry geometry = rtcNewGeometry(device_, RTC_GEOMETRY_TYPE_TRIANGLE);
+    auto* vertices =
+        static_cast<float*>(rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3,
+                                                    3 * sizeof(float), end_vertex - first_vertex));
+    auto* indices = static_cast<std::uint32_t*>(
+        rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3,
+                                sizeof(mesh.triangles[0]), end_triangle - first_triangle));
+    check_device(device_, "allocating triangles");
+    for (std::size_t i = first_vertex; i < end_vertex; ++i)
+      vertices = std::copy(mesh.vertices[i].begin(), mesh.vertices[i].end(), vertices);
+    for (std::size_t i = first_triangle; i < end_triangle; ++i)
+      for (const std::uint32_t corner : mesh.triangles[i])
+        *indices++ = corner - static_cast<std::uint32_t>(first_vertex);
+    rtcCommitGeometry(geometry);
+    rtcAttachGeometryByID(scene, geometry, number);
+    rtcReleaseGeometry(geometry);
+  }
+
+  RTCDevice device_;
+  RTCScene scene_;
+  std::vector<RTCGeometry> instances_;  // of each movable body; null for one without triangles
+  std::vector<Eigen::Isometry3d> poses_;
+};
+
 struct RayScene::Impl {
   RTCDevice device = nullptr;
   RTCScene scene = nullptr;
@@ -47,6 +123,7 @@ struct RayScene::Impl {
   std::vector<std::size_t> fixed_ends, movable_ends;  // behind each body's triangles
   std::vector<Eigen::Isometry3d> poses;               // of the movable bodies
   float* movable_vertices_W = nullptr;                // Embree's buffer
+  std::unique_ptr<RayInstances> instances;
   bool built = false;
   std::mutex build_mutex;
 
@@ -60,6 +137,7 @@ struct RayScene::Impl {
     check_device(device, "creating a scene");
   }
   ~Impl() {
+    instances.reset();
     if (movable_geometry != nullptr) rtcReleaseGeometry(movable_geometry);
     rtcReleaseScene(scene);
     rtcReleaseDevice(device);
@@ -71,6 +149,19 @@ struct RayScene::Impl {
 
   void require_not_built() const {
     if (built) throw std::logic_error("RayScene: geometry added after the scene was built");
+  }
+
+  void require_fit(std::span<const Eigen::Isometry3d> new_poses) const {
+    if (new_poses.size() != bodies()) {
+      throw std::invalid_argument("RayScene: " + std::to_string(new_poses.size()) +
+                                  " poses given, expected " + std::to_string(bodies()) +
+                                  ", one a movable body");
+    }
+    for (std::size_t i = 0; i < new_poses.size(); ++i) {
+      if (!new_poses[i].matrix().allFinite()) {
+        throw std::invalid_argument("RayScene: the pose of body " + std::to_string(i) + " is not finite");
+      }
+    }
   }
 
   RTCGeometry attach(const TriangleMesh& mesh, RTCBuildQuality quality, unsigned number, float** vertices) {
@@ -134,16 +225,25 @@ BodyId RayScene::add_movable(const std::vector<LinkGeometry>& geometry) {
   return static_cast<BodyId>(impl_->bodies()) - 1;
 }
 
-void RayScene::update(std::span<const Eigen::Isometry3d> poses) {
-  if (poses.size() != impl_->bodies()) {
-    throw std::invalid_argument("RayScene: " + std::to_string(poses.size()) + " poses given, expected " +
-                                std::to_string(impl_->bodies()) + ", one a movable body");
-  }
-  for (std::size_t i = 0; i < poses.size(); ++i) {
-    if (!poses[i].matrix().allFinite()) {
-      throw std::invalid_argument("RayScene: the pose of body " + std::to_string(i) + " is not finite");
+void RayScene::place(std::span<const Eigen::Isometry3d> poses) {
+  Impl& impl = *impl_;
+  impl.require_fit(poses);
+  if (impl.instances == nullptr) {
+    impl.instances = std::make_unique<RayInstances>(impl.device);
+    impl.instances->add_fixed(impl.fixed);
+    std::size_t first_triangle = 0;
+    for (std::size_t i = 0; i < impl.bodies(); ++i) {
+      impl.instances->add(impl.movable, first_triangle, impl.movable_ends[i], impl.first_vertex[i],
+                          impl.first_vertex[i + 1]);
+      first_triangle = impl.movable_ends[i];
     }
   }
+  impl.instances->place(poses);
+  check_device(impl.device, "moving instances");
+}
+
+void RayScene::update(std::span<const Eigen::Isometry3d> poses) {
+  impl_->require_fit(poses);
   if (!impl_->built) return impl_->build(poses);
   if (impl_->movable_geometry == nullptr) return;
   impl_->pose_movable(poses);
@@ -176,6 +276,15 @@ std::array<TriangleView, 2> RaySceneAccess::triangles(const RayScene& scene) {
                         impl.movable_vertices_W == nullptr ? 0 : 3 * impl.movable.vertices.size()},
                        impl.movable.triangles,
                        impl.movable_ends}};
+}
+
+RTCSceneTy* RaySceneAccess::placed_scene(const RayScene& scene) {
+  return scene.impl_->instances == nullptr ? nullptr : scene.impl_->instances->scene();
+}
+
+std::span<const Eigen::Isometry3d> RaySceneAccess::placed_poses(const RayScene& scene) {
+  if (scene.impl_->instances == nullptr) return {};
+  return scene.impl_->instances->poses();
 }
 
 std::span<const Eigen::Isometry3d> RaySceneAccess::poses(const RayScene& scene) { return scene.impl_->poses; }

@@ -25,10 +25,15 @@ class RaySceneAccess {
   /// The committed Embree scene. A scene without movable bodies is built at the first call; one that has some
   /// throws std::logic_error before its first `update`.
   [[nodiscard]] static RTCSceneTy* embree_scene(const RayScene& scene);
+  /// The scene of instances that `RayScene::place` moves, as it is now; null before.
+  [[nodiscard]] static RTCSceneTy* placed_scene(const RayScene& scene);
   /// Embree's numbers of the geometry that each of the two kinds of triangles makes.
   static constexpr unsigned kFixed = 0, kMovable = 1;
-  /// Poses X_WL of the movable bodies at the last update.
+  /// In the scene of instances fixed triangles have the first number, and movable body i the instance
+  /// kMovable + i. Poses X_WL of the movable bodies at the last update.
   [[nodiscard]] static std::span<const Eigen::Isometry3d> poses(const RayScene& scene);
+  /// The same when they were placed last.
+  [[nodiscard]] static std::span<const Eigen::Isometry3d> placed_poses(const RayScene& scene);
   /// Fixed triangles, then movable ones. Valid until the next change of the scene.
   [[nodiscard]] static std::array<TriangleView, 2> triangles(const RayScene& scene);
 };

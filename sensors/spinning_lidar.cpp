@@ -44,8 +44,9 @@ LidarOptions LidarOptions::noise_free() const {
 }
 
 struct SpinningLidar::Impl {
-  std::vector<RTCRayHit8> packets;  // one a beam
-  std::vector<Echo> echoes;         // of one, kept for its memory
+  std::vector<RTCRayHit8> packets;                     // one a beam
+  std::vector<Eigen::Matrix<float, 3, 8>> off, along;  // where its rays begin and point, in its laser frame
+  std::vector<Echo> echoes;                            // of one, kept for its memory
 };
 
 SpinningLidar::SpinningLidar(const LidarOptions& options, std::uint64_t seed)
@@ -63,38 +64,49 @@ SpinningLidar::SpinningLidar(const LidarOptions& options, std::uint64_t seed)
   fill_normal(RandomStream(seed, 0, kBias, 0), draw);
   bias_ = options.bias * static_cast<double>(draw[0]);
   impl_->packets.resize(static_cast<std::size_t>(options.beams));
+  for (int i = 0; i < options.beams; ++i) {
+    const double mirror = (i - 0.5 * (options.beams - 1)) * options.step;
+    const Eigen::Vector3d along(std::sin(mirror), 0, std::cos(mirror));
+    const Eigen::Vector3d across(std::cos(mirror), 0, -std::sin(mirror)), up = Eigen::Vector3d::UnitY();
+    impl_->off.emplace_back();
+    impl_->along.emplace_back();
+    for (int k = 0; k < static_cast<int>(kPacket); ++k) {
+      const double around = 2 * std::numbers::pi * k / (kRays - 1.0);
+      Eigen::Vector3d off = Eigen::Vector3d::Zero();
+      if (k > 0 && k < static_cast<int>(kRays))
+        off = kRing * (std::cos(around) * across + std::sin(around) * up);
+      impl_->off.back().col(k) = (options.beam_radius * off).cast<float>();
+      impl_->along.back().col(k) = (along + options.beam_angle * off).normalized().cast<float>();
+    }
+    RTCRayHit8& packet = impl_->packets[static_cast<std::size_t>(i)];
+    for (std::size_t k = 0; k < kPacket; ++k) {
+      packet.ray.time[k] = 0;
+      packet.ray.mask[k] = ~0U;
+      packet.ray.id[k] = packet.ray.flags[k] = 0;
+    }
+  }
 }
 
 SpinningLidar::~SpinningLidar() = default;
 
 void SpinningLidar::scan(const RayScene& scene, const std::function<Eigen::Isometry3d(double)>& X_WL,
                          std::uint64_t number, LidarScan& out) {
-  surfaces_.begin(scene, seed_);
+  surfaces_.begin(scene, seed_, PaintedSurfaces::Moved::kPlaced);
   for (std::size_t i = 0; i < impl_->packets.size(); ++i) {
-    const auto beam = static_cast<double>(i);
-    const Eigen::Isometry3d X = X_WL(beam * options_.beam_period);
-    const double mirror = (beam - 0.5 * (options_.beams - 1)) * options_.step;
-    const Eigen::Vector3d along(std::sin(mirror), 0, std::cos(mirror));
-    const Eigen::Vector3d across(std::cos(mirror), 0, -std::sin(mirror)), up = Eigen::Vector3d::UnitY();
+    const Eigen::Isometry3f X = X_WL(static_cast<double>(i) * options_.beam_period).cast<float>();
+    const Eigen::Matrix<float, 3, 8> from = (X.linear() * impl_->off[i]).colwise() + X.translation();
+    const Eigen::Matrix<float, 3, 8> along = X.linear() * impl_->along[i];
     RTCRayHit8& packet = impl_->packets[i];
     for (std::size_t k = 0; k < kPacket; ++k) {
-      const double around = 2 * std::numbers::pi * static_cast<double>(k) / (kRays - 1);
-      const Eigen::Vector3d off =
-          k == 0 || k >= kRays ? Eigen::Vector3d(Eigen::Vector3d::Zero())
-                               : Eigen::Vector3d(kRing * (std::cos(around) * across + std::sin(around) * up));
-      const Eigen::Vector3f o = (X * (options_.beam_radius * off)).cast<float>();
-      const Eigen::Vector3f d = (X.linear() * (along + options_.beam_angle * off).normalized()).cast<float>();
-      packet.ray.org_x[k] = o.x();
-      packet.ray.org_y[k] = o.y();
-      packet.ray.org_z[k] = o.z();
-      packet.ray.dir_x[k] = d.x();
-      packet.ray.dir_y[k] = d.y();
-      packet.ray.dir_z[k] = d.z();
+      const auto column = static_cast<Eigen::Index>(k);
+      packet.ray.org_x[k] = from(0, column);
+      packet.ray.org_y[k] = from(1, column);
+      packet.ray.org_z[k] = from(2, column);
+      packet.ray.dir_x[k] = along(0, column);
+      packet.ray.dir_y[k] = along(1, column);
+      packet.ray.dir_z[k] = along(2, column);
       packet.ray.tnear[k] = k < kRays ? static_cast<float>(options_.least_range) : 1;
       packet.ray.tfar[k] = k < kRays ? static_cast<float>(options_.most_range) : -1;
-      packet.ray.time[k] = 0;
-      packet.ray.mask[k] = ~0U;
-      packet.ray.id[k] = packet.ray.flags[k] = 0;
       packet.hit.geomID[k] = packet.hit.instID[0][k] = RTC_INVALID_GEOMETRY_ID;
     }
   }
@@ -118,6 +130,8 @@ void SpinningLidar::read(std::size_t beam, std::uint64_t number, LidarScan& out)
   const RTCRayHit8& packet = impl_->packets[beam];
   std::vector<Echo>& echoes = impl_->echoes;
   echoes.clear();
+  std::size_t last_body = surfaces_.bodies();
+  double albedo = 0;
   for (std::size_t k = 0; k < kRays; ++k) {
     if (packet.hit.geomID[k] == RTC_INVALID_GEOMETRY_ID) continue;
     const Eigen::Vector3d d =
@@ -127,15 +141,21 @@ void SpinningLidar::read(std::size_t beam, std::uint64_t number, LidarScan& out)
     const Eigen::Vector3d n =
         Eigen::Vector3f(packet.hit.Ng_x[k], packet.hit.Ng_y[k], packet.hit.Ng_z[k]).cast<double>();
     const auto range = static_cast<double>(packet.ray.tfar[k]);
-    const std::size_t body =
-        surfaces_.body_of(surfaces_.triangle(packet.hit.geomID[k], packet.hit.primID[k]));
-    const double squareness = std::abs(n.normalized().dot(d));
-    const double footprint = 2 * (options_.beam_radius + range * options_.beam_angle);
-    const Eigen::Vector3f p_B = (surfaces_.X_BW(body) * (o + range * d)).cast<float>();
-    const std::array<float, 1> x{p_B.x()}, y{p_B.y()}, z{p_B.z()}, size{static_cast<float>(footprint)};
-    std::array<float, 1> share{};
-    surfaces_.pattern().albedos(body, {x, y, z, size}, share);
-    const auto albedo = static_cast<double>(share[0]);
+    const std::size_t body = surfaces_.body_of(
+        surfaces_.triangle(packet.hit.instID[0][k], packet.hit.geomID[k], packet.hit.primID[k]));
+    // An instance's normal is in its body's frame.
+    const bool placed = packet.hit.instID[0][k] != RTC_INVALID_GEOMETRY_ID;
+    const double squareness =
+        std::abs(n.normalized().dot(placed ? Eigen::Vector3d(surfaces_.X_BW(body).linear() * d) : d));
+    if (body != last_body) {  // the beam's rays are as near each other as its footprint is wide
+      const double footprint = 2 * (options_.beam_radius + range * options_.beam_angle);
+      const Eigen::Vector3f p_B = (surfaces_.X_BW(body) * (o + range * d)).cast<float>();
+      const auto size = static_cast<float>(footprint);
+      float share = 0;
+      surfaces_.pattern().albedos(body, {{&p_B[0], 1}, {&p_B[1], 1}, {&p_B[2], 1}, {&size, 1}}, {&share, 1});
+      albedo = static_cast<double>(share);
+      last_body = body;
+    }
     echoes.push_back({range, albedo * squareness / (range * range) / kRays, squareness});
   }
   std::sort(echoes.begin(), echoes.end(), [](const Echo& a, const Echo& b) { return a.range < b.range; });

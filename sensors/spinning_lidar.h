@@ -53,7 +53,7 @@ class SpinningLidar {
   ~SpinningLidar();
 
   /// `X_WL`: pose of the laser frame (z along the middle beam, y the axis of the mirror) at `seconds` from
-  /// the first beam. The scene stays as it is during a scan.
+  /// the first beam. The scene stays as it was placed during a scan.
   void scan(const RayScene& scene, const std::function<Eigen::Isometry3d(double seconds)>& X_WL,
             std::uint64_t number, LidarScan& out);
 

@@ -94,8 +94,8 @@ SurfacePattern::SurfacePattern(std::uint64_t seed, std::size_t bodies)
 
 void SurfacePattern::albedos(std::size_t body, const Points& points, std::span<float> out) const {
   constexpr std::size_t kPart = 64;
-  std::array<int, kPart> grain{}, blotch{};
-  std::array<float, kPart> grain_value{}, blotch_value{};
+  std::array<int, kPart> grain, blotch;
+  std::array<float, kPart> grain_value, blotch_value;
   const Look& look = looks_[body];
   for (std::size_t first = 0; first < out.size(); first += kPart) {
     const std::size_t count = std::min(kPart, out.size() - first);

@@ -150,7 +150,7 @@ void MultiSense::render(const Exposure& exposure, bool images, Frame& out) {
 }
 
 void MultiSense::scan(const LaserTurn& turn, multisense::LidarData& out) {
-  rays_.update(turn.poses);
+  rays_.place(turn.poses);
   laser_->scan(rays_, turn, out);
 }
 

@@ -20,9 +20,10 @@ Eigen::Vector3d beam(int i) {
   return {std::sin(mirror), 0, std::cos(mirror)};
 }
 
-LidarScan scan_of(SpinningLidar& lidar, const RayScene& scene, const Eigen::Isometry3d& X_WL,
+LidarScan scan_of(SpinningLidar& lidar, RayScene& scene, const Eigen::Isometry3d& X_WL,
                   std::uint64_t number = 1) {
   LidarScan scan;
+  scene.place({});
   lidar.scan(
       scene, [&](double) { return X_WL; }, number, scan);
   return scan;
@@ -39,7 +40,8 @@ TEST(SpinningLidar, WithoutErrorsEveryBeamEndsOnTheSurfaceThatItMeetsAtItsOwnTim
   scene.add_fixed({box(room)}, kStill);
   const Eigen::Isometry3d X_WB = pose(1.5, 0.4, 0.2, 0.3, 0.5, 0.7);
   const Eigen::Vector3d size(0.6, 1.4, 0.8);
-  scene.add_fixed({box(size)}, X_WB);
+  EXPECT_EQ(scene.add_movable({}), 0);
+  EXPECT_EQ(scene.add_movable({box(size)}), 1);
   SpinningLidar lidar(LidarOptions().noise_free(), 1);
   EXPECT_NEAR(lidar.options().beam_period * 1080, 0.01875, 1e-9);
   // It flies and turns: 3 m/s, 5 rad/s about its middle beam.
@@ -48,6 +50,8 @@ TEST(SpinningLidar, WithoutErrorsEveryBeamEndsOnTheSurfaceThatItMeetsAtItsOwnTim
                              Eigen::AngleAxisd(5 * t, Eigen::Vector3d::UnitZ()));
   };
   LidarScan scan;
+  EXPECT_THROW(lidar.scan(scene, X_WL, 1, scan), std::logic_error);
+  for (const Eigen::Isometry3d& X : {kStill, X_WB}) scene.place(std::vector{kStill, X});
   lidar.scan(scene, X_WL, 1, scan);
   ASSERT_EQ(scan.ranges.size(), 1081U);
   int on_box = 0;
