@@ -50,11 +50,11 @@ sensors::LidarOptions read_laser(const YamlMap& map) {
 }  // namespace
 
 CameraParameters CameraParameters::noise_free() const {
-  return {stereo.noise_free(), rate_hz, laser.noise_free()};
+  return {stereo.noise_free(), rate_hz, laser.noise_free(), {0, 0, 0, 0, 0, 0}};
 }
 
 CameraParameters load_camera_parameters(const std::filesystem::path& yaml_file) {
-  const YamlMap top(yaml_file.string(), parse_yaml_file(yaml_file), "", {"stereo", "laser"});
+  const YamlMap top(yaml_file.string(), parse_yaml_file(yaml_file), "", {"stereo", "laser", "imu"});
   const YamlMap stereo =
       top.map("stereo", {"width", "height", "rate_hz", "focal_px", "cx", "cy", "baseline_m", "min_depth_m",
                          "max_disparity", "sigma_d_px", "correlation_px", "fattening_px", "spike_fraction",
@@ -63,7 +63,14 @@ CameraParameters load_camera_parameters(const std::filesystem::path& yaml_file) 
       top.map("laser", {"beams", "step_deg", "turn_s", "least_range_m", "most_range_m", "beam_angle_rad",
                         "beam_radius_m", "noise_m", "noise_far_m", "noise_grazing_m", "bias_m", "pulse_m",
                         "least_reflectance", "intensity"});
-  return {read_stereo(stereo), stereo.number("rate_hz", 1, 30), read_laser(laser)};
+  const YamlMap imu = top.map("imu", {"force_noise_g", "force_offset_g", "rate_noise_dps", "rate_offset_dps",
+                                      "field_noise_gauss", "field_offset_gauss"});
+  const auto size = [&](const char* key) { return imu.number(key, 0, 1000); };
+  return {read_stereo(stereo),
+          stereo.number("rate_hz", 1, 30),
+          read_laser(laser),
+          {size("force_noise_g"), size("force_offset_g"), size("rate_noise_dps"), size("rate_offset_dps"),
+           size("field_noise_gauss"), size("field_offset_gauss")}};
 }
 
 }  // namespace walkman

@@ -7,11 +7,19 @@
 
 namespace walkman {
 
+/// Of the inertial unit in a camera's head: noise densities and largest offsets of its three chips.
+struct ImuErrors {
+  double force_noise = 220e-6, force_offset = 0.02;  ///< g/√Hz, g
+  double rate_noise = 0.03, rate_offset = 1;         ///< °/s/√Hz, °/s
+  double field_noise = 0.002, field_offset = 0.02;   ///< gauss of a sample, gauss
+};
+
 /// Optics and errors of an emulated camera.
 struct CameraParameters {
   sensors::StereoOptions stereo;
   double rate_hz = 15;  ///< frames a second
   sensors::LidarOptions laser;
+  ImuErrors imu;
 
   /// The same camera without errors: exact disparities and ranges.
   [[nodiscard]] CameraParameters noise_free() const;

@@ -51,6 +51,7 @@ MultiSense::MultiSense(const RobotModel& robot, const Scene& scene, int optical_
       weights_.push_back({static_cast<int>(i), weight.name});
     }
   }
+  if (!scene.robot.camera_imu.empty()) imu_.emplace(parameters.imu, seed);
   if (scene.robot.laser) laser_.emplace(robot, *scene.robot.laser, optical_link, parameters.laser, seed);
 }
 
@@ -65,6 +66,7 @@ const multisense::LidarCalibration* MultiSense::laser_calibration() const {
 
 void MultiSense::advance(Time now, const plant::Plant& plant) {
   now_ = now;
+  if (imu_ && plant.camera_motion() != nullptr) imu_->advance(now, *plant.camera_motion());
   if (laser_) {
     if (laser_->advance(now, plant)) {
       std::vector<Eigen::Isometry3d> poses;

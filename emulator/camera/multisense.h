@@ -10,6 +10,7 @@
 #include "drivers/camera/multisense/messages.h"
 #include "drivers/time.h"
 #include "emulator/camera/camera_parameters.h"
+#include "emulator/camera/head_imu.h"
 #include "emulator/camera/laser.h"
 #include "emulator/plant/plant.h"
 #include "emulator/scene/scene.h"
@@ -75,6 +76,8 @@ class MultiSense {
   void render(const Exposure& exposure, bool images, Frame& out);
   /// Casts the beams of a turn.
   void scan(const LaserTurn& turn, multisense::LidarData& out);
+  /// Null for a camera without an inertial unit.
+  [[nodiscard]] HeadImu* imu() { return imu_ ? &*imu_ : nullptr; }
   /// Null without a laser.
   [[nodiscard]] const multisense::LidarCalibration* laser_calibration() const;
 
@@ -101,6 +104,7 @@ class MultiSense {
   std::atomic<std::int64_t> period_ns_;
   Time now_{}, next_{};
   std::optional<Laser> laser_;
+  std::optional<HeadImu> imu_;
   std::atomic<double> spindle_rate_ = 0, spindle_angle_ = 0;
 
   Exposure exposure_;

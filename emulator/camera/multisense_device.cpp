@@ -23,7 +23,7 @@ constexpr std::size_t kMostAnswers = 64;       // and, of one that asks faster t
 constexpr std::uint32_t kMtuTestOverhead = 54;
 constexpr std::uint64_t kLuma = source::kLumaRectifiedLeft | source::kLumaRectifiedRight;
 constexpr std::uint64_t kImages = kLuma | source::kDisparityLeft;
-constexpr std::uint64_t kServed = kImages | source::kLidar;
+constexpr std::uint64_t kServed = kImages | source::kLidar | source::kImu;
 constexpr std::size_t kMostScans = 64;                    // messages, likewise
 constexpr double kPerMinute = 2 * std::numbers::pi / 60;  // rad/s
 constexpr std::uint8_t kLights = 0x0F;
@@ -72,6 +72,7 @@ void MultiSenseDevice::publish(Time now, const Exposure& exposure, const LaserTu
     last_turn_ = turn->number;
     publish_turn(*turn);
   }
+  publish_imu();
   if (exposure.stamp == Time::min()) return;
   Published frame{exposure, {}, {}, {}, {}, {}, {}};
   std::vector<Client*> due;
@@ -99,6 +100,27 @@ void MultiSenseDevice::publish_turn(const LaserTurn& turn) {
     }
     queue(client, bytes);
   }
+}
+
+void MultiSenseDevice::publish_imu() {
+  while (camera_.imu() != nullptr && camera_.imu()->take(imu_)) {
+    const Time first = imu_.samples.empty() ? now_ : Time(imu_.samples.front().nanoseconds);
+    Bytes bytes;
+    for (auto& [address, client] : clients_) {
+      if ((client.sources & source::kImu) == 0 || first < client.since || client.queue.size() > kMostScans)
+        continue;
+      if (!bytes) bytes = std::make_shared<const std::vector<std::uint8_t>>(encode(imu_));
+      queue(client, bytes);
+    }
+  }
+}
+
+/// That this camera has.
+std::uint64_t MultiSenseDevice::sources() const {
+  std::uint64_t all = kImages;
+  if (camera_.laser_calibration() != nullptr) all |= source::kLidar;
+  if (camera_.imu() != nullptr) all |= source::kImu;
+  return all;
 }
 
 void MultiSenseDevice::publish_to(Client& client, Published& frame) {
@@ -204,6 +226,8 @@ bool MultiSenseDevice::handle_setting(Client& client, std::span<const std::uint8
     if (good) camera_.turn_spindle(rate);
     return keep(good);
   }
+  if (const auto imu = decode<ImuConfig>(message))
+    return keep(camera_.imu() != nullptr && camera_.imu()->set(*imu));
   if (const auto external = decode<ExternalCalibration>(message)) {
     external_ = *external;
     return keep(true);
@@ -246,6 +270,12 @@ bool MultiSenseDevice::handle_query(Client& client, std::uint16_t id) {
     case Query::kLidarCalibration:
       if (const LidarCalibration* calibration = camera_.laser_calibration()) return give(*calibration);
       return false;
+    case Query::kImuInfo:
+      if (camera_.imu() == nullptr) return false;
+      return give(HeadImu::info());
+    case Query::kImuConfig:
+      if (camera_.imu() == nullptr) return false;
+      return give(camera_.imu()->config());
     case Query::kMotorPosition:
       if (camera_.laser_calibration() == nullptr) return false;
       return give(MotorPosition{static_cast<std::int32_t>(
@@ -337,11 +367,10 @@ DeviceModes MultiSenseDevice::modes() const {
   DeviceModes out;
   for (const int divisor : {2, 1}) {
     for (const int disparities : kDisparities) {
-      out.modes.push_back(
-          {static_cast<std::uint32_t>(imager_.width / divisor),
-           static_cast<std::uint32_t>(imager_.height / divisor),
-           static_cast<std::uint32_t>(camera_.laser_calibration() != nullptr ? kServed : kImages),
-           static_cast<std::uint32_t>(disparities), 0});
+      out.modes.push_back({static_cast<std::uint32_t>(imager_.width / divisor),
+                           static_cast<std::uint32_t>(imager_.height / divisor),
+                           static_cast<std::uint32_t>(sources()), static_cast<std::uint32_t>(disparities),
+                           0});
     }
   }
   return out;

@@ -68,6 +68,8 @@ class MultiSenseDevice {
   struct Published;
   void publish_to(Client& client, Published& frame);
   void publish_turn(const LaserTurn& turn);
+  void publish_imu();
+  [[nodiscard]] std::uint64_t sources() const;
   [[nodiscard]] static multisense::ImageMetadata metadata(const Exposure& exposure,
                                                           const MultiSense::Frame& frame,
                                                           const multisense::CameraControl& control);
@@ -94,6 +96,7 @@ class MultiSenseDevice {
   multisense::LightSettings lighting_;
   MultiSense::Frame frame_;
   multisense::LidarData scan_;
+  multisense::ImuData imu_;
   std::uint64_t last_turn_ = 0;
   std::map<Address, Client> clients_;
   Address served_ = 0;  // last

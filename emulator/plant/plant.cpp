@@ -105,6 +105,7 @@ struct Plant::Impl {
   std::vector<DriveSlot> drives;
   std::vector<std::unique_ptr<WrenchProbe>> probes;
   std::vector<std::unique_ptr<InertialProbe>> inertial_probes;
+  std::unique_ptr<InertialProbe> camera_probe;
   std::vector<int> feet;       // Bullet's links a floating robot starts out standing on
   std::vector<int> sub_steps;  // taken since the last step, per drive
   double time = 0;
@@ -282,6 +283,10 @@ Plant::Plant(const RobotModel& robot, const Scene& scene, const DeviceTable& dev
   p.add_robot(scene, devices, posture);
   p.add_drives(devices, actuators, errors);
   p.add_probes(devices);
+  if (!scene.robot.camera_imu.empty()) {
+    p.camera_probe = std::make_unique<InertialProbe>(*p.body, robot.link_index(scene.robot.camera_imu));
+    p.world.add_probe(*p.camera_probe);
+  }
   for (const SceneObject& object : scene.objects) {
     p.objects.push_back(make_object(p.world, object));
     p.object_models.push_back(object);
@@ -357,6 +362,10 @@ const Wrench& Plant::F_So_S(int sensor) const {
 
 const InertialMotion& Plant::inertial_motion(int unit) const {
   return impl_->inertial_probes[static_cast<std::size_t>(unit)]->motion();
+}
+
+const InertialMotion* Plant::camera_motion() const {
+  return impl_->camera_probe ? &impl_->camera_probe->motion() : nullptr;
 }
 
 double Plant::time() const { return impl_->time; }

@@ -80,6 +80,8 @@ class Plant {
 
   /// Motion of the inertial units in the order of the device table.
   [[nodiscard]] const InertialMotion& inertial_motion(int unit) const;
+  /// Of the camera's own unit; null for a camera without.
+  [[nodiscard]] const InertialMotion* camera_motion() const;
 
   // Ground truth.
   [[nodiscard]] double time() const;     ///< s

@@ -148,10 +148,11 @@ RobotDescription load_robot_description(const std::filesystem::path& yaml_file) 
   robot.pdo_layout = top.text("pdo_layout");
   if (top.has("hands")) robot.hands = read_hands(top);
   if (top.has("torso")) robot.torso = read_limb(top.map("torso", kLimbKeys));
-  const YamlMap camera = top.map("camera", {"optical_frame", "pan", "tilt", "laser"});
+  const YamlMap camera = top.map("camera", {"optical_frame", "pan", "tilt", "laser", "imu"});
   robot.optical_frame = camera.text("optical_frame");
   if (camera.has("pan") || camera.has("tilt"))
     robot.gaze = GazeParts{camera.text("pan"), camera.text("tilt")};
+  if (camera.has("imu")) robot.camera_imu = camera.text("imu");
   if (camera.has("laser")) {
     const YamlMap laser = camera.map("laser", {"frame", "spindle"});
     robot.laser = LaserParts{laser.text("frame"), laser.text("spindle")};
@@ -193,6 +194,7 @@ KnownRobot::KnownRobot(RobotDescription robot, const RobotChoice& choice)
     require_device(description, devices, DeviceKind::kJointDrive, "camera.tilt", gaze->tilt);
   }
   require_link(description, model, "camera.optical_frame", description.optical_frame);
+  if (!description.camera_imu.empty()) require_link(description, model, "camera.imu", description.camera_imu);
   if (const auto& laser = description.laser) {
     require_link(description, model, "camera.laser.frame", laser->frame);
     require_joint(description, model, "camera.laser.spindle", laser->spindle);

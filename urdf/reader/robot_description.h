@@ -65,12 +65,13 @@ struct RobotDescription {
   std::filesystem::path file;
   std::filesystem::path urdf, srdf, device_table, identities;
   std::vector<PdoLayoutFile> pdo_layouts;
-  std::string pdo_layout;             ///< name of the one in use unless another is asked for
-  std::vector<HandParts> hands;       ///< none: nothing can be grasped
-  std::optional<LimbParts> torso;     ///< helps either arm; none: the arms work alone
-  std::string optical_frame;          ///< of the camera: link with x right, y down, z forward
-  std::optional<GazeParts> gaze;      ///< none: the camera looks where it looks
-  std::optional<LaserParts> laser;    ///< none: the camera has no laser
+  std::string pdo_layout;           ///< name of the one in use unless another is asked for
+  std::vector<HandParts> hands;     ///< none: nothing can be grasped
+  std::optional<LimbParts> torso;   ///< helps either arm; none: the arms work alone
+  std::string optical_frame;        ///< of the camera: link with x right, y down, z forward
+  std::optional<GazeParts> gaze;    ///< none: the camera looks where it looks
+  std::optional<LaserParts> laser;  ///< none: the camera has no laser
+  std::string camera_imu;           ///< link with the axes of the camera's inertial unit; empty: it has none
   std::optional<StanceParts> stance;  ///< none: the base is held
 
   /// `hands`. Throws std::runtime_error when there is none.

@@ -19,6 +19,7 @@ inline constexpr std::uint64_t kLumaRectifiedLeft = 1U << 4U;
 inline constexpr std::uint64_t kLumaRectifiedRight = 1U << 5U;
 inline constexpr std::uint64_t kDisparityLeft = 1U << 10U;
 inline constexpr std::uint64_t kLidar = 1U << 24U;
+inline constexpr std::uint64_t kImu = 1U << 25U;
 inline constexpr std::uint64_t kEverything = 0x0000000F'FF7FFFFF;
 }  // namespace source
 
@@ -34,6 +35,8 @@ enum class Query : std::uint16_t {
   kMtu = 0x001A,
   kNetwork = 0x001B,
   kDeviceModes = 0x001D,
+  kImuInfo = 0x001F,
+  kImuConfig = 0x0020,
   kExternalCalibration = 0x0024,
   kMotorPosition = 0x0028,
 };

@@ -210,6 +210,24 @@ class Camera(EmulateTest):
         self.assertGreater(len(set(left)), 100)
         self.assertEqual(emulator.finish()[0], 0)
 
+    def test_its_inertial_unit_feels_gravity(self):
+        emulator = self.start("--camera", self.camera)
+        self.wait_for_camera()
+        client = self.client()
+        client.stream(multisense.IMU, multisense.IMU)
+        numbers, seen = [], {1: [], 2: [], 3: []}
+        while len(numbers) < 10:
+            number, samples = multisense.imu_samples(client.wait_for(multisense.IMU_DATA))
+            numbers.append(number)
+            for kind, _, *value in samples:
+                seen[kind].append(value)
+        self.assertEqual(numbers, list(range(numbers[0], numbers[0] + 10)))
+        mean = [sum(v[axis] for v in seen[1]) / len(seen[1]) for axis in range(3)]
+        self.assertAlmostEqual(sum(m * m for m in mean) ** 0.5, 1, delta=0.05)
+        self.assertTrue(all(abs(x) < 10 for v in seen[2] for x in v))
+        self.assertGreater(len(seen[3]), 20)
+        self.assertEqual(emulator.finish()[0], 0)
+
     def test_six_clients_that_never_read_delay_nobody(self):
         self.start("--camera", self.camera)
         self.wait_for_camera()

@@ -8,7 +8,8 @@ PORT = 9001
 HEAD = struct.Struct("<HHHHHII")
 ACK, VERSION, STATUS, METADATA, IMAGE, DISPARITY = 0x0001, 0x0102, 0x0103, 0x010F, 0x0110, 0x0111
 GET_VERSION, GET_STATUS, STREAM = 0x0002, 0x0003, 0x001C
-LUMA_LEFT, LUMA_RIGHT, DISPARITY_LEFT = 1 << 4, 1 << 5, 1 << 10
+LUMA_LEFT, LUMA_RIGHT, DISPARITY_LEFT, IMU = 1 << 4, 1 << 5, 1 << 10, 1 << 25
+IMU_DATA = 0x0114
 
 
 def loopback(number):
@@ -94,3 +95,10 @@ def image(body):
 def histogram(metadata):
     """Of message 0x010F: four channels of 256."""
     return struct.unpack_from("<1024I", metadata, 8 + 4 + 4 + 4 + 8 + 4)
+
+
+def imu_samples(body):
+    """Number and samples (kind, ns, x, y, z) of message 0x0114."""
+    number, version, count = struct.unpack_from("<IHI", body)
+    assert version == 2 and len(body) == 10 + 30 * count
+    return number, [struct.unpack_from("<Hqfff", body, 10 + 30 * i) for i in range(count)]
