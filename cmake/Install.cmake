@@ -26,5 +26,6 @@ install(DIRECTORY "${WALKMAN_ROOT}/urdf/" DESTINATION "${share}/urdf"
 install(FILES "${WALKMAN_ROOT}/adaptation/parameters.yaml" "${WALKMAN_ROOT}/adaptation/head_at_home.yaml" DESTINATION "${share}/adaptation")
 install(DIRECTORY "${WALKMAN_ROOT}/emulator/plant/actuators" DESTINATION "${share}/emulator/plant" FILES_MATCHING PATTERN "*.yaml")
 install(FILES "${WALKMAN_ROOT}/emulator/scene/model_error.yaml" DESTINATION "${share}/emulator/scene")
+install(FILES "${WALKMAN_ROOT}/emulator/camera/multisense.yaml" DESTINATION "${share}/emulator/camera")
 install(DIRECTORY "${WALKMAN_ROOT}/emulator/nodes/measuring" DESTINATION "${share}/emulator/nodes" FILES_MATCHING PATTERN "*.yaml")
 install(DIRECTORY "${datasheets}/eds" "${datasheets}/dbc" DESTINATION "${share}")

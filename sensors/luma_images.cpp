@@ -9,7 +9,6 @@
 
 #include "sensors/normal_distribution.h"
 #include "sensors/random_stream.h"
-#include "sensors/stereo_rays.h"
 
 namespace walkman::sensors {
 namespace {
@@ -135,8 +134,9 @@ void LumaImages::shade(Worker& worker, std::size_t count, const std::vector<Plac
   for (std::size_t i = 0; i < count; ++i) worker.signal[i] *= light_[worker.triangle[i]];
 }
 
-void LumaImages::draw_band(int band, int worker_index, const std::vector<float>& disparity,
-                           const std::vector<std::uint32_t>& surface, StereoImages& images) {
+void LumaImages::draw_band(int band, int worker_index, const StereoRays& rays,
+                           const std::vector<float>& disparity, const std::vector<std::uint32_t>& surface,
+                           StereoImages& images) {
   Worker& worker = *workers_[static_cast<std::size_t>(worker_index)];
   const int first = band * StereoRays::kBandRows;
   const int last = std::min(first + StereoRays::kBandRows, options_.height);
@@ -145,7 +145,7 @@ void LumaImages::draw_band(int band, int worker_index, const std::vector<float>&
     draw_left(v, worker, disparity.data() + row, surface.data() + row);
     expose(v, kLeftNoise, worker, worker.left.data(),
            images.left.data() + static_cast<std::ptrdiff_t>(v) * options_.width);
-    warp(v, worker, disparity.data() + row);
+    warp(v, worker, disparity.data() + row, rays.right_margin(v));
   }
   fill_holes(first, last, worker);
   for (int v = first; v < last; ++v) {
@@ -182,7 +182,7 @@ void LumaImages::draw_left(int v, Worker& worker, const float* disparity,
 }
 
 /// A row of the right image from the left one.
-void LumaImages::warp(int v, Worker& worker, const float* d) const {
+void LumaImages::warp(int v, Worker& worker, const float* d, float margin) const {
   const int width = options_.width;
   float* const column = worker.column.data();  // of each left pixel in the right image
   int* const next = worker.next.data();        // whole one from there on
@@ -212,7 +212,7 @@ void LumaImages::warp(int v, Worker& worker, const float* d) const {
     const int u = nearest[k] > 0 ? source[k] : 0;
     const float share = (static_cast<float>(k) - column[u]) / (column[u + 1] - column[u]);
     const float there = left[u] + share * (left[u + 1] - left[u]);
-    right[k] = nearest[k] > 0 ? there : kHole;
+    right[k] = nearest[k] > 0 && static_cast<float>(k) < margin ? there : kHole;
   }
 }
 

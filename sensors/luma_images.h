@@ -9,6 +9,7 @@
 #include "sensors/painted_surfaces.h"
 #include "sensors/parallel_jobs.h"
 #include "sensors/stereo_camera.h"
+#include "sensors/stereo_rays.h"
 
 namespace walkman::sensors {
 
@@ -16,7 +17,8 @@ namespace walkman::sensors {
 ///
 /// The left image shades what the stereo rays met. The right one shows the same points where the right camera
 /// sees them, by their disparity, and casts rays of its own where none of them falls: beside nearer things,
-/// and right of the left view.
+/// and right of the left view, where what is out of it may be nearer. What the right camera alone sees of a
+/// near thing in front of a surface that both see is left out.
 class LumaImages {
  public:
   /// `stride` and `bands` as StereoRays has them.
@@ -26,9 +28,9 @@ class LumaImages {
   /// Prepares a frame: lights every triangle. Throws as PaintedSurfaces::begin.
   void begin(const RayScene& scene, const Eigen::Isometry3d& X_WC, std::uint64_t seed, std::uint64_t frame,
              tbb::task_arena& arena);
-  /// Of the band's rows, from StereoRays' images of all rows. Bands may be drawn at the same time by
+  /// Of the band's rows, from StereoRays and its images of all rows. Bands may be drawn at the same time by
   /// different workers.
-  void draw_band(int band, int worker, const std::vector<float>& disparity,
+  void draw_band(int band, int worker, const StereoRays& rays, const std::vector<float>& disparity,
                  const std::vector<std::uint32_t>& surface, StereoImages& images);
 
  private:
@@ -38,7 +40,7 @@ class LumaImages {
   /// What comes from points of triangles, in C; both kept in the worker.
   void shade(Worker& worker, std::size_t count, const std::vector<Placed>& X_BC) const;
   void draw_left(int v, Worker& worker, const float* disparity, const std::uint32_t* surface) const;
-  void warp(int v, Worker& worker, const float* disparity) const;
+  void warp(int v, Worker& worker, const float* disparity, float margin) const;
   void fill_holes(int first, int last, Worker& worker) const;
   void cast_holes(Worker& worker) const;
   void expose(int v, int camera, Worker& worker, const float* signals, std::uint8_t* out) const;

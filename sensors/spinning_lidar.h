@@ -23,15 +23,14 @@ struct LidarOptions {
   /// Standard deviations: up to 10 m on a surface that the beam meets squarely, measured 6 to 8 mm on a
   /// MultiSense; at 30 m, half the data sheet's limit of 30 mm; along a surface (Photonics 5(2):12: 10.5 mm).
   double noise = 0.007, noise_far = 0.015, noise_grazing = 0.0105;  ///< m
-  double bias =
-      0.006;  ///< m, standard deviation of the device's own offset: ±30 mm are five of both together
+  double bias = 0.006;  ///< m, standard deviation of the device's own offset: ±30 mm are three of both
   /// Surfaces apart by less come back as one echo, anywhere between them: half the length of a pulse of some
   /// 2.5 ns.
   double pulse = 0.4;  ///< m
   /// Reflectance that is still seen at `most_range`, squarely: white paper (data sheet). Darker surfaces are
   /// seen to where they throw back as much.
   double least_reflectance = 0.9;
-  double intensity = 4000;  ///< of white paper 1 m away, device units; falls with the square root of its echo
+  double intensity = 4000;  ///< of what throws all light back 1 m away, device units; as the root of its echo
 
   /// The same device without noise and bias, its beam a line.
   [[nodiscard]] LidarOptions noise_free() const;

@@ -125,7 +125,7 @@ void StereoCamera::capture(const RayScene& scene, const Eigen::Isometry3d& X_WC,
   // Apart from the casting, whose trees would leave the cache.
   if (images != nullptr) {
     run_jobs(impl.arena, impl.rays.bands(), [&](int band, int worker) {
-      impl.luma.draw_band(band, worker, impl.disparity, impl.surface, *images);
+      impl.luma.draw_band(band, worker, impl.rays, impl.disparity, impl.surface, *images);
     });
   }
 

@@ -48,6 +48,10 @@ class StereoRays {
   void cast_band(int band, int worker, std::vector<float>& disparity, std::vector<float>& matched,
                  std::vector<std::uint32_t>* surface = nullptr);
 
+  /// From this column of row `v` on the right image may show what is nearer than anything in the left one.
+  /// For frames begun with `kWhereNeeded`.
+  [[nodiscard]] float right_margin(int v) const { return margin_.first_column(v); }
+
   /// Rays cast towards the right camera since `begin`.
   [[nodiscard]] std::size_t hidden_tests() const;
 

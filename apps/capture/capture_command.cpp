@@ -45,20 +45,61 @@ camera::OrganizedCloud next_cloud(EmulatedWorld& world, EmbeddedCamera& camera) 
   return cloud;
 }
 
-/// Half a turn of the spindle, which shows every direction once; the robot stands still meanwhile.
+/// Where the camera was at each step, in W.
+class CameraPath {
+ public:
+  explicit CameraPath(const EmulatedWorld& world)
+      : world_(world), link_(world.robot.model.link_index(world.robot.description.optical_frame)) {
+    note();
+  }
+  void note() { path_.emplace_back(world_.emulator.now(), world_.emulator.plant().X_WL(link_)); }
+  /// Between two steps it moved evenly.
+  [[nodiscard]] Eigen::Isometry3d X_WC(Time at) const {
+    const auto after = std::upper_bound(path_.begin(), path_.end(), at,
+                                        [](Time t, const auto& step) { return t < step.first; });
+    if (after == path_.begin()) return path_.front().second;
+    if (after == path_.end()) return path_.back().second;
+    const auto& [from, a] = *(after - 1);
+    const auto& [to, b] = *after;
+    const double share = static_cast<double>((at - from).count()) / static_cast<double>((to - from).count());
+    Eigen::Isometry3d X = Eigen::Isometry3d::Identity();
+    X.linear() =
+        Eigen::Quaterniond(a.linear()).slerp(share, Eigen::Quaterniond(b.linear())).toRotationMatrix();
+    X.translation() = a.translation() + share * (b.translation() - a.translation());
+    return X;
+  }
+  [[nodiscard]] const Eigen::Isometry3d& last() const { return path_.back().second; }
+
+ private:
+  const EmulatedWorld& world_;
+  int link_;
+  std::vector<std::pair<Time, Eigen::Isometry3d>> path_;
+};
+
+/// Half a turn of the spindle, which shows every direction once, in the left optical frame at its end: a
+/// robot without a master sways meanwhile.
 std::vector<multisense::Sweep::Point> next_sweep(EmulatedWorld& world, EmbeddedCamera& camera, double rate) {
   camera.client.spin(rate);
   multisense::Sweep sweep(camera.client.laser_calibration());
   const Time from = world.emulator.now();
   const Time longest = kLongestWait + std::chrono::milliseconds(std::llround(1e3 * std::numbers::pi / rate));
-  while (sweep.turned() < std::numbers::pi) {
+  CameraPath path(world);
+  std::vector<multisense::LidarData> scans;
+  multisense::Sweep turned(camera.client.laser_calibration());
+  while (turned.turned() < std::numbers::pi) {
     if (world.emulator.now() - from > longest)
       throw std::runtime_error("the emulated laser has not turned half around in its time");
     world.emulator.advance(world.emulator.now() + kStep);
-    for (const multisense::LidarData& scan : camera.client.take_scans())
-      sweep.add(scan, [](Time) { return Eigen::Isometry3d::Identity(); });
+    path.note();
+    for (multisense::LidarData& scan : camera.client.take_scans()) {
+      turned.add(scan, [](Time) { return Eigen::Isometry3d::Identity(); });
+      scans.push_back(std::move(scan));
+    }
   }
   camera.client.spin(0);
+  const Eigen::Isometry3d X_FW = path.last().inverse();
+  for (const multisense::LidarData& scan : scans)
+    sweep.add(scan, [&](Time at) { return Eigen::Isometry3d(X_FW * path.X_WC(at)); });
   return sweep.points();
 }
 

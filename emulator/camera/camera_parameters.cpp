@@ -7,7 +7,9 @@
 namespace walkman {
 namespace {
 
-constexpr int kTurnSteps = 1440;  // of the laser's mirror
+// A UTM-30LX-EW takes 270 degrees of a turn of 25 ms (SCIP 2.0), which its wire does not tell.
+constexpr int kMostBeams = 1081;
+constexpr double kArc = 1.5 * std::numbers::pi, kArcTime = 0.01875;  // rad, s
 
 sensors::StereoOptions read_stereo(const YamlMap& map) {
   sensors::StereoOptions o;
@@ -30,9 +32,9 @@ sensors::StereoOptions read_stereo(const YamlMap& map) {
 
 sensors::LidarOptions read_laser(const YamlMap& map) {
   sensors::LidarOptions o;
-  o.beams = static_cast<int>(map.integer("beams", 1, kTurnSteps));
-  o.step = map.number("step_deg", 0.01, 90) * std::numbers::pi / 180;
-  o.beam_period = map.number("turn_s", 1e-3, 1) / kTurnSteps;
+  o.beams = static_cast<int>(map.integer("beams", 2, kMostBeams));
+  o.step = kArc / (o.beams - 1);
+  o.beam_period = kArcTime / (o.beams - 1);
   o.least_range = map.number("least_range_m", 0, 10);
   o.most_range = map.number("most_range_m", o.least_range + 0.1, 1000);
   o.beam_angle = map.number("beam_angle_rad", 0, 0.1);
@@ -59,10 +61,9 @@ CameraParameters load_camera_parameters(const std::filesystem::path& yaml_file) 
       top.map("stereo", {"width", "height", "rate_hz", "focal_px", "cx", "cy", "baseline_m", "min_depth_m",
                          "max_disparity", "sigma_d_px", "correlation_px", "fattening_px", "spike_fraction",
                          "dropout_fraction", "disparity_step_px"});
-  const YamlMap laser =
-      top.map("laser", {"beams", "step_deg", "turn_s", "least_range_m", "most_range_m", "beam_angle_rad",
-                        "beam_radius_m", "noise_m", "noise_far_m", "noise_grazing_m", "bias_m", "pulse_m",
-                        "least_reflectance", "intensity"});
+  const YamlMap laser = top.map(
+      "laser", {"beams", "least_range_m", "most_range_m", "beam_angle_rad", "beam_radius_m", "noise_m",
+                "noise_far_m", "noise_grazing_m", "bias_m", "pulse_m", "least_reflectance", "intensity"});
   const YamlMap imu = top.map("imu", {"force_noise_g", "force_offset_g", "rate_noise_dps", "rate_offset_dps",
                                       "field_noise_gauss", "field_offset_gauss"});
   const auto size = [&](const char* key) { return imu.number(key, 0, 1000); };

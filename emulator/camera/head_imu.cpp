@@ -12,6 +12,8 @@ namespace {
 
 using multisense::ImuConfig, multisense::ImuInfo, multisense::ImuKind;
 
+enum Term : std::uint64_t { kOffset = 48, kNoise };  // the camera's and the laser's come before
+
 constexpr std::size_t kKept = 4096;  // samples that nobody takes
 constexpr double kDegree = std::numbers::pi / 180;
 // The Earth's field in the north of Italy, W's x towards the north: 0.47 gauss, 62 degrees down.
@@ -60,7 +62,7 @@ HeadImu::HeadImu(const ImuErrors& errors, std::uint64_t seed) : errors_(errors),
   config_.sensors[2].rate = 3;
   const std::array<double, kChips> most{errors.force_offset, errors.rate_offset, errors.field_offset};
   for (std::size_t chip = 0; chip < kChips; ++chip) {
-    const sensors::RandomStream random(seed, chip, 0, 0);
+    const sensors::RandomStream random(seed, chip, kOffset, 0);
     for (int axis = 0; axis < 3; ++axis) {
       const double share = 2 * static_cast<double>(random.uniform(static_cast<std::uint64_t>(axis))) - 1;
       chips_[chip].offset[axis] = most[chip] * share;
@@ -97,7 +99,7 @@ void HeadImu::sample(std::size_t chip, Time now, const Eigen::Vector3d& truth) {
   if (now < own.next) return;
   own.next = std::max(own.next + period, now + period - std::chrono::milliseconds(1));
   std::array<float, 3> draw{};
-  sensors::fill_normal(sensors::RandomStream(seed_, chip, 1, own.count++), draw);
+  sensors::fill_normal(sensors::RandomStream(seed_, chip, kNoise, own.count++), draw);
   const double bandwidth = std::sqrt(static_cast<double>(rate.second) * std::numbers::pi / 2);
   const std::array<double, kChips> noise{errors_.force_noise * bandwidth, errors_.rate_noise * bandwidth,
                                          errors_.field_noise};
@@ -136,9 +138,10 @@ bool HeadImu::set(const ImuConfig& wanted) {
   return true;
 }
 
-bool HeadImu::take(multisense::ImuData& out) {
+bool HeadImu::take(Time until, multisense::ImuData& out) {
   const std::lock_guard lock(mutex_);
-  if (samples_.size() < config_.samples_per_message) return false;
+  const std::size_t full = config_.samples_per_message;
+  if (samples_.size() < full || Time(samples_[full - 1].nanoseconds) > until) return false;
   const auto end = samples_.begin() + static_cast<std::ptrdiff_t>(config_.samples_per_message);
   out.number = ++number_;
   out.samples.assign(samples_.begin(), end);

@@ -27,8 +27,8 @@ class HeadImu {
   [[nodiscard]] multisense::ImuConfig config() const;
   /// False for what `info` does not offer; then nothing changes.
   [[nodiscard]] bool set(const multisense::ImuConfig& wanted);
-  /// Samples since the last call, at most a message full of them; none before there are so many.
-  [[nodiscard]] bool take(multisense::ImuData& out);
+  /// The next samples, a message full of them; false when there are not so many up to `until`.
+  [[nodiscard]] bool take(Time until, multisense::ImuData& out);
 
  private:
   static constexpr std::size_t kChips = 3;

@@ -62,15 +62,6 @@ std::array<float, 16> rows_of(const Eigen::Isometry3d& X) {
   return rows;
 }
 
-std::int32_t microradians(double angle) {
-  return static_cast<std::int32_t>(std::lround(1e6 * std::remainder(angle, 2 * std::numbers::pi)));
-}
-
-multisense::SensorTime sensor_time(Time t) {
-  const auto us = std::chrono::duration_cast<std::chrono::microseconds>(t).count();
-  return {static_cast<std::uint32_t>(us / 1000000), static_cast<std::uint32_t>(us % 1000000)};
-}
-
 }  // namespace
 
 Laser::Laser(const RobotModel& robot, const LaserParts& parts, int camera_link,
@@ -135,14 +126,14 @@ void Laser::scan(const sensors::RayScene& scene, const LaserTurn& turn, multisen
   const sensors::LidarOptions& options = lidar_.options();
   const double span = options.beam_period * (options.beams - 1);
   out.number = static_cast<std::uint32_t>(turn.number);
-  out.first = sensor_time(turn.first);
-  out.last = sensor_time(turn.first + Time(std::llround(1e9 * span)));
+  out.first = multisense::sensor_time(turn.first);
+  out.last = multisense::sensor_time(turn.first + Time(std::llround(1e9 * span)));
   // What the spindle's encoder says then; between two physics steps it turns evenly.
   const auto steps = static_cast<std::size_t>(span / std::chrono::duration<double>(kStep).count());
   const double share = span / std::chrono::duration<double>(kStep).count() - static_cast<double>(steps);
   const double last = turn.angles[steps] + share * (turn.angles[steps + 1] - turn.angles[steps]);
-  out.first_microradians = microradians(turn.angles.front());
-  out.last_microradians = microradians(last);
+  out.first_microradians = multisense::microradians(turn.angles.front());
+  out.last_microradians = multisense::microradians(last);
   out.ranges_mm.clear();
   out.intensities.clear();
   for (const float range : scan_.ranges) {

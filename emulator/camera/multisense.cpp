@@ -73,13 +73,12 @@ void MultiSense::advance(Time now, const plant::Plant& plant) {
       note_poses(plant, poses);
       laser_->halfway(std::move(poses));
     }
-    spindle_angle_ = laser_->angle();
   }
   if (now < next_) return;
   while (next_ <= now) next_ += Time(period_ns_.load());
   ++exposure_.frame;
   exposure_.stamp = now;
-  exposure_.spindle_angle = spindle_angle_;
+  exposure_.spindle_angle = laser_ ? laser_->angle() : 0;
   exposure_.X_WC = plant.X_WL(optical_link_);
   note_poses(plant, exposure_.poses);
 }

@@ -53,10 +53,9 @@ class MultiSense {
   [[nodiscard]] const Exposure& exposure() const { return exposure_; }
   /// The newest turns of the laser's mirror; none for a camera without a laser.
   [[nodiscard]] const LaserTurns& turns() const;
-  /// Rate at which the spindle is to turn, rad/s, and the angle that it has, rad. From any thread.
+  /// Rate at which the spindle is to turn, rad/s. From any thread.
   [[nodiscard]] double spindle_rate() const { return spindle_rate_; }
   void turn_spindle(double rate) { spindle_rate_ = rate; }
-  [[nodiscard]] double spindle_angle() const { return spindle_angle_; }
 
   // What follows may run in another thread than `advance`, but in one at a time.
 
@@ -105,7 +104,7 @@ class MultiSense {
   Time now_{}, next_{};
   std::optional<Laser> laser_;
   std::optional<HeadImu> imu_;
-  std::atomic<double> spindle_rate_ = 0, spindle_angle_ = 0;
+  std::atomic<double> spindle_rate_ = 0;
 
   Exposure exposure_;
 };

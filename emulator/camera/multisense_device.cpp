@@ -24,14 +24,11 @@ constexpr std::uint32_t kMtuTestOverhead = 54;
 constexpr std::uint64_t kLuma = source::kLumaRectifiedLeft | source::kLumaRectifiedRight;
 constexpr std::uint64_t kImages = kLuma | source::kDisparityLeft;
 constexpr std::uint64_t kServed = kImages | source::kLidar | source::kImu;
-constexpr std::size_t kMostScans = 64;                    // messages, likewise
+constexpr std::size_t kImageGroup = 0, kLaserGroup = 1, kImuGroup = 2;
+constexpr std::array kGroups = {kImages, source::kLidar, source::kImu};
+constexpr std::size_t kMostScans = Laser::kKept;          // messages, likewise
 constexpr double kPerMinute = 2 * std::numbers::pi / 60;  // rad/s
 constexpr std::uint8_t kLights = 0x0F;
-
-SensorTime sensor_time(Time t) {
-  const auto us = std::chrono::duration_cast<std::chrono::microseconds>(t).count();
-  return {static_cast<std::uint32_t>(us / 1000000), static_cast<std::uint32_t>(us % 1000000)};
-}
 
 bool at_least(float value, float least) { return std::isfinite(value) && value >= least; }
 
@@ -44,14 +41,19 @@ MultiSenseDevice::MultiSenseDevice(MultiSense& camera) : camera_(camera) {
   control_.frames_per_second = static_cast<float>(camera.rate_hz());
 }
 
-void MultiSenseDevice::queue(Client& client, Bytes message) {
+std::size_t MultiSenseDevice::queued(const Client& client, Kind kind) {
+  return static_cast<std::size_t>(std::count_if(client.queue.begin(), client.queue.end(),
+                                                [&](const Outgoing& one) { return one.kind == kind; }));
+}
+
+void MultiSenseDevice::queue(Client& client, Kind kind, Bytes message) {
   const Fragments fragments(*message, ++client.sequence, client.mtu);
-  client.queue.push_back({std::move(message), fragments});
+  client.queue.push_back({kind, std::move(message), fragments});
 }
 
 template <typename Message>
 void MultiSenseDevice::answer(Client& client, const Message& message) {
-  queue(client, std::make_shared<const std::vector<std::uint8_t>>(encode(message)));
+  queue(client, Kind::kAnswer, std::make_shared<const std::vector<std::uint8_t>>(encode(message)));
 }
 
 void MultiSenseDevice::acknowledge(Client& client, std::uint16_t request, std::int32_t status) {
@@ -70,6 +72,7 @@ void MultiSenseDevice::publish(Time now, const Exposure& exposure, const LaserTu
   for (const auto& turn : turns) {
     if (turn->number <= last_turn_) continue;
     last_turn_ = turn->number;
+    spindle_angle_ = turn->angles.back();
     publish_turn(*turn);
   }
   publish_imu();
@@ -77,11 +80,11 @@ void MultiSenseDevice::publish(Time now, const Exposure& exposure, const LaserTu
   Published frame{exposure, {}, {}, {}, {}, {}, {}};
   std::vector<Client*> due;
   for (auto& [address, client] : clients_) {
-    if ((client.sources & kImages) == 0 || exposure.stamp < client.since ||
+    if ((client.sources & kImages) == 0 || exposure.stamp < client.since[kImageGroup] ||
         exposure.frame == client.last_frame)
       continue;
     client.last_frame = exposure.frame;
-    if (client.queue.size() > kMostQueued) continue;
+    if (queued(client, Kind::kFrame) > kMostQueued) continue;
     due.push_back(&client);
     frame.images = frame.images || (client.sources & kLuma) != 0;
   }
@@ -91,26 +94,27 @@ void MultiSenseDevice::publish(Time now, const Exposure& exposure, const LaserTu
 void MultiSenseDevice::publish_turn(const LaserTurn& turn) {
   Bytes bytes;
   for (auto& [address, client] : clients_) {
-    if ((client.sources & source::kLidar) == 0 || turn.first < client.since ||
-        client.queue.size() > kMostScans)
+    if ((client.sources & source::kLidar) == 0 || turn.first < client.since[kLaserGroup] ||
+        queued(client, Kind::kScan) >= kMostScans)
       continue;
     if (!bytes) {
       camera_.scan(turn, scan_);
       bytes = std::make_shared<const std::vector<std::uint8_t>>(encode(scan_));
     }
-    queue(client, bytes);
+    queue(client, Kind::kScan, bytes);
   }
 }
 
 void MultiSenseDevice::publish_imu() {
-  while (camera_.imu() != nullptr && camera_.imu()->take(imu_)) {
+  while (camera_.imu() != nullptr && camera_.imu()->take(now_, imu_)) {
     const Time first = imu_.samples.empty() ? now_ : Time(imu_.samples.front().nanoseconds);
     Bytes bytes;
     for (auto& [address, client] : clients_) {
-      if ((client.sources & source::kImu) == 0 || first < client.since || client.queue.size() > kMostScans)
+      if ((client.sources & source::kImu) == 0 || first < client.since[kImuGroup] ||
+          queued(client, Kind::kInertial) >= kMostScans)
         continue;
       if (!bytes) bytes = std::make_shared<const std::vector<std::uint8_t>>(encode(imu_));
-      queue(client, bytes);
+      queue(client, Kind::kInertial, bytes);
     }
   }
 }
@@ -135,11 +139,11 @@ void MultiSenseDevice::publish_to(Client& client, Published& frame) {
     }
     frame.metadata = bytes_of(metadata(frame.exposure, frame_, control_));
   }
-  queue(client, frame.metadata);
+  queue(client, Kind::kFrame, frame.metadata);
   const auto give = [&](std::uint64_t source, Bytes& bytes, const auto& message) {
     if ((client.sources & source) == 0) return;
     if (!bytes) bytes = bytes_of(message);
-    queue(client, bytes);
+    queue(client, Kind::kFrame, bytes);
   };
   give(source::kLumaRectifiedLeft, frame.left, frame_.left);
   give(source::kLumaRectifiedRight, frame.right, frame_.right);
@@ -155,8 +159,7 @@ ImageMetadata MultiSenseDevice::metadata(const Exposure& exposure, const MultiSe
   about.gain = control.exposure.gain;
   about.exposure_us = control.exposure.exposure_us;
   about.captured = sensor_time(exposure.stamp);
-  about.spindle_microradians = static_cast<std::int32_t>(
-      std::lround(1e6 * std::remainder(exposure.spindle_angle, 2 * std::numbers::pi)));
+  about.spindle_microradians = microradians(exposure.spindle_angle);
   if (frame.left.frame != about.frame) return about;
   // Channel by channel, as of an imager with colour filters: the four pixels of a square.
   for (std::size_t i = 0; i < frame.left.pixels.size(); ++i) {
@@ -180,7 +183,7 @@ void MultiSenseDevice::receive(Address from, std::span<const std::uint8_t> datag
   }
   Client& client = clients_[from];
   client.heard = host;
-  if (client.queue.size() <= kMostAnswers) handle(client, datagram.subspan(kDatagramHeadBytes));
+  if (queued(client, Kind::kAnswer) <= kMostAnswers) handle(client, datagram.subspan(kDatagramHeadBytes));
   note_streams();
 }
 
@@ -190,7 +193,8 @@ void MultiSenseDevice::handle(Client& client, std::span<const std::uint8_t> mess
   if (const auto stream = decode<StreamControl>(message)) {
     const std::uint64_t before = client.sources;
     client.sources = (before & ~stream->modify) | (stream->control & stream->modify);
-    if ((client.sources & ~before) != 0) client.since = now_;
+    for (std::size_t group = 0; group < kGroups.size(); ++group)
+      if ((client.sources & ~before & kGroups[group]) != 0) client.since[group] = now_;
     acknowledge(client, id, Ack::kOk);
   } else if (const auto test = decode<MtuTest>(message)) {
     if (test->mtu < kMtuTestOverhead || test->mtu > kMostMtu) return;  // nothing so long comes through
@@ -278,8 +282,7 @@ bool MultiSenseDevice::handle_query(Client& client, std::uint16_t id) {
       return give(camera_.imu()->config());
     case Query::kMotorPosition:
       if (camera_.laser_calibration() == nullptr) return false;
-      return give(MotorPosition{static_cast<std::int32_t>(
-          std::lround(1e6 * std::remainder(camera_.spindle_angle(), 2 * std::numbers::pi)))});
+      return give(MotorPosition{microradians(spindle_angle_)});
     case Query::kNetwork:
       return give(Network{1, "127.0.0.1", "127.0.0.1", "255.0.0.0"});
     case Query::kExternalCalibration:

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <atomic>
 #include <cstdint>
 #include <deque>
@@ -50,13 +51,15 @@ class MultiSenseDevice {
 
  private:
   using Bytes = std::shared_ptr<const std::vector<std::uint8_t>>;
+  enum class Kind { kAnswer, kFrame, kScan, kInertial };
   struct Outgoing {
+    Kind kind;
     Bytes message;  // which the fragments are of
     multisense::Fragments fragments;
   };
   struct Client {
     std::uint64_t sources = 0;
-    Time since{};  // when it asked for them, on the sensor's clock
+    std::array<Time, 3> since{};  // when it asked for images, laser and inertial unit, on the sensor's clock
     std::uint64_t last_frame = 0;
     std::size_t mtu = multisense::kLeastMtu;
     std::uint16_t sequence = 0;
@@ -73,7 +76,8 @@ class MultiSenseDevice {
   [[nodiscard]] static multisense::ImageMetadata metadata(const Exposure& exposure,
                                                           const MultiSense::Frame& frame,
                                                           const multisense::CameraControl& control);
-  void queue(Client& client, Bytes message);
+  [[nodiscard]] static std::size_t queued(const Client& client, Kind kind);
+  void queue(Client& client, Kind kind, Bytes message);
   template <typename Message>
   void answer(Client& client, const Message& message);
   void acknowledge(Client& client, std::uint16_t request, std::int32_t status);
@@ -98,6 +102,7 @@ class MultiSenseDevice {
   multisense::LidarData scan_;
   multisense::ImuData imu_;
   std::uint64_t last_turn_ = 0;
+  double spindle_angle_ = 0;
   std::map<Address, Client> clients_;
   Address served_ = 0;  // last
   std::atomic<bool> streams_ = false;

@@ -23,6 +23,7 @@ namespace {
 constexpr std::size_t kBurst = 25000;  // bytes
 constexpr int kBurstMs = 1;
 constexpr int kSilenceMs = 1000;
+constexpr Time kLatestImu = std::chrono::milliseconds(50);
 constexpr int kMostRequests = 64;  // between two bursts
 
 MultiSenseDevice::Address key_of(const sockaddr_in& address) {
@@ -76,7 +77,10 @@ void CameraServer::publish(Time now) {
     is_new = is_new || (!turns.empty() && turns.back()->number > last_turn_);
     if (!turns.empty()) last_turn_ = turns.back()->number;
   }
+  // The inertial unit's samples go with whatever else there is, but not much later.
+  is_new = is_new || (camera_.imu() != nullptr && now - woken_ >= kLatestImu);
   if (!is_new || !device_.streams()) return;
+  woken_ = now;
   const std::uint64_t one = 1;
   static_cast<void>(!::write(wake_.get(), &one, sizeof one));
 }

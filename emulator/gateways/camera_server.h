@@ -57,6 +57,7 @@ class CameraServer {
   std::atomic<bool> stop_ = false;
   std::mutex mutex_;
   std::uint64_t last_turn_ = 0;
+  Time woken_{};                                 // the thread, on the emulated clock
   Published published_;                          // by the emulator's loop
   Published seen_;                               // by the thread
   Time sent_at_{};                               // the last burst, on the host's clock

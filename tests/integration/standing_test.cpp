@@ -169,6 +169,7 @@ Swayed pushed(const Push& push, const Truth& truth = {}) {
   const ChangedFolder sensors(kTree / "emulator/nodes/measuring", "torque_range", truth.torque_range);
   EmulatorOptions options = emulator_options();
   options.sensors = sensors.folder();
+  options.camera = kTree / "emulator/camera/multisense.yaml";
   options.actuators = actuators.folder();
   options.seed = truth.seed;
   rigs::CommandedRobot robot(world, options, [&](RobotModel& model) {

@@ -110,6 +110,29 @@ void require_device(const RobotDescription& robot, const DeviceTable& devices, D
                                        robot.device_table.string(), name, did_you_mean(name, names)));
 }
 
+/// The laser hangs on its spindle, and no drive of the robot's turns that.
+void require_on_spindle(const KnownRobot& known, const LaserParts& laser) {
+  const std::string file = known.description.file.string();
+  for (const Bus& bus : known.devices.buses)
+    for (const Device& device : bus.devices)
+      if (device.name == laser.spindle)
+        throw std::runtime_error(fmt::format(
+            "{}: camera.laser.spindle: {} is a drive of the robot's, expected a joint of the camera's own",
+            file, laser.spindle));
+  const auto joint_of = [&](int link) {
+    return known.model.links[static_cast<std::size_t>(link)].parent_joint;
+  };
+  const int spindle = known.model.joint_index(laser.spindle);
+  int joint = joint_of(known.model.link_index(laser.frame));
+  while (joint >= 0 && joint != spindle) {
+    const Joint& above = known.model.joints[static_cast<std::size_t>(joint)];
+    joint = above.type == JointType::kFixed ? joint_of(above.parent_link) : -1;
+  }
+  if (joint < 0)
+    throw std::runtime_error(fmt::format("{}: camera.laser.frame: {} is not fixed to what {} turns", file,
+                                         laser.frame, laser.spindle));
+}
+
 void require_limb(const KnownRobot& known, const char* key, const LimbParts& limb) {
   const RobotDescription& robot = known.description;
   for (const std::string& joint : limb.joints)
@@ -198,6 +221,7 @@ KnownRobot::KnownRobot(RobotDescription robot, const RobotChoice& choice)
   if (const auto& laser = description.laser) {
     require_link(description, model, "camera.laser.frame", laser->frame);
     require_joint(description, model, "camera.laser.spindle", laser->spindle);
+    require_on_spindle(*this, *laser);
   }
   if (!description.stance) return;
   for (const std::string& foot : description.stance->feet)

@@ -24,10 +24,6 @@ constexpr std::size_t kMostScans = 4096;                  // not taken
 constexpr double kPerMinute = 2 * std::numbers::pi / 60;  // rad/s
 constexpr std::uint32_t kFirstMtu = kMostMtu, kSecondMtu = kLeastMtu;
 
-Time time_of(const SensorTime& t) {
-  return std::chrono::seconds(t.seconds) + std::chrono::microseconds(t.microseconds);
-}
-
 }  // namespace
 
 Camera::Camera(DatagramPort& port, std::string name, std::function<Time()> now)

@@ -1,6 +1,22 @@
 #include "drivers/camera/multisense/messages.h"
 
+#include <cmath>
+#include <numbers>
+
 namespace walkman::multisense {
+
+Time time_of(const SensorTime& t) {
+  return std::chrono::seconds(t.seconds) + std::chrono::microseconds(t.microseconds);
+}
+
+SensorTime sensor_time(Time t) {
+  const auto us = std::chrono::duration_cast<std::chrono::microseconds>(t).count();
+  return {static_cast<std::uint32_t>(us / 1000000), static_cast<std::uint32_t>(us % 1000000)};
+}
+
+std::int32_t microradians(double angle) {
+  return static_cast<std::int32_t>(std::lround(1e6 * std::remainder(angle, 2 * std::numbers::pi)));
+}
 
 std::vector<std::uint8_t> encode(Query query) { return Writer(static_cast<std::uint16_t>(query), 1).take(); }
 

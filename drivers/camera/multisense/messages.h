@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "drivers/camera/multisense/wire.h"
+#include "drivers/time.h"
 
 /// The messages of a MultiSense-SL, as its vendor's client library reads and writes them. Units are those of
 /// the wire: seconds and microseconds, metres, pixels, microradians.
@@ -54,6 +55,10 @@ struct Ack {
 struct SensorTime {
   std::uint32_t seconds = 0, microseconds = 0;
 };
+[[nodiscard]] Time time_of(const SensorTime& t);
+[[nodiscard]] SensorTime sensor_time(Time t);
+/// An angle (rad) as the wire has the spindle's: within half a turn of 0.
+[[nodiscard]] std::int32_t microradians(double angle);
 
 struct Version {
   static constexpr std::uint16_t kId = 0x0102, kVersion = 1;

@@ -22,10 +22,6 @@ Eigen::Isometry3d transform_of(const std::array<float, 16>& rows, const char* wh
   return X;
 }
 
-Time time_of(const SensorTime& t) {
-  return std::chrono::seconds(t.seconds) + std::chrono::microseconds(t.microseconds);
-}
-
 /// Between −π and π.
 double wrapped(double angle) { return std::remainder(angle, 2 * std::numbers::pi); }
 

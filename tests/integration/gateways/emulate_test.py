@@ -224,7 +224,9 @@ class Camera(EmulateTest):
         self.assertEqual(numbers, list(range(numbers[0], numbers[0] + 10)))
         mean = [sum(v[axis] for v in seen[1]) / len(seen[1]) for axis in range(3)]
         self.assertAlmostEqual(sum(m * m for m in mean) ** 0.5, 1, delta=0.05)
-        self.assertTrue(all(abs(x) < 10 for v in seen[2] for x in v))
+        # With its brakes closed and nobody to balance it the robot sways, by some degrees a second and about zero.
+        for axis in range(3):
+            self.assertLess(abs(sum(v[axis] for v in seen[2]) / len(seen[2])), 10)
         self.assertGreater(len(seen[3]), 20)
         self.assertEqual(emulator.finish()[0], 0)
 

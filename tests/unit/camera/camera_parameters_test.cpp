@@ -55,6 +55,7 @@ TEST(CameraParameters, OfAFileThatIsWrongAreRefusedWithItsLine) {
   EXPECT_THAT(problem_with("beams: 1081", "beams: many"), HasSubstr("beams"));
   EXPECT_THAT(problem_with("most_range_m: 30 ", "most_range_m: 0.05 "), HasSubstr("most_range_m"));
   EXPECT_THAT(problem_with("laser:", "lidar:"), HasSubstr("lidar"));
+  EXPECT_THAT(problem_with("beams: 1081", "beams: 1082"), HasSubstr("beams"));
   EXPECT_EQ(problem_with("rate_hz: 15", "rate_hz: 10"), "none");
 }
 

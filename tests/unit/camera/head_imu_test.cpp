@@ -33,7 +33,7 @@ std::vector<multisense::ImuSample> samples_of(HeadImu& imu, const plant::Inertia
   ImuData data;
   for (Time now = from; now < to; now += 1ms) {
     imu.advance(now, motion);
-    while (imu.take(data)) all.insert(all.end(), data.samples.begin(), data.samples.end());
+    while (imu.take(now, data)) all.insert(all.end(), data.samples.begin(), data.samples.end());
   }
   return all;
 }

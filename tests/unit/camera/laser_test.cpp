@@ -147,6 +147,26 @@ TEST(Laser, ASweepShowsTheRoomWhereItIs) {
   EXPECT_LT(std::sqrt(wall / on_wall), 0.02);
 }
 
+// A client that speaks every quarter of a second finds ten scans then, and gets its cloud and every scan all
+// the same.
+TEST(Laser, ScansAndCloudsDoNotCostEachOther) {
+  Rig rig;
+  rig.client.spin(1);
+  std::vector<multisense::LidarData> scans;
+  camera::OrganizedCloud cloud;
+  int clouds = 0;
+  for (int i = 0; i < 8; ++i) {
+    const Time wanted = rig.now;
+    static_cast<void>(rig.client.latest(wanted, cloud));
+    rig.advance(250ms);
+    clouds += rig.client.latest(wanted, cloud) ? 1 : 0;
+    for (auto& scan : rig.client.take_scans()) scans.push_back(std::move(scan));
+  }
+  EXPECT_EQ(clouds, 8);
+  ASSERT_GT(scans.size(), 75U);
+  for (std::size_t i = 1; i < scans.size(); ++i) EXPECT_EQ(scans[i].number, scans[i - 1].number + 1);
+}
+
 TEST(Laser, ACameraWithoutOneSaysSo) {
   Rig rig;
   Scene scene = rig.scene;
