@@ -63,6 +63,7 @@ picture::Picture sweep_picture(const std::vector<multisense::Sweep::Point>& poin
   const auto seen = [&](const Eigen::Vector3f& p_C) -> Eigen::Vector3d {
     return tip.inverse() * (R_LC * p_C.cast<double>() + Eigen::Vector3d(0, kAbove, kBehind));
   };
+  order.reserve(points.size());
   for (const auto& point : points) order.emplace_back(-seen(point.p_F).z(), &point);
   std::stable_sort(order.begin(), order.end(),
                    [](const auto& a, const auto& b) { return a.first < b.first; });
