@@ -120,9 +120,8 @@ TEST(Laser, ASweepShowsTheRoomWhereItIs) {
   while (sweep.turned() < std::numbers::pi) {
     ASSERT_LT(rig.now, 5s);
     rig.advance(25ms);
-    const Eigen::Isometry3d X_WC = rig.plant.X_WL(rig.camera_link);
     for (const multisense::LidarData& scan : rig.client.take_scans())
-      sweep.add(scan, [&](Time) { return X_WC; });
+      sweep.add(scan, [&](Time) { return rig.plant.X_WL(rig.camera_link); });
   }
   EXPECT_GT(sweep.points().size(), 50'000U);
   double floor = 0, wall = 0;
