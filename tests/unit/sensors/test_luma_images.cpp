@@ -165,7 +165,8 @@ TEST(SurfacePattern, IsTheSameForASeedAndHasPatchesWithoutTexture) {
     constexpr int kSide = 8;
     for (int i = 0; i < kSide * kSide; ++i) {
       const float x = 0.02F * static_cast<float>(patch) + 0.001F * static_cast<float>(i % kSide);
-      const float z = 0.001F * static_cast<float>(i / kSide);
+      const int row = i / kSide;
+      const float z = 0.001F * static_cast<float>(row);
       const float value = albedo(pattern, x, z);
       EXPECT_EQ(value, albedo(again, x, z));
       EXPECT_GE(value, 0.02F);
