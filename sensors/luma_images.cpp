@@ -87,7 +87,7 @@ void LumaImages::begin(const RayScene& scene, const Eigen::Isometry3d& X_WC, std
   light(scene, X_WC.translation().cast<float>(), arena);
 }
 
-/// Both sides of a triangle are lit: the one is that the camera sees.
+/// Of a triangle's two sides the one that the camera sees is lit.
 void LumaImages::light(const RayScene& scene, const Eigen::Vector3f& p_WCo, tbb::task_arena& arena) {
   light_.resize(surfaces_.triangles());
   std::size_t first = 0;

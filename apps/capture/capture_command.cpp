@@ -14,6 +14,7 @@
 #include "apps/shared/exit_code.h"
 #include "apps/shared/scene_options.h"
 #include "apps/shared/standard_streams.h"
+#include "urdf/reader/kinematics.h"
 #include "urdf/reader/utf8.h"
 
 namespace walkman::apps {
@@ -61,12 +62,8 @@ class CameraPath {
     if (after == path_.end()) return path_.back().second;
     const auto& [from, a] = *(after - 1);
     const auto& [to, b] = *after;
-    const double share = static_cast<double>((at - from).count()) / static_cast<double>((to - from).count());
-    Eigen::Isometry3d X = Eigen::Isometry3d::Identity();
-    X.linear() =
-        Eigen::Quaterniond(a.linear()).slerp(share, Eigen::Quaterniond(b.linear())).toRotationMatrix();
-    X.translation() = a.translation() + share * (b.translation() - a.translation());
-    return X;
+    return pose_between(a, b,
+                        static_cast<double>((at - from).count()) / static_cast<double>((to - from).count()));
   }
   [[nodiscard]] const Eigen::Isometry3d& last() const { return path_.back().second; }
 
@@ -84,23 +81,19 @@ std::vector<multisense::Sweep::Point> next_sweep(EmulatedWorld& world, EmbeddedC
   const Time from = world.emulator.now();
   const Time longest = kLongestWait + std::chrono::milliseconds(std::llround(1e3 * std::numbers::pi / rate));
   CameraPath path(world);
-  std::vector<multisense::LidarData> scans;
-  multisense::Sweep turned(camera.client.laser_calibration());
-  while (turned.turned() < std::numbers::pi) {
+  while (sweep.turned() < std::numbers::pi) {
     if (world.emulator.now() - from > longest)
       throw std::runtime_error("the emulated laser has not turned half around in its time");
     world.emulator.advance(world.emulator.now() + kStep);
     path.note();
-    for (multisense::LidarData& scan : camera.client.take_scans()) {
-      turned.add(scan, [](Time) { return Eigen::Isometry3d::Identity(); });
-      scans.push_back(std::move(scan));
-    }
+    for (const multisense::LidarData& scan : camera.client.take_scans())
+      sweep.add(scan, [&](Time at) { return path.X_WC(at); });
   }
   camera.client.spin(0);
-  const Eigen::Isometry3d X_FW = path.last().inverse();
-  for (const multisense::LidarData& scan : scans)
-    sweep.add(scan, [&](Time at) { return Eigen::Isometry3d(X_FW * path.X_WC(at)); });
-  return sweep.points();
+  const Eigen::Isometry3f X_CW = path.last().inverse().cast<float>();
+  std::vector<multisense::Sweep::Point> points_C = sweep.points();
+  for (multisense::Sweep::Point& point : points_C) point.p_F = X_CW * point.p_F;
+  return points_C;
 }
 
 /// The frame that the camera's client gets, and what Stage I makes of it.

@@ -111,11 +111,7 @@ Eigen::Isometry3d Laser::X_WL(const LaserTurn& turn, double seconds) const {
       std::min(seconds / std::chrono::duration<double>(kStep).count(), static_cast<double>(kSteps - 1));
   const auto before = std::min(static_cast<std::size_t>(steps), kSteps - 2);
   const double share = steps - static_cast<double>(before);
-  const Eigen::Isometry3d &a = turn.X_WH[before], &b = turn.X_WH[before + 1];
-  Eigen::Isometry3d X_WH = Eigen::Isometry3d::Identity();
-  X_WH.linear() =
-      Eigen::Quaterniond(a.linear()).slerp(share, Eigen::Quaterniond(b.linear())).toRotationMatrix();
-  X_WH.translation() = a.translation() + share * (b.translation() - a.translation());
+  const Eigen::Isometry3d X_WH = pose_between(turn.X_WH[before], turn.X_WH[before + 1], share);
   const double angle = turn.angles[before] + share * (turn.angles[before + 1] - turn.angles[before]);
   return X_WH * X_HSp_ * Eigen::AngleAxisd(angle, Eigen::Vector3d::UnitZ()) * X_SpL_;
 }

@@ -4,6 +4,14 @@
 
 namespace walkman {
 
+Eigen::Isometry3d pose_between(const Eigen::Isometry3d& X_FA, const Eigen::Isometry3d& X_FB, double share) {
+  Eigen::Isometry3d X = Eigen::Isometry3d::Identity();
+  X.linear() =
+      Eigen::Quaterniond(X_FA.linear()).slerp(share, Eigen::Quaterniond(X_FB.linear())).toRotationMatrix();
+  X.translation() = X_FA.translation() + share * (X_FB.translation() - X_FA.translation());
+  return X;
+}
+
 std::vector<double> joint_positions(const RobotModel& model, const std::map<std::string, double>& positions) {
   std::vector<double> q(model.joints.size(), 0.0);
   std::vector<bool> known(model.joints.size(), false);

@@ -20,6 +20,10 @@ namespace walkman {
 [[nodiscard]] std::vector<Eigen::Isometry3d> link_poses(const RobotModel& model,
                                                         const std::map<std::string, double>& positions);
 
+/// The pose at `share` of an even motion from `X_FA` (0) to `X_FB` (1): along a line, and about one axis.
+[[nodiscard]] Eigen::Isometry3d pose_between(const Eigen::Isometry3d& X_FA, const Eigen::Isometry3d& X_FB,
+                                             double share);
+
 /// A link and all that hang on it, by index, parents before their children.
 [[nodiscard]] std::vector<std::size_t> links_below(const RobotModel& model, std::size_t link);
 

@@ -53,10 +53,4 @@ void Sweep::add(const LidarData& scan, const std::function<Eigen::Isometry3d(Tim
   }
 }
 
-void Sweep::clear() {
-  points_.clear();
-  turned_ = 0;
-  begun_ = false;
-}
-
 }  // namespace walkman::multisense

@@ -27,7 +27,6 @@ class Sweep {
   [[nodiscard]] const std::vector<Point>& points() const { return points_; }
   /// By which the spindle has turned since the first scan, rad: half a turn shows every direction once.
   [[nodiscard]] double turned() const { return turned_; }
-  void clear();
 
  private:
   Eigen::Isometry3d X_SpL_, X_CSp_;
