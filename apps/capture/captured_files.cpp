@@ -25,7 +25,7 @@ picture::Picture coloured(const Disparity& disparity) {
   const auto largest =
       static_cast<float>(*std::max_element(disparity.pixels.begin(), disparity.pixels.end()));
   for (const std::uint16_t d : disparity.pixels) {
-    picture.pixels.push_back(d == 0 ? picture::Colour{} : picture::rainbow(static_cast<float>(d) / largest));
+    picture.pixels.push_back(d == 0 ? picture::Rgb{} : picture::rainbow(static_cast<float>(d) / largest));
   }
   return picture;
 }

@@ -9,10 +9,13 @@
 
 namespace walkman::picture {
 
+/// Red, green, blue of a pixel, as sRGB (IEC 61966-2-1) encodes them.
+using Rgb = std::array<std::uint8_t, 3>;
+
 /// A colour picture, 8 bits per channel, sRGB.
 struct Picture {
-  int width = 0, height = 0;                        ///< px
-  std::vector<std::array<std::uint8_t, 3>> pixels;  ///< red, green, blue; rows from the top, left to right
+  int width = 0, height = 0;  ///< px
+  std::vector<Rgb> pixels;    ///< rows from the top, left to right
 };
 
 /// How a picture is lit.

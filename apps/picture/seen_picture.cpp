@@ -9,12 +9,12 @@
 namespace walkman::apps {
 namespace {
 
-using picture::Canvas, picture::Colour;
+using picture::Canvas, picture::Rgb;
 
 constexpr double kAxis = 0.08;  // m
-constexpr Colour kObject{70, 110, 190}, kHandle{240, 140, 20}, kCentre{20, 190, 60}, kPlane{150, 60, 170},
+constexpr Rgb kObject{70, 110, 190}, kHandle{240, 140, 20}, kCentre{20, 190, 60}, kPlane{150, 60, 170},
     kBackground{255, 255, 255};
-constexpr std::array<Colour, 3> kAxes{{{220, 30, 30}, {30, 170, 30}, {30, 60, 220}}};
+constexpr std::array<Rgb, 3> kAxes{{{220, 30, 30}, {30, 170, 30}, {30, 60, 220}}};
 
 }  // namespace
 
