@@ -29,9 +29,11 @@ constexpr double kPutDownShare = 0.5;                 // of its weight that the 
 constexpr std::array kHigher = {0.0, 0.1, 0.2, 0.3};  // m
 constexpr double kOverTable = 0.02;                   // m, of what turns
 constexpr double kFarthestEnd = 1.0;  // m beside the hand, of an object that goes on where the image ends
-// How an object turns about its handle in the fingers: when they close, rad, and with its weight, N·m/rad;
-// estimates for SoftHands go from 0.1 to 1, and nobody has measured it.
-constexpr double kClosingTurn = 0.1, kSoftness = 0.7;
+// How an object turns about its handle in the fingers: when they close, rad, and with its weight, N·m/rad.
+// Estimates for SoftHands go from 0.1 to 1, and nobody has measured it: this is the softest. With its weight
+// it turns until the centre of mass is straight below, at most.
+constexpr double kClosingTurn = 0.1, kSoftest = 0.1, kFarthestTurned = std::numbers::pi / 2;
+constexpr double kTurnStep = 0.05;  // rad
 // How the hand sits on its sensor: screws of both have 0.2 mm of clearance on 45 mm.
 constexpr double kMountingTurn = 0.005;     // rad
 constexpr double kMountingOrigin = 0.0006;  // m
@@ -466,10 +468,14 @@ Eigen::Isometry3d Manipulator::turned_clear(const Eigen::Quaterniond& turn) cons
     const Eigen::Array3d high = object_H_.max().array().min(kFarthestEnd);
     return (up * low).min(up * high).sum();
   };
-  const double torque = payload_.mass * motion::kGravity * payload_.p_HCm.cross(up_H).x();
-  const double droop = kClosingTurn + std::abs(torque) / kSoftness;
-  const double turned =
-      std::min({lowest(turn * about_handle(-droop)), lowest(turn), lowest(turn * about_handle(droop))});
+  // Of the weight about the handle: the way it turns the object.
+  const double torque = -payload_.mass * motion::kGravity * payload_.p_HCm.cross(up_H).x();
+  const double droop = std::min(std::abs(torque) / kSoftest, kFarthestTurned - kClosingTurn);
+  const double from = std::min(0.0, std::copysign(droop, torque)) - kClosingTurn;
+  const double to = std::max(0.0, std::copysign(droop, torque)) + kClosingTurn;
+  double turned = lowest(turn);
+  for (double angle = from; angle < to + kTurnStep; angle += kTurnStep)
+    turned = std::min(turned, lowest(turn * about_handle(std::min(angle, to))));
   const double needed = lowest(Eigen::Quaterniond::Identity()) - turned + kOverTable;
   Eigen::Isometry3d X_TH = raised(X_TH_grasp_, std::max(lifted_, needed));
   X_TH.rotate(turn);
