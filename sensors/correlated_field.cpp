@@ -3,8 +3,6 @@
 #include <cmath>
 #include <cstddef>
 
-#include "sensors/normal_distribution.h"
-
 namespace walkman::sensors {
 
 CorrelatedField::CorrelatedField(int width, int height, double s)
@@ -16,15 +14,12 @@ CorrelatedField::CorrelatedField(int width, int height, double s)
     square += (i == 0 ? 1 : 2) * kernel.back() * kernel.back();
   }
   for (const double k : kernel) half_kernel_.push_back(static_cast<float>(k / std::sqrt(square)));
-  rows_.resize(static_cast<std::size_t>(prepared_rows()) * static_cast<std::size_t>(width));
+  rows_.resize(static_cast<std::size_t>(height_ + 2 * radius_) * static_cast<std::size_t>(width));
 }
 
-void CorrelatedField::prepare_row(std::uint64_t seed, std::uint64_t frame, std::uint64_t term, int index,
-                                  std::vector<float>& scratch) {
-  scratch.resize(static_cast<std::size_t>(width_) + 2 * static_cast<std::size_t>(radius_));
-  fill_normal(RandomStream(seed, frame, term, static_cast<std::uint64_t>(index)), scratch);
+void CorrelatedField::prepare_row(int index, std::span<const float> white) {
   float* const out = rows_.data() + static_cast<std::ptrdiff_t>(index) * width_;
-  const float* const centre = scratch.data() + radius_;
+  const float* const centre = white.data() + radius_;
   for (int u = 0; u < width_; ++u) out[u] = half_kernel_[0] * centre[u];
   for (int i = 1; i <= radius_; ++i) {
     const float k = half_kernel_[static_cast<std::size_t>(i)];
@@ -42,15 +37,6 @@ void CorrelatedField::row(int v, std::span<float> out) const {
     const float* const below = centre + static_cast<std::ptrdiff_t>(i) * width_;
     for (int u = 0; u < width_; ++u) to[u] += k * (above[u] + below[u]);
   }
-}
-
-double CorrelatedField::neighbour_correlation() const {
-  double sum = 0;
-  for (int i = -radius_; i < radius_; ++i) {
-    sum += static_cast<double>(half_kernel_[static_cast<std::size_t>(std::abs(i))]) *
-           half_kernel_[static_cast<std::size_t>(std::abs(i + 1))];
-  }
-  return sum;
 }
 
 }  // namespace walkman::sensors

@@ -10,7 +10,7 @@
 namespace walkman::sensors {
 namespace {
 
-enum Term : std::uint64_t { kCorrelated = 1, kWhite, kBlob, kTexture };
+enum Term : std::uint64_t { kCorrelated = 1, kWhite, kBlob };
 
 constexpr double kCorrelatedPart = 0.8;
 constexpr double kWhitePart = 0.6;
@@ -22,48 +22,68 @@ constexpr double kMeanBlobArea = (5 + 13 + 29) / 3.0;  // px in discs x² + y² 
 constexpr float kLeastError = 1;
 constexpr float kErrorSpan = 8;
 
-// Patches without texture: noise filtered by 8 px, above a threshold, kept at a quarter of the resolution.
-constexpr int kDropoutCell = 4;
-constexpr double kDropoutFilterCells = 2;
-
-int cells(int pixels) { return (pixels + kDropoutCell - 1) / kDropoutCell + 1; }
+// A window of 7 px holds a dozen pieces of texture that are 2 px wide. They lie up to 3 px from its middle,
+// and with them the disparity that the window finds, by this times the gradient: 3 px over the root of 3 for
+// one, over the root of 12 for their mean.
+constexpr float kSlantError = 0.5F;  // px per px/px
+constexpr float kMostGradient = 1;   // px per px
 
 }  // namespace
 
 DisparityNoise::DisparityNoise(const StereoOptions& options, int workers)
     : options_(options),
       noise_(options.width, options.sigma_d > 0 ? options.height : 0, options.correlation_px),
-      texture_(cells(options.width), options.dropout_fraction > 0 ? cells(options.height) : 0,
-               kDropoutFilterCells),
+      texture_(options.width, workers),
       scratch_(static_cast<std::size_t>(workers)) {
-  if (options.dropout_fraction > 0) {
-    texture_threshold_ = static_cast<float>(normal_quantile(1 - options.dropout_fraction));
-    // Interpolation between cells lowers the variance; the weights restore it at every pixel.
-    const double correlation = texture_.neighbour_correlation();
-    for (int i = 0; i < kDropoutCell; ++i) {
-      const double far = static_cast<double>(i) / kDropoutCell;
-      const double sd = std::sqrt((1 - far) * (1 - far) + far * far + 2 * far * (1 - far) * correlation);
-      texture_weight_.push_back(static_cast<float>((1 - far) / sd));
-      texture_weight_.push_back(static_cast<float>(far / sd));
-    }
-  }
+  if (options.dropout_fraction > 0)
+    blank_.resize(static_cast<std::size_t>(options.width) * static_cast<std::size_t>(options.height));
 }
 
-void DisparityNoise::begin(std::uint64_t seed, std::uint64_t frame, tbb::task_arena& arena) {
+RandomStream DisparityNoise::beyond(int index) const {
+  return {seed_, 0, kCorrelated, static_cast<std::uint64_t>(index)};
+}
+
+void DisparityNoise::begin(std::uint64_t seed, std::uint64_t frame, const std::vector<float>& disparity,
+                           int stride) {
   seed_ = seed;
   frame_ = frame;
-  const auto prepare = [&](CorrelatedField& field, Term term) {
-    constexpr int kRows = 16;
-    run_jobs(arena, (field.prepared_rows() + kRows - 1) / kRows, [&](int job, int worker) {
-      const int last = std::min((job + 1) * kRows, field.prepared_rows());
-      for (int v = job * kRows; v < last; ++v) {
-        field.prepare_row(seed, frame, term, v, scratch_[static_cast<std::size_t>(worker)].a);
+  disparity_ = disparity.data();
+  stride_ = stride;
+  texture_.begin(seed);
+  if (options_.sigma_d > 0) {
+    std::vector<float>& white = scratch_.front().a;
+    white.resize(static_cast<std::size_t>(options_.width) + 2 * static_cast<std::size_t>(noise_.margin()));
+    for (int i = 0; i < noise_.margin(); ++i) {
+      for (const int index : {i, options_.height + noise_.margin() + i}) {
+        fill_normal(beyond(index), white);
+        noise_.prepare_row(index, white);
       }
-    });
-  };
-  if (options_.sigma_d > 0) prepare(noise_, kCorrelated);
-  if (options_.dropout_fraction > 0) prepare(texture_, kTexture);
+    }
+  }
   if (options_.spike_fraction > 0) draw_blobs();
+}
+
+void DisparityNoise::take_surfaces(int v, int worker, const SurfacePoints& points,
+                                   const SurfacePattern& pattern) {
+  Scratch& scratch = scratch_[static_cast<std::size_t>(worker)];
+  const auto width = static_cast<std::size_t>(options_.width);
+  const auto margin = static_cast<std::size_t>(noise_.margin());
+  const int index = v + noise_.margin();
+  std::vector<float>& white = scratch.a;
+  white.resize(width + 2 * margin);
+  scratch.b.resize(std::max(width, 2 * margin));
+  const std::span<float> beside = std::span(scratch.b).first(2 * margin);
+  fill_normal(beyond(index), beside);
+  std::copy_n(beside.begin(), margin, white.begin());
+  std::copy_n(beside.rbegin(), margin, white.rbegin());
+  const std::span<float> rank = std::span(scratch.b).first(width);
+  texture_.row(v, worker, points, pattern, std::span(white).subspan(margin, width), rank);
+  if (!blank_.empty()) {
+    const auto fraction = static_cast<float>(options_.dropout_fraction);
+    std::uint8_t* const blank = blank_.data() + static_cast<std::ptrdiff_t>(v) * options_.width;
+    for (std::size_t u = 0; u < width; ++u) blank[u] = rank[u] < fraction ? 1 : 0;
+  }
+  if (options_.sigma_d > 0) noise_.prepare_row(index, white);
 }
 
 void DisparityNoise::draw_blobs() {
@@ -104,8 +124,28 @@ void DisparityNoise::distort_row(int v, int worker, float* matched) {
   Scratch& scratch = scratch_[static_cast<std::size_t>(worker)];
   if (options_.sigma_d > 0) add_noise(v, scratch, matched);
   if (options_.spike_fraction > 0) add_blobs(v, matched);
-  if (options_.dropout_fraction > 0) drop(v, scratch, matched);
+  if (options_.dropout_fraction > 0) drop(v, matched);
   quantize(matched);
+}
+
+/// On both sides of an edge the lesser of the two differences is the surface's own.
+void DisparityNoise::find_gradients(int v, std::vector<float>& gradient) const {
+  const int width = options_.width;
+  gradient.assign(static_cast<std::size_t>(width), 0);
+  const float* const d = disparity_ + static_cast<std::ptrdiff_t>(v) * stride_;
+  if (options_.height < 2 || width < 2) return;
+  const float* const above = v > 0 ? d - stride_ : d + stride_;
+  const float* const below = v + 1 < options_.height ? d + stride_ : d - stride_;
+  const auto lesser = [](float before, float here, float after) {
+    return std::min(std::abs(here - before), std::abs(after - here));
+  };
+  float* const out = gradient.data();
+  for (int u = 1; u + 1 < width; ++u) {
+    const float along = lesser(d[u - 1], d[u], d[u + 1]), down = lesser(above[u], d[u], below[u]);
+    out[u] = along * along + down * down;
+  }
+  out[0] = out[1];
+  out[width - 1] = out[width - 2];
 }
 
 void DisparityNoise::add_noise(int v, Scratch& scratch, float* matched) const {
@@ -114,13 +154,17 @@ void DisparityNoise::add_noise(int v, Scratch& scratch, float* matched) const {
   scratch.b.resize(width);
   noise_.row(v, scratch.a);
   fill_normal(RandomStream(seed_, frame_, kWhite, static_cast<std::uint64_t>(v)), scratch.b);
-  const auto correlated = static_cast<float>(kCorrelatedPart * options_.sigma_d);
-  const auto white = static_cast<float>(kWhitePart * options_.sigma_d);
+  find_gradients(v, scratch.gradient);
+  constexpr auto kCorrelatedShare = static_cast<float>(kCorrelatedPart);
+  constexpr auto kWhiteShare = static_cast<float>(kWhitePart);
+  const auto variance = static_cast<float>(options_.sigma_d * options_.sigma_d);
   const float* const a = scratch.a.data();
   const float* const b = scratch.b.data();
+  const float* const g = scratch.gradient.data();
   for (std::size_t u = 0; u < width; ++u) {
-    const float noisy = matched[u] + correlated * a[u] + white * b[u];
-    matched[u] = matched[u] > 0 ? noisy : 0;
+    const float deviation = std::sqrt(variance + kSlantError * kSlantError * g[u]);
+    const float noisy = matched[u] + deviation * (kCorrelatedShare * a[u] + kWhiteShare * b[u]);
+    matched[u] = (matched[u] > 0) & (g[u] < kMostGradient * kMostGradient) ? noisy : 0;
   }
 }
 
@@ -140,23 +184,9 @@ void DisparityNoise::add_blobs(int v, float* matched) const {
   }
 }
 
-void DisparityNoise::drop(int v, Scratch& scratch, float* matched) const {
-  const auto count = static_cast<std::size_t>(cells(options_.width));
-  scratch.a.resize(count);
-  scratch.b.resize(count);
-  texture_.row(v / kDropoutCell, scratch.a);
-  texture_.row(v / kDropoutCell + 1, scratch.b);
-  const auto phase = static_cast<std::size_t>(v % kDropoutCell);
-  const float near_row = texture_weight_[2 * phase];
-  const float far_row = texture_weight_[2 * phase + 1];
-  for (std::size_t i = 0; i < count; ++i) scratch.a[i] = near_row * scratch.a[i] + far_row * scratch.b[i];
-  for (int u = 0; u < options_.width; ++u) {
-    const auto cell = static_cast<std::size_t>(u / kDropoutCell);
-    const auto i = static_cast<std::size_t>(u % kDropoutCell);
-    const float value =
-        texture_weight_[2 * i] * scratch.a[cell] + texture_weight_[2 * i + 1] * scratch.a[cell + 1];
-    matched[u] = value > texture_threshold_ ? 0 : matched[u];
-  }
+void DisparityNoise::drop(int v, float* matched) const {
+  const std::uint8_t* const blank = blank_.data() + static_cast<std::ptrdiff_t>(v) * options_.width;
+  for (int u = 0; u < options_.width; ++u) matched[u] = blank[u] != 0 ? 0 : matched[u];
 }
 
 void DisparityNoise::quantize(float* matched) const {

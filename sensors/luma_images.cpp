@@ -33,14 +33,12 @@ enum Term : std::uint64_t { kLeftNoise = 16, kRightNoise };
 
 /// Of one thread: a band's signals, shares of the full well, and rays for holes in the right image.
 struct LumaImages::Worker {
+  explicit Worker(std::size_t most) : signal(most), seen_right(kBatch) {}
   std::vector<float> left, right, nearest, noise;
-  // Points to shade: in the camera's frame, their triangles, in their bodies' frames, what comes from them.
-  std::vector<float> x, y, z, footprint, signal;
-  std::vector<std::uint32_t> triangle;
-  std::vector<int> pixel;
+  std::vector<float> signal;  // what comes from points
+  SurfacePoints seen_right;   // in the right camera's frame
   std::vector<float> column;
   std::vector<int> next, source, value;
-  std::array<std::vector<float>, 3> p_B;
   std::array<RTCRayHit8, kPackets> rays;
   std::array<int, kBatch> u, v, at;  // of the hole that a ray is for: its pixel, and its place in `right`
   int holes = 0;
@@ -50,38 +48,26 @@ LumaImages::LumaImages(const StereoOptions& options, int stride, int bands, int 
     : options_(options), stride_(stride), bands_(bands) {
   const auto width = static_cast<std::size_t>(options.width);
   for (int i = 0; i < workers; ++i) {
-    workers_.push_back(std::make_unique<Worker>());
+    workers_.push_back(std::make_unique<Worker>(std::max<std::size_t>(width, kBatch)));
     Worker& worker = *workers_.back();
     worker.left.resize(width);
     worker.right.resize(width * StereoRays::kBandRows);
     worker.nearest.resize(width);
     for (auto* values : {&worker.noise, &worker.column}) values->resize(width);
     for (auto* values : {&worker.next, &worker.source, &worker.value}) values->resize(width);
-    const std::size_t points = std::max<std::size_t>(width, kBatch);
-    for (auto* values : {&worker.x, &worker.y, &worker.z, &worker.footprint, &worker.signal, &worker.p_B[0],
-                         &worker.p_B[1], &worker.p_B[2]})
-      values->resize(points);
-    worker.triangle.resize(points);
-    worker.pixel.resize(points);
   }
 }
 
 LumaImages::~LumaImages() = default;
 
-void LumaImages::begin(const RayScene& scene, const Eigen::Isometry3d& X_WC, std::uint64_t seed,
-                       std::uint64_t frame, tbb::task_arena& arena) {
-  surfaces_.begin(scene, seed);
+void LumaImages::begin(const RayScene& scene, const PaintedSurfaces& surfaces, const Eigen::Isometry3d& X_WC,
+                       std::uint64_t seed, std::uint64_t frame, tbb::task_arena& arena) {
+  surfaces_ = &surfaces;
   seed_ = seed;
   frame_ = frame;
   Eigen::Isometry3d X_LR = Eigen::Isometry3d::Identity();
   X_LR.translation().x() = options_.baseline;
-  X_BL_.clear();
-  X_BR_.clear();
-  for (std::size_t body = 0; body < surfaces_.bodies(); ++body) {
-    const Eigen::Isometry3d X_BL = surfaces_.X_BW(body) * X_WC;
-    X_BL_.emplace_back(X_BL.matrix().topRows<3>().cast<float>());
-    X_BR_.emplace_back((X_BL * X_LR).matrix().topRows<3>().cast<float>());
-  }
+  X_BR_ = SurfacePoints::in_bodies(surfaces, X_WC * X_LR);
   R_WC_ = X_WC.linear().cast<float>();
   p_WRo_ = (X_WC * X_LR).translation().cast<float>();
   light(scene, X_WC.translation().cast<float>(), arena);
@@ -89,7 +75,7 @@ void LumaImages::begin(const RayScene& scene, const Eigen::Isometry3d& X_WC, std
 
 /// Of a triangle's two sides the one that the camera sees is lit.
 void LumaImages::light(const RayScene& scene, const Eigen::Vector3f& p_WCo, tbb::task_arena& arena) {
-  light_.resize(surfaces_.triangles());
+  light_.resize(surfaces_->triangles());
   std::size_t first = 0;
   for (const TriangleView& view : RaySceneAccess::triangles(scene)) {
     const auto vertex = [&](std::uint32_t i) {
@@ -112,73 +98,34 @@ void LumaImages::light(const RayScene& scene, const Eigen::Vector3f& p_WCo, tbb:
   }
 }
 
-void LumaImages::shade(Worker& worker, std::size_t count, const std::vector<Placed>& X_BC) const {
-  const float *x = worker.x.data(), *y = worker.y.data(), *z = worker.z.data();
-  std::size_t first = 0;
-  while (first < count) {
-    const std::size_t body = surfaces_.body_of(worker.triangle[first]);
-    std::size_t end = first + 1;
-    while (end < count && surfaces_.body_of(worker.triangle[end]) == body) ++end;
-    const Placed& X = X_BC[body];
-    for (int axis = 0; axis < 3; ++axis) {
-      float* const to = worker.p_B[static_cast<std::size_t>(axis)].data();
-      const float ax = X(axis, 0), ay = X(axis, 1), az = X(axis, 2), shift = X(axis, 3);
-      for (std::size_t i = first; i < end; ++i) to[i] = ax * x[i] + ay * y[i] + az * z[i] + shift;
-    }
-    const auto part = [&](std::vector<float>& all) { return std::span(all).subspan(first, end - first); };
-    surfaces_.pattern().albedos(
-        body, {part(worker.p_B[0]), part(worker.p_B[1]), part(worker.p_B[2]), part(worker.footprint)},
-        part(worker.signal));
-    first = end;
-  }
-  for (std::size_t i = 0; i < count; ++i) worker.signal[i] *= light_[worker.triangle[i]];
+void LumaImages::shade(Worker& worker, const SurfacePoints& points) const {
+  for (const SurfacePoints::Run& run : points.runs)
+    surfaces_->pattern().albedos(run.body, points.on_body(run),
+                                 std::span(worker.signal).subspan(run.first, run.end - run.first));
+  for (std::size_t i = 0; i < points.count; ++i) worker.signal[i] *= light_[points.triangle[i]];
 }
 
-void LumaImages::draw_band(int band, int worker_index, const StereoRays& rays,
-                           const std::vector<float>& disparity, const std::vector<std::uint32_t>& surface,
-                           StereoImages& images) {
+void LumaImages::draw_row(int v, int worker_index, const StereoRays& rays, const float* disparity,
+                          const SurfacePoints& points, StereoImages& images) {
+  Worker& worker = *workers_[static_cast<std::size_t>(worker_index)];
+  shade(worker, points);
+  if (points.count < worker.left.size()) std::fill(worker.left.begin(), worker.left.end(), 0.0F);
+  for (std::size_t i = 0; i < points.count; ++i)
+    worker.left[static_cast<std::size_t>(points.pixel[i])] = worker.signal[i];
+  expose(v, kLeftNoise, worker, worker.left.data(),
+         images.left.data() + static_cast<std::ptrdiff_t>(v) * options_.width);
+  warp(v, worker, disparity, rays.right_margin(v));
+}
+
+void LumaImages::finish_band(int band, int worker_index, StereoImages& images) {
   Worker& worker = *workers_[static_cast<std::size_t>(worker_index)];
   const int first = band * StereoRays::kBandRows;
   const int last = std::min(first + StereoRays::kBandRows, options_.height);
-  for (int v = first; v < last; ++v) {
-    const std::ptrdiff_t row = static_cast<std::ptrdiff_t>(v) * stride_;
-    draw_left(v, worker, disparity.data() + row, surface.data() + row);
-    expose(v, kLeftNoise, worker, worker.left.data(),
-           images.left.data() + static_cast<std::ptrdiff_t>(v) * options_.width);
-    warp(v, worker, disparity.data() + row, rays.right_margin(v));
-  }
   fill_holes(first, last, worker);
   for (int v = first; v < last; ++v) {
     expose(v, kRightNoise, worker, worker.right.data() + std::ptrdiff_t{v - first} * options_.width,
            images.right.data() + static_cast<std::ptrdiff_t>(v) * options_.width);
   }
-}
-
-void LumaImages::draw_left(int v, Worker& worker, const float* disparity,
-                           const std::uint32_t* surface) const {
-  const auto focal_baseline = static_cast<float>(options_.focal_px * options_.baseline);
-  const auto per_focal = static_cast<float>(1 / options_.focal_px);
-  const float y = (static_cast<float>(v) - static_cast<float>(options_.cy)) * per_focal;
-  const auto cx = static_cast<float>(options_.cx);
-  const auto width = static_cast<std::size_t>(options_.width);
-  std::size_t count = 0;
-  for (std::size_t u = 0; u < width; ++u) {
-    worker.pixel[count] = static_cast<int>(u);
-    worker.triangle[count] = surface[u];
-    count += surface[u] == StereoRays::kNothing ? 0 : 1;
-  }
-  for (std::size_t i = 0; i < count; ++i) {
-    const int u = worker.pixel[i];
-    const float z = focal_baseline / disparity[u];
-    worker.x[i] = (static_cast<float>(u) - cx) * per_focal * z;
-    worker.y[i] = y * z;
-    worker.z[i] = z;
-    worker.footprint[i] = z * per_focal;
-  }
-  shade(worker, count, X_BL_);
-  if (count < width) std::fill(worker.left.begin(), worker.left.end(), 0.0F);
-  for (std::size_t i = 0; i < count; ++i)
-    worker.left[static_cast<std::size_t>(worker.pixel[i])] = worker.signal[i];
 }
 
 /// A row of the right image from the left one.
@@ -269,26 +216,28 @@ void LumaImages::cast_holes(Worker& worker) const {
   RTCIntersectContext context;
   rtcInitIntersectContext(&context);
   context.flags = RTC_INTERSECT_CONTEXT_FLAG_COHERENT;
-  rtcIntersectNM(surfaces_.embree_scene(), &context, reinterpret_cast<RTCRayHitN*>(worker.rays.data()),
+  rtcIntersectNM(surfaces_->embree_scene(), &context, reinterpret_cast<RTCRayHitN*>(worker.rays.data()),
                  kPacket, static_cast<unsigned>(packets), sizeof(RTCRayHit8));
-  std::size_t count = 0;
+  SurfacePoints& points = worker.seen_right;
+  points.count = 0;
   for (int i = 0; i < worker.holes; ++i) {
     const RTCRayHit8& packet = worker.rays[static_cast<std::size_t>(i / kPacket)];
     const int lane = i % kPacket;
     if (packet.hit.geomID[lane] == RTC_INVALID_GEOMETRY_ID) continue;
     const auto hole = static_cast<std::size_t>(i);
     const Eigen::Vector3f p_R = direction(hole) * packet.ray.tfar[lane];
-    worker.x[count] = p_R.x();
-    worker.y[count] = p_R.y();
-    worker.z[count] = p_R.z();
-    worker.footprint[count] = p_R.z() * per_focal;
-    worker.triangle[count] =
-        surfaces_.triangle(packet.hit.instID[0][lane], packet.hit.geomID[lane], packet.hit.primID[lane]);
-    worker.pixel[count++] = worker.at[hole];
+    points.x[points.count] = p_R.x();
+    points.y[points.count] = p_R.y();
+    points.z[points.count] = p_R.z();
+    points.footprint[points.count] = p_R.z() * per_focal;
+    points.triangle[points.count] =
+        surfaces_->triangle(packet.hit.instID[0][lane], packet.hit.geomID[lane], packet.hit.primID[lane]);
+    points.pixel[points.count++] = worker.at[hole];
   }
-  shade(worker, count, X_BR_);
-  for (std::size_t i = 0; i < count; ++i)
-    worker.right[static_cast<std::size_t>(worker.pixel[i])] = worker.signal[i];
+  points.place(*surfaces_, X_BR_);
+  shade(worker, points);
+  for (std::size_t i = 0; i < points.count; ++i)
+    worker.right[static_cast<std::size_t>(points.pixel[i])] = worker.signal[i];
   worker.holes = 0;
 }
 

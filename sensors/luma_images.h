@@ -10,6 +10,7 @@
 #include "sensors/parallel_jobs.h"
 #include "sensors/stereo_camera.h"
 #include "sensors/stereo_rays.h"
+#include "sensors/surface_points.h"
 
 namespace walkman::sensors {
 
@@ -25,21 +26,21 @@ class LumaImages {
   LumaImages(const StereoOptions& options, int stride, int bands, int workers);
   ~LumaImages();
 
-  /// Prepares a frame: lights every triangle. Throws as PaintedSurfaces::begin.
-  void begin(const RayScene& scene, const Eigen::Isometry3d& X_WC, std::uint64_t seed, std::uint64_t frame,
-             tbb::task_arena& arena);
-  /// Of the band's rows, from StereoRays and its images of all rows. Bands may be drawn at the same time by
-  /// different workers.
-  void draw_band(int band, int worker, const StereoRays& rays, const std::vector<float>& disparity,
-                 const std::vector<std::uint32_t>& surface, StereoImages& images);
+  /// Prepares a frame: lights every triangle. `surfaces` of the scene are referred to until the next.
+  void begin(const RayScene& scene, const PaintedSurfaces& surfaces, const Eigen::Isometry3d& X_WC,
+             std::uint64_t seed, std::uint64_t frame, tbb::task_arena& arena);
+  /// Row `v`, from StereoRays' disparities of it and the points that it shows. Bands may be drawn at the same
+  /// time by different workers.
+  void draw_row(int v, int worker, const StereoRays& rays, const float* disparity,
+                const SurfacePoints& points, StereoImages& images);
+  /// The band's right image, after all its rows.
+  void finish_band(int band, int worker, StereoImages& images);
 
  private:
   struct Worker;
-  using Placed = Eigen::Matrix<float, 3, 4>;  // X_BC, without its last row
   void light(const RayScene& scene, const Eigen::Vector3f& p_WCo, tbb::task_arena& arena);
-  /// What comes from points of triangles, in C; both kept in the worker.
-  void shade(Worker& worker, std::size_t count, const std::vector<Placed>& X_BC) const;
-  void draw_left(int v, Worker& worker, const float* disparity, const std::uint32_t* surface) const;
+  /// What comes from points; kept in the worker.
+  void shade(Worker& worker, const SurfacePoints& points) const;
   void warp(int v, Worker& worker, const float* disparity, float margin) const;
   void fill_holes(int first, int last, Worker& worker) const;
   void cast_holes(Worker& worker) const;
@@ -47,10 +48,10 @@ class LumaImages {
 
   StereoOptions options_;
   int stride_, bands_;
-  PaintedSurfaces surfaces_;
+  const PaintedSurfaces* surfaces_ = nullptr;
   std::uint64_t seed_ = 0, frame_ = 0;
-  std::vector<float> light_;         // on each triangle
-  std::vector<Placed> X_BL_, X_BR_;  // left and right camera, in each body
+  std::vector<float> light_;                 // on each triangle
+  std::vector<SurfacePoints::Placed> X_BR_;  // right camera, in each body
   Eigen::Matrix3f R_WC_;
   Eigen::Vector3f p_WRo_;
   std::vector<std::unique_ptr<Worker>> workers_;

@@ -27,6 +27,12 @@ Table make_table(double variance) {
   return table;
 }
 
+/// Of each of two that are added.
+const Table& halves() {
+  static const Table table = make_table(0.5);
+  return table;
+}
+
 }  // namespace
 
 double normal_quantile(double p) {
@@ -41,8 +47,8 @@ double normal_quantile(double p) {
 }
 
 void fill_normal(const RandomStream& stream, std::span<float> out) {
-  static const Table table = make_table(0.5);  // of each of two
-  const auto pair_sum = [](std::uint64_t bits) {
+  const Table& table = halves();
+  const auto pair_sum = [&table](std::uint64_t bits) {
     return table[bits & kTableMask] + table[(bits >> kTableBits) & kTableMask];
   };
   std::size_t i = 0;
@@ -52,6 +58,12 @@ void fill_normal(const RandomStream& stream, std::span<float> out) {
     out[i + 1] = pair_sum(bits >> 32);
   }
   if (i < out.size()) out[i] = pair_sum(stream.bits(i / 2));
+}
+
+void fill_normal(std::span<const std::uint32_t> bits, std::span<float> out) {
+  const Table& table = halves();
+  for (std::size_t i = 0; i < bits.size(); ++i)
+    out[i] = table[bits[i] & kTableMask] + table[(bits[i] >> kTableBits) & kTableMask];
 }
 
 void fill_coarse_normal(const RandomStream& stream, std::span<float> out) {

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <span>
 
 #include "sensors/random_stream.h"
@@ -14,6 +15,9 @@ namespace walkman::sensors {
 /// Each is the sum of two draws from 2048 equally likely quantiles, within ±4.9: unlike a method with
 /// logarithms it costs a few clock cycles a value.
 void fill_normal(const RandomStream& stream, std::span<float> out);
+
+/// The same from 32 independent random bits for each value.
+void fill_normal(std::span<const std::uint32_t> bits, std::span<float> out);
 
 /// The same in half the time from 2048 equally likely values within ±3.6: for what is rounded coarsely
 /// afterwards.

@@ -7,6 +7,7 @@
 #include <string>
 
 #include <embree3/rtcore.h>
+#include <oneapi/tbb/task_arena.h>
 
 #include "sensors/ray_scene_access.h"
 #include "sensors/triangulation.h"
@@ -19,6 +20,13 @@ void check_device(RTCDevice device, const char* doing) {
   if (error != RTC_ERROR_NONE) {
     throw std::runtime_error(std::string("Embree: error ") + std::to_string(error) + " while " + doing);
   }
+}
+
+/// Builds a tree by the calling thread alone, so that it is the same every time. A device with "threads=1"
+/// would do so, too, but lets the whole process have no second worker of TBB's.
+void commit(RTCScene scene) {
+  tbb::task_arena alone(1);
+  alone.execute([scene] { rtcCommitScene(scene); });
 }
 
 /// All of `geometry` or, when a shape of it is refused, nothing.
@@ -59,7 +67,7 @@ class RayInstances {
     if (first_triangle < end_triangle) {
       RTCScene body = rtcNewScene(device_);
       attach(body, mesh, first_triangle, end_triangle, first_vertex, end_vertex, 0);
-      rtcCommitScene(body);
+      commit(body);
       instance = rtcNewGeometry(device_, RTC_GEOMETRY_TYPE_INSTANCE);
       rtcSetGeometryInstancedScene(instance, body);
       rtcReleaseScene(body);
@@ -80,7 +88,7 @@ class RayInstances {
       rtcSetGeometryTransform(instances_[i], 0, RTC_FORMAT_FLOAT3X4_COLUMN_MAJOR, X.data());
       rtcCommitGeometry(instances_[i]);
     }
-    rtcCommitScene(scene_);
+    commit(scene_);
   }
 
   [[nodiscard]] RTCScene scene() const { return scene_; }
@@ -127,7 +135,7 @@ struct RayScene::Impl {
   bool built = false;
   std::mutex build_mutex;
 
-  Impl() : device(rtcNewDevice("threads=1")) {
+  Impl() : device(rtcNewDevice(nullptr)) {
     if (device == nullptr) check_device(nullptr, "starting");
     scene = rtcNewScene(device);
     // This pair of settings makes Embree keep one tree per geometry with its own quality, under a small top
@@ -202,7 +210,7 @@ struct RayScene::Impl {
       pose_movable(new_poses);
       rtcCommitGeometry(movable_geometry);
     }
-    rtcCommitScene(scene);
+    commit(scene);
     check_device(device, "building the scene");
     built = true;
   }
@@ -249,7 +257,7 @@ void RayScene::update(std::span<const Eigen::Isometry3d> poses) {
   impl_->pose_movable(poses);
   rtcUpdateGeometryBuffer(impl_->movable_geometry, RTC_BUFFER_TYPE_VERTEX, 0);
   rtcCommitGeometry(impl_->movable_geometry);
-  rtcCommitScene(impl_->scene);
+  commit(impl_->scene);
   check_device(impl_->device, "refitting the scene");
 }
 

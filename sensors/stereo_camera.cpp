@@ -8,8 +8,10 @@
 #include "sensors/disparity_noise.h"
 #include "sensors/foreground_fattening.h"
 #include "sensors/luma_images.h"
+#include "sensors/painted_surfaces.h"
 #include "sensors/parallel_jobs.h"
 #include "sensors/stereo_rays.h"
+#include "sensors/surface_points.h"
 
 namespace walkman::sensors {
 namespace {
@@ -71,10 +73,12 @@ struct StereoCamera::Impl {
   StereoRays rays;
   ForegroundFattening fattening;
   DisparityNoise noise;
+  PaintedSurfaces surfaces;
   LumaImages luma;
   std::vector<float> disparity, matched;
   std::vector<std::uint32_t> surface;
-  std::vector<std::vector<float>> scratch;  // per worker
+  std::vector<std::vector<float>> scratch;  // per worker, likewise
+  std::vector<SurfacePoints> points;
 
   explicit Impl(const StereoOptions& o)
       // More threads than processors would only be a warning of TBB's.
@@ -83,11 +87,13 @@ struct StereoCamera::Impl {
         fattening(o.width, o.height, rays.stride(), o.fattening_px),
         noise(o, o.threads),
         luma(o, rays.stride(), rays.bands(), o.threads),
-        scratch(static_cast<std::size_t>(o.threads)) {
+        scratch(static_cast<std::size_t>(o.threads)),
+        points(static_cast<std::size_t>(o.threads), SurfacePoints(static_cast<std::size_t>(o.width))) {
     const auto pixels = static_cast<std::size_t>(rays.stride()) *
                         static_cast<std::size_t>(rays.bands() * StereoRays::kBandRows);
     disparity.resize(pixels);
     matched.resize(pixels);
+    surface.resize(pixels);
   }
 };
 
@@ -108,28 +114,36 @@ void StereoCamera::capture(const RayScene& scene, const Eigen::Isometry3d& X_WC,
     for (int v = band * StereoRays::kBandRows; v < last; ++v) each(v);
   };
   impl.rays.begin(scene, X_WC, impl.arena);
+  impl.surfaces.begin(scene, seed);
   if (images != nullptr) {
     images->left.resize(pixels);
     images->right.resize(pixels);
-    impl.surface.resize(impl.disparity.size());
-    impl.luma.begin(scene, X_WC, seed, frame, impl.arena);
+    impl.luma.begin(scene, impl.surfaces, X_WC, seed, frame, impl.arena);
   }
   run_jobs(impl.arena, impl.rays.bands(), [&](int band, int worker) {
-    impl.rays.cast_band(band, worker, impl.disparity, impl.matched,
-                        images == nullptr ? nullptr : &impl.surface);
+    impl.rays.cast_band(band, worker, impl.disparity, impl.matched, &impl.surface);
     for_rows(band, [&](int v) {
       impl.fattening.widen_row(v, impl.matched, impl.scratch[static_cast<std::size_t>(worker)]);
     });
   });
 
+  impl.noise.begin(seed, frame, impl.disparity, impl.rays.stride());
   // Apart from the casting, whose trees would leave the cache.
-  if (images != nullptr) {
-    run_jobs(impl.arena, impl.rays.bands(), [&](int band, int worker) {
-      impl.luma.draw_band(band, worker, impl.rays, impl.disparity, impl.surface, *images);
+  const std::vector<SurfacePoints::Placed> X_BC = SurfacePoints::in_bodies(impl.surfaces, X_WC);
+  const int drawn = impl.noise.of_surfaces() || images != nullptr ? impl.rays.bands() : 0;
+  run_jobs(impl.arena, drawn, [&](int band, int worker) {
+    SurfacePoints& points = impl.points[static_cast<std::size_t>(worker)];
+    for_rows(band, [&](int v) {
+      const std::ptrdiff_t row = static_cast<std::ptrdiff_t>(v) * impl.rays.stride();
+      points.take_row(options_, v, impl.disparity.data() + row, impl.surface.data() + row);
+      points.place(impl.surfaces, X_BC);
+      if (impl.noise.of_surfaces()) impl.noise.take_surfaces(v, worker, points, impl.surfaces.pattern());
+      if (images != nullptr)
+        impl.luma.draw_row(v, worker, impl.rays, impl.disparity.data() + row, points, *images);
     });
-  }
+    if (images != nullptr) impl.luma.finish_band(band, worker, *images);
+  });
 
-  impl.noise.begin(seed, frame, impl.arena);
   run_jobs(impl.arena, impl.rays.bands(), [&](int band, int worker) {
     for_rows(band, [&](int v) {
       float* const row = disparity.data() + static_cast<std::ptrdiff_t>(v) * options_.width;

@@ -27,7 +27,7 @@ struct StereoOptions {
   int fattening_px = 3;         ///< half of the matching window, foreground leak at edges
   double spike_fraction = 0.002;  ///< fraction of pixels in mismatched blobs
   double dropout_fraction =
-      0.03;  ///< fraction of pixels without a match (low texture), in the mean over frames
+      0.03;  ///< fraction of pixels without a match (low texture), in the mean over surfaces
   double disparity_step = 1.0 / 16;  ///< px, lattice of the wire format
   int threads = 2;
 

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <numbers>
+#include <numeric>
 
 #include "sensors/normal_distribution.h"
 #include "sensors/random_stream.h"
@@ -24,6 +24,9 @@ constexpr float kMostShift = 1;                      // m, of a body's pattern
 constexpr float kDarkest = 0.18F, kBrightest = 0.75F;
 constexpr float kLeastContrast = 0.04F, kMostContrast = 0.5F;
 constexpr float kGrainShare = 0.7F;
+
+constexpr float kMostNoise = 6;  // standard deviations
+constexpr int kBins = 1 << 16;
 
 // Makes coordinates positive, so that rounding towards zero rounds down.
 constexpr float kCells = 1 << 17;
@@ -61,11 +64,17 @@ SurfacePattern::Noise SurfacePattern::make_noise(int bits, float cell, double bl
     }
     noise.swap(blurred);
   }
+  // By the distribution of these very values: blurred ones are few that are independent.
+  const auto bin = [](float x) {
+    return static_cast<std::size_t>(
+        std::clamp((x + kMostNoise) * (kBins / (2 * kMostNoise)), 0.0F, kBins - 1.0F));
+  };
+  std::vector<std::size_t> below(kBins + 1);
+  for (const float x : noise) ++below[bin(x) + 1];
+  std::partial_sum(below.begin(), below.end(), below.begin());
   Noise out{bits, 1 / cell, std::vector<std::uint8_t>(cells)};
-  std::transform(noise.begin(), noise.end(), out.cells.begin(), [](float x) {
-    const float below = 0.5F * std::erfc(-x / std::numbers::sqrt2_v<float>);
-    return static_cast<std::uint8_t>(std::min(255.0F, 256 * below));
-  });
+  std::transform(noise.begin(), noise.end(), out.cells.begin(),
+                 [&](float x) { return static_cast<std::uint8_t>(256 * below[bin(x)] / cells); });
   return out;
 }
 
@@ -92,6 +101,39 @@ SurfacePattern::SurfacePattern(std::uint64_t seed, std::size_t bodies)
   }
 }
 
+/// Where the points from `first` on are among the noise's cells.
+void SurfacePattern::find(const Noise& noise, const Look& look, const Points& points, std::size_t first,
+                          std::span<int> at) {
+  const float *x = points.x.data() + first, *y = points.y.data() + first, *z = points.z.data() + first;
+  const int mask = (1 << noise.bits) - 1, bits = noise.bits;
+  const float scale = noise.per_metre;
+  const Eigen::Vector3f shift = look.shift * scale + Eigen::Vector3f::Constant(kCells);
+  const float sx = shift.x(), sy = shift.y(), sz = shift.z();
+  int* const to = at.data();
+  for (std::size_t i = 0; i < at.size(); ++i) {
+    const int cx = static_cast<int>(x[i] * scale + sx) & mask;
+    const int cy = static_cast<int>(y[i] * scale + sy) & mask;
+    const int cz = static_cast<int>(z[i] * scale + sz) & mask;
+    to[i] = (cz << bits | cy) << bits | cx;
+  }
+}
+
+void SurfacePattern::ranks(std::size_t body, const Points& points, std::span<float> out) const {
+  constexpr std::size_t kPart = 64;
+  constexpr float kBetween = 1.0F / 4096;  // of the 256 ranks of cells
+  std::array<int, kPart> blotch;
+  for (std::size_t first = 0; first < out.size(); first += kPart) {
+    const std::size_t count = std::min(kPart, out.size() - first);
+    find(blotches_, looks_[body], points, first, std::span(blotch).first(count));
+    for (std::size_t i = 0; i < count; ++i) {
+      const auto cell = static_cast<std::uint32_t>(blotch[i]);
+      const auto between = static_cast<float>(cell * 0x9E3779B1U >> 20);
+      out[first + i] =
+          (static_cast<float>(*(blotches_.cells.data() + cell)) + kBetween * between) * (1.0F / 256);
+    }
+  }
+}
+
 void SurfacePattern::albedos(std::size_t body, const Points& points, std::span<float> out) const {
   constexpr std::size_t kPart = 64;
   std::array<int, kPart> grain, blotch;
@@ -99,21 +141,8 @@ void SurfacePattern::albedos(std::size_t body, const Points& points, std::span<f
   const Look& look = looks_[body];
   for (std::size_t first = 0; first < out.size(); first += kPart) {
     const std::size_t count = std::min(kPart, out.size() - first);
-    const float *x = points.x.data() + first, *y = points.y.data() + first, *z = points.z.data() + first;
-    const auto find = [&](const Noise& noise, int* at) {
-      const int mask = (1 << noise.bits) - 1, bits = noise.bits;
-      const float scale = noise.per_metre;
-      const Eigen::Vector3f shift = look.shift * scale + Eigen::Vector3f::Constant(kCells);
-      const float sx = shift.x(), sy = shift.y(), sz = shift.z();
-      for (std::size_t i = 0; i < count; ++i) {
-        const int cx = static_cast<int>(x[i] * scale + sx) & mask;
-        const int cy = static_cast<int>(y[i] * scale + sy) & mask;
-        const int cz = static_cast<int>(z[i] * scale + sz) & mask;
-        at[i] = (cz << bits | cy) << bits | cx;
-      }
-    };
-    find(grain_, grain.data());
-    find(blotches_, blotch.data());
+    find(grain_, look, points, first, std::span(grain).first(count));
+    find(blotches_, look, points, first, std::span(blotch).first(count));
     for (std::size_t i = 0; i < count; ++i) {
       grain_value[i] = static_cast<float>(*(grain_.cells.data() + grain[i]));
       blotch_value[i] = static_cast<float>(*(blotches_.cells.data() + blotch[i]));

@@ -28,6 +28,8 @@ class SurfacePattern {
   /// The share of light that the body returns at each, within 0.02 and 0.98. Grain finer than a footprint
   /// averages out.
   void albedos(std::size_t body, const Points& points, std::span<float> out) const;
+  /// The share of all surfaces that has less grain than there is at each, 0 to 1.
+  void ranks(std::size_t body, const Points& points, std::span<float> out) const;
 
  private:
   struct Look {
@@ -40,6 +42,8 @@ class SurfacePattern {
     float per_metre;  // cells
     std::vector<std::uint8_t> cells;
   };
+  static void find(const Noise& noise, const Look& look, const Points& points, std::size_t first,
+                   std::span<int> at);
   [[nodiscard]] static Noise make_noise(int bits, float cell, double blur);
   // The same for all: bodies are shifted within them.
   [[nodiscard]] static const Noise& grain();

@@ -6,6 +6,7 @@
 #include <gtest/gtest.h>
 
 #include "sensors/stereo_camera.h"
+#include "sensors/triangulation.h"
 #include "tests/rigs/stereo_points.h"
 #include "tests/unit/sensors/analytic_shapes.h"
 
@@ -100,7 +101,7 @@ TEST(StereoGeometry, SphereWithinTheChordTolerance) {
                                });
   EXPECT_GT(c.compared, 15'000U);
   EXPECT_EQ(c.missing, 0U);
-  EXPECT_LT(c.worst * 0.8, 10 * 2e-5);
+  EXPECT_LT(c.worst * 0.8, 10 * kChordTolerance);
 }
 
 TEST(StereoGeometry, CylinderWithinTheChordTolerance) {
@@ -129,7 +130,7 @@ TEST(StereoGeometry, CylinderWithinTheChordTolerance) {
     }
   }
   EXPECT_GT(count, 15'000U);
-  EXPECT_LT(worst, 2.2e-5);
+  EXPECT_LT(worst, 1.1 * kChordTolerance);
   EXPECT_LT(std::abs(sum / static_cast<double>(count)), 1e-5);
 }
 
