@@ -67,6 +67,23 @@ def pcd_points(path):
                                   for i in range(int(fields["POINTS"]))]
 
 
+FOCAL, CENTRE, WIDTH = 588.8, 511.5, 1024  # px, of the device's rectified calibration
+
+
+def depths_apart(swept, cloud):
+    """Of the laser's points those that the camera sees, too: by how much (m) its depth at that pixel is another."""
+    out = []
+    for x, y, z in (point[:3] for point in swept):
+        if not z > 0.3:
+            continue
+        u, v = round(CENTRE + FOCAL * x / z), round(CENTRE + FOCAL * y / z)
+        if 128 <= u < WIDTH and 0 <= v < WIDTH:
+            depth = cloud[v * WIDTH + u][2]
+            if depth == depth and abs(depth - z) < 0.05:  # else one of them is hidden from the other
+                out.append(abs(depth - z))
+    return out
+
+
 def main():
     with tempfile.TemporaryDirectory() as folder:
         out = Path(folder) / "a"
@@ -112,8 +129,16 @@ def main():
         (Path(folder) / "file").touch()
         bad = run("capture", "--out", str(Path(folder) / "file"))
         check(bad.returncode == 2 and bad.stderr.count("\n") == 1, f"a file for a folder is refused: {bad.stderr}")
-        bad = run("capture", "--out", folder, "--sensor", "lidar")
-        check(bad.returncode != 0 and bad.stderr.count("\n") == 1, "a sweep without a laser is refused in one sentence")
+
+        swept = Path(folder) / "swept"
+        options = ("--scene", "experiment_6", "--noise", "none", "--model-error", "none")
+        done = run("capture", *options, "--sensor", "lidar", "--out", str(swept))
+        check(done.returncode == 0, f"a sweep exits with 0, not {done.returncode}: {done.stderr}")
+        png(swept / "sweep.png")
+        apart = depths_apart(pcd_points(swept / "sweep.pcd")[1], exact)
+        check(len(apart) > 5000, f"laser and camera see the same: {len(apart)} points")
+        median = sorted(apart)[len(apart) // 2]
+        check(median < 0.002, f"and have it in the same place: {1e3 * median:.2f} mm apart in the median")
     sys.exit(failures != 0)
 
 
