@@ -170,8 +170,16 @@ MethodParameters load_method_parameters(const std::filesystem::path& file) {
   const YamlMap map(file.string(), root, "", {"stage_one", "stage_two"});
   if (map.has("stage_one") && !root["stage_one"].IsNull()) {
     const Section section = stage_one_section();
-    const YamlMap stage = map.map("stage_one", section.keys());
+    std::vector<std::string> keys = section.keys();
+    keys.emplace_back("look");
+    const YamlMap stage = map.map("stage_one", keys);
     parameters.stage_one = section.read(stage);
+    if (stage.has("look")) {
+      const std::string look = stage.text("look");
+      if (look != "once" && look != "around")
+        stage.fail("look", fmt::format("found {}, expected once or around", look));
+      parameters.stage_one.look = look == "around" ? Look::kAround : Look::kOnce;
+    }
     const StageOneParameters& read = parameters.stage_one;
     if (read.handle_min_radius >= read.handle_max_radius)
       stage.fail("handle_min_radius",

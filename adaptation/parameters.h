@@ -5,9 +5,14 @@
 
 namespace walkman {
 
+/// How Stage I looks at an object: one cloud, and its centre of mass by the surface seen (paper); or the
+/// clouds of several poses of the head together, and the centre of mass by the volume that they tell of.
+enum class Look { kOnce, kAround };
+
 /// Parameters of Stage I: from a range cloud to a grasp frame. Lengths in m, angles in rad. Defaults are the
 /// paper's values where it gives them (sec. 3.1); adaptation/parameters.yaml says how the others were chosen.
 struct StageOneParameters {
+  Look look = Look::kOnce;
   double reach = 1.5;                ///< farther points from the camera are dropped (paper)
   double plane_distance = 0.01;      ///< inlier distance of the dominant plane, at least
   double plane_deviations = 2.5;     ///< the same in standard deviations of the cloud's noise

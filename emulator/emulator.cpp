@@ -140,6 +140,8 @@ std::vector<can::Interface*> Emulator::interfaces() {
 
 MultiSense& Emulator::camera() { return impl_->multisense; }
 
+const MultiSense& Emulator::camera() const { return impl_->multisense; }
+
 std::vector<bus::CanBus*> Emulator::buses() {
   std::vector<bus::CanBus*> all;
   for (const auto& bus : impl_->buses) all.push_back(bus.get());

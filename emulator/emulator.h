@@ -58,6 +58,7 @@ class Emulator {
   /// The computer's end of each bus, in the order of the device table.
   [[nodiscard]] std::vector<can::Interface*> interfaces();
   [[nodiscard]] MultiSense& camera();
+  [[nodiscard]] const MultiSense& camera() const;
 
   /// The buses themselves, for logs and for losing frames on purpose.
   [[nodiscard]] std::vector<bus::CanBus*> buses();

@@ -170,7 +170,9 @@ class Aligner {
     std::nth_element(sorted.begin(), middle, sorted.end());
     const double enough = kSupport * static_cast<double>(*middle);
     for (std::size_t i = 0; i < surface.size(); ++i) {
-      const double along = std::min(cylinder.to, cylinder.from + (static_cast<double>(i) + 0.5) * kPlaceStep);
+      const double along = cylinder.from + (static_cast<double>(i) + 0.5) * kPlaceStep;
+      // Where it ends is seen no better than smoothing leaves it.
+      if (std::min(along - cylinder.from, cylinder.to - along) < parameters_.smoothing_voxel) continue;
       if (static_cast<double>(surface[i]) >= enough && has_gap(cylinder, along))
         handle.places.push_back(sense * along);
     }

@@ -14,6 +14,7 @@
 #include "adaptation/perception/parallel_parts.h"
 #include "adaptation/perception/plane.h"
 #include "adaptation/perception/smoothing.h"
+#include "adaptation/perception/volume.h"
 #include "adaptation/perception/voxels.h"
 
 namespace walkman::perception {
@@ -130,9 +131,12 @@ std::optional<GraspFrame> nearest_grasp(const StageOneResult& result) {
 /// One cloud on its way from plane to objects.
 class StageOne {
  public:
-  StageOne(const camera::OrganizedCloud& cloud, const StageOneParameters& parameters)
+  StageOne(const camera::OrganizedCloud& cloud, const StageOneParameters& parameters,
+           std::span<const Eigen::Vector3f> elsewhere_C)
       : parameters_(parameters), timer_(times_) {
     near_ = points_in_reach(cloud, parameters.reach, parameters.threads);
+    of_cloud_ = near_.points_C.size();
+    near_.points_C.insert(near_.points_C.end(), elsewhere_C.begin(), elsewhere_C.end());
     if (near_.points_C.empty())
       throw NotLocated("cloud: no finite point within the reach of " + rounded(parameters.reach) +
                        " m among " + std::to_string(cloud.points.size()) + " points");
@@ -144,6 +148,8 @@ class StageOne {
     timer_.done("normals");
     border_.emplace(cloud);
     timer_.done("image border");
+    if (parameters.look == Look::kAround) free_.emplace(cloud, sampling_.step);
+    timer_.done("free space");
   }
 
   /// What stands on the dominant plane among the points above all planes so far; none without such a plane.
@@ -164,7 +170,7 @@ class StageOne {
     std::vector<double> distances;
     for (const auto& cluster : clusters) {
       const std::vector<Eigen::Vector3f> measured = members(near_.points_C, cluster);
-      auto object = judge(cluster, measured);
+      auto object = judge(cluster, measured, result.plane);
       if (!object) continue;
       result.objects.push_back(std::move(*object));
       distances.push_back(near_C ? distance_to(measured, *near_C) : 0);
@@ -208,7 +214,7 @@ class StageOne {
     const float radius = box.diagonal().norm() / 2 + static_cast<float>(parameters_.handle_max_radius);
     const std::size_t stride = std::max<std::size_t>(1, cluster.size() / kSampled);
     auto next = cluster.begin();  // ascending, as the near points are
-    for (std::size_t i = 0; i < near_.points_C.size(); i += stride) {
+    for (std::size_t i = 0; i < of_cloud_; i += stride) {
       next = std::lower_bound(next, cluster.end(), static_cast<std::uint32_t>(i));
       const Eigen::Vector3f& p = near_.points_C[i];
       if (next != cluster.end() && *next == i) {
@@ -222,7 +228,7 @@ class StageOne {
 
   // None when the cluster is too sparse to be smoothed.
   std::optional<SeenObject> judge(const std::vector<std::uint32_t>& cluster,
-                                  const std::vector<Eigen::Vector3f>& measured) {
+                                  const std::vector<Eigen::Vector3f>& measured, const Plane& plane) {
     const double range = median_range(measured);
     const double spacing = sampling_.spacing(range), deviation = sampling_.deviation(range);
     const double thin = std::max(parameters_.outlier_voxel, kVoxelSpacings * spacing);
@@ -251,8 +257,16 @@ class StageOne {
     }
     timer_.done("handle alignment");
     object.p_CCm = median_of_voxel_centroids(object.surface_C, parameters_.centroid_voxel);
+    if (free_) {
+      std::vector<Handle> tubes = object.handles;
+      tubes.insert(tubes.end(), object.refused.begin(), object.refused.end());
+      object.p_CCm = volume_centroid(object.surface_C, plane, tubes, *free_, parameters_.centroid_voxel)
+                         .value_or(object.p_CCm);
+    }
     timer_.done("centre of mass");
-    const auto numbers = members(near_.numbers, cluster);
+    const auto from_elsewhere =
+        std::lower_bound(cluster.begin(), cluster.end(), static_cast<std::uint32_t>(of_cloud_));
+    const auto numbers = members(near_.numbers, std::span(cluster.begin(), from_elsewhere));
     object.cut_by_image = border_->cuts(numbers);
     object.to_border = border_->margins(numbers);
     timer_.done("image border");
@@ -282,11 +296,13 @@ class StageOne {
   const StageOneParameters& parameters_;
   std::vector<StepTime> times_;
   StepTimer timer_;
-  NearPoints near_;
+  NearPoints near_;           // the cloud's, then those from elsewhere, which have no number in it
+  std::size_t of_cloud_ = 0;  // of near_
   Sampling sampling_;
   OrientedPoints oriented_;
   std::size_t all_oriented_ = 0;
   std::optional<ImageBorder> border_;
+  std::optional<FreeSpace> free_;  // when the centre of mass is to be that of the volume
 };
 
 }  // namespace
@@ -324,13 +340,14 @@ GraspFrame grasp_frame_at(const StageOneResult& result, int handle, double along
 }
 
 StageOneResult locate(const camera::OrganizedCloud& cloud, const StageOneParameters& parameters,
-                      const std::optional<Eigen::Vector3d>& near_C) {
+                      const std::optional<Eigen::Vector3d>& near_C,
+                      std::span<const Eigen::Vector3f> elsewhere_C) {
   if (cloud.width < 0 || cloud.height < 0 ||
       cloud.points.size() != static_cast<std::size_t>(cloud.width) * static_cast<std::size_t>(cloud.height))
     throw std::invalid_argument("cloud: " + std::to_string(cloud.points.size()) + " points where width " +
                                 std::to_string(cloud.width) + " times height " +
                                 std::to_string(cloud.height) + " was expected");
-  StageOne stage(cloud, parameters);
+  StageOne stage(cloud, parameters, elsewhere_C);
   std::optional<StageOneResult> best;
   double best_distance = std::numeric_limits<double>::infinity();
   for (int level = 0; level < kPlanes; ++level) {

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <optional>
+#include <span>
 #include <stdexcept>
 #include <string>
 #include <vector>
@@ -102,8 +103,12 @@ class NotLocated : public std::runtime_error {
 ///
 /// Throws NotLocated when there is no finite point in reach, no plane, no object on it, or none within
 /// `asked_distance` of `near_C`; std::invalid_argument when the cloud's sizes contradict each other.
+///
+/// `elsewhere_C`: points of the same scene that were seen from elsewhere (m, in C). They join the objects;
+/// plane, sampling and image border are the cloud's.
 [[nodiscard]] StageOneResult locate(const camera::OrganizedCloud& cloud, const StageOneParameters& parameters,
-                                    const std::optional<Eigen::Vector3d>& near_C = std::nullopt);
+                                    const std::optional<Eigen::Vector3d>& near_C = std::nullopt,
+                                    std::span<const Eigen::Vector3f> elsewhere_C = {});
 
 /// The grasp frame on the chosen object's `handle` at the axial position `along` (m from M), clamped to the
 /// handle's ends, for Stage II's regrasp. Throws std::out_of_range for a handle that is not there.

@@ -15,6 +15,7 @@
 #include "adaptation/regrasp/manipulator.h"
 #include "adaptation/regrasp/self_filter.h"
 #include "adaptation/regrasp/surroundings.h"
+#include "adaptation/regrasp/survey.h"
 #include "adaptation/wrench/carried_load.h"
 
 namespace walkman::regrasp {
@@ -107,6 +108,8 @@ struct Regrasp::Impl {
   /// the head turned to it.
   void look(const std::optional<Eigen::Vector3d>& p_T);
   void take_cloud();
+  /// Looks again from around at what `seen` has, and sees all of it together.
+  void look_around();
   /// Notes how the robot stands.
   void stand();
   /// What `think` returns; see Thinking.
@@ -256,6 +259,7 @@ void Regrasp::Impl::look(const std::optional<Eigen::Vector3d>& p_T) {
     near_T = X_TC * nearest->cast<double>();
     asked_for = true;
   }
+  if (parameters.stage_one.look == Look::kAround) look_around();
   if (!seen.grasp) throw RunStopped("no handle of the hand's size on the object");
   obstacles = await<std::vector<motion::NamedObstacle>>([&] {
     std::vector<Eigen::Vector3d> outline_T = table_outline(seen, outside, X_TC);
@@ -264,6 +268,33 @@ void Regrasp::Impl::look(const std::optional<Eigen::Vector3d>& p_T) {
   });
   manipulator.set_obstacles(obstacles);
   observer.on_located(cloud, seen);
+}
+
+void Regrasp::Impl::look_around() {
+  const auto without_robot = [this](camera::OrganizedCloud& points) {
+    self_filter.remove(session.measured(), session.X_TC(), points);
+  };
+  Survey survey(
+      manipulator, camera,
+      [this] {
+        take_cloud();
+        return await<Survey::View>([this] {
+          Survey::View view{cloud, X_TC};
+          self_filter.remove(posed, X_TC, view.outside);
+          return view;
+        });
+      },
+      without_robot);
+  const Survey::View first{outside, X_TC};
+  const camera::OrganizedCloud first_cloud = cloud;
+  const Eigen::Vector3d on_object_C = seen.object().surface_C.front().cast<double>();
+  const auto elsewhere_C = survey.around(first, seen.object(), parameters.stage_one.outlier_voxel);
+  stand();
+  cloud = first_cloud;
+  outside = first.outside;
+  X_TC = first.X_TC;  // of `seen`
+  seen = await<perception::StageOneResult>(
+      [&] { return perception::locate(outside, parameters.stage_one, on_object_C, elsewhere_C); });
 }
 
 PlannedGrasp Regrasp::Impl::plan(const GraspPlanner::Cost& cost, double nearer_than) {

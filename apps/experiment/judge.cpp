@@ -11,17 +11,20 @@
 #include "adaptation/perception/pcd.h"
 #include "adaptation/regrasp/session.h"
 #include "adaptation/wrench/carried_load.h"
+#include "apps/experiment/object_volume.h"
 #include "apps/picture/png_file.h"
 #include "apps/picture/seen_picture.h"
 #include "apps/shared/exit_code.h"
 #include "apps/shared/result_files.h"
+#include "emulator/plant/dynamics/world_objects.h"
 #include "urdf/reader/kinematics.h"
 
 namespace walkman::apps {
 namespace {
 
-constexpr int kRootLink = 0;           // parents come before their children
-constexpr double kLiftedClear = 0.03;  // m above where it lay
+constexpr int kRootLink = 0;              // parents come before their children
+constexpr std::size_t kExposures = 1000;  // a minute of them, more than a survey takes
+constexpr double kLiftedClear = 0.03;     // m above where it lay
 
 constexpr double kTorqueTolerance = 0.1;  // N·m
 constexpr double kTorqueShare = 0.1;      // of the reported torque
@@ -130,6 +133,11 @@ void Judge::on_cycle(Time now, const Wrench& F, const Eigen::Isometry3d& X_TH) {
     newest_load_ = object_load();
   }
   touch_watch_.look(emulator_.plant(), phase_);
+  const Exposure& exposure = emulator_.camera().exposure();
+  if (X_WC_.empty() || X_WC_.back().first != exposure.frame) {
+    X_WC_.emplace_back(exposure.frame, exposure.X_WC);
+    if (X_WC_.size() > kExposures) X_WC_.pop_front();
+  }
   if (each_cycle_) each_cycle_(now);
   if (!trace_.is_open()) return;
   if (phase_ == "tare") tare_.add(F);
@@ -142,6 +150,9 @@ void Judge::on_cycle(Time now, const Wrench& F, const Eigen::Isometry3d& X_TH) {
 }
 
 void Judge::on_located(const camera::OrganizedCloud& cloud, const perception::StageOneResult& seen) {
+  const auto exposed = std::find_if(X_WC_.begin(), X_WC_.end(),
+                                    [&](const auto& exposure) { return exposure.first == cloud.frame; });
+  if (!p_WCm_seen_ && exposed != X_WC_.end()) p_WCm_seen_ = exposed->second * seen.object().p_CCm;
   if (cloud_file_.empty()) return;
   try {
     perception::write_pcd(partial(cloud_file_), cloud);
@@ -168,6 +179,10 @@ void Judge::on_grasp(const Eigen::Isometry3d& X_TG) {
   if (grasp_positions_.empty()) {
     object_ = object_at(p_WG);
     touch_watch_.grasps(object_in_scene().name);
+    if (p_WCm_seen_) {
+      const Eigen::Vector3d p_OCv = volume_centroid(plant::with_weights(object_in_scene()));
+      visual_com_error_ = (*p_WCm_seen_ - emulator_.plant().X_WO(object_) * p_OCv).norm();
+    }
   }
   const Eigen::Vector3d p_OG = emulator_.plant().X_WO(object_).inverse() * p_WG;
   grasp_positions_.push_back(p_OG.x() - object_in_scene().left_end);

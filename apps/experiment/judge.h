@@ -1,10 +1,12 @@
 #pragma once
 
+#include <deque>
 #include <filesystem>
 #include <fstream>
 #include <functional>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "adaptation/regrasp/observer.h"
@@ -76,6 +78,9 @@ class Judge : public regrasp::Observer {
   /// One for each of `weighings`.
   [[nodiscard]] const std::vector<TrueWeighing>& true_weighings() const { return true_weighings_; }
   [[nodiscard]] int recoveries() const { return recoveries_; }
+  /// Of the visual centre of mass that the first grasp was chosen by, from the centroid of the object's
+  /// volume, m: both from the true camera. 0 until then.
+  [[nodiscard]] double visual_com_error() const { return visual_com_error_; }
   /// Of the drivers and the method, one sentence each.
   [[nodiscard]] const std::vector<std::string>& warnings() const { return warnings_; }
   /// At each weighing the object hung free of everything but the hand.
@@ -126,6 +131,9 @@ class Judge : public regrasp::Observer {
   bool always_held_ = true;
   TouchWatch touch_watch_;
   int recoveries_ = 0;
+  std::deque<std::pair<std::uint64_t, Eigen::Isometry3d>> X_WC_;  // of the last exposures
+  std::optional<Eigen::Vector3d> p_WCm_seen_;                     // of the first look
+  double visual_com_error_ = 0;
 };
 
 }  // namespace walkman::apps

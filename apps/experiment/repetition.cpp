@@ -146,7 +146,8 @@ JudgedRow judged_row(const Judge& judge, std::size_t first, std::size_t end) {
                truth_after.torque_about_handle,
                reduction(truth.torque, truth_after.torque),
                truth_after.slip,
-               truth_after.slip_turn};
+               truth_after.slip_turn,
+               judge.visual_com_error()};
   return out;
 }
 

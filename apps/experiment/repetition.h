@@ -59,6 +59,7 @@ struct TrueRow {
   double reduction_percent = 0;  ///< 100 (1 − |τ'| / |τ|)
   double slip = 0;       ///< until the last weighing, while the object hung free: its path in the hand, m
   double slip_turn = 0;  ///< and the angle it has turned there by, rad
+  double visual_com_error = 0;  ///< of the first look, from the centroid of the object's volume, m
 };
 
 [[nodiscard]] std::string to_string(Outcome outcome);

@@ -46,7 +46,7 @@ struct TrueColumn {
   bool is_signed = false;
 };
 
-constexpr std::array<TrueColumn, 10> kTrueColumns = {
+constexpr std::array<TrueColumn, 11> kTrueColumns = {
     {{"tau_true", &TrueRow::tau, true},
      {"d_true", &TrueRow::d, true},
      {"tau_after_true", &TrueRow::tau_after, true},
@@ -56,7 +56,8 @@ constexpr std::array<TrueColumn, 10> kTrueColumns = {
      {"tau_about_handle_after_true", &TrueRow::tau_about_handle_after, true},
      {"com_error", &TrueRow::com_error},
      {"slip_true", &TrueRow::slip},
-     {"slip_turn_true", &TrueRow::slip_turn}}};
+     {"slip_turn_true", &TrueRow::slip_turn},
+     {"visual_com_error", &TrueRow::visual_com_error}}};
 
 /// The kinds of all repetitions' robots, each as one: `of` names the part and the seed of the largest.
 std::vector<DrawnRobot::Kind> all_kinds(const std::vector<RepetitionResult>& repetitions) {

@@ -40,6 +40,13 @@ class RangeCamera {
   /// Copies the newest cloud exposed at or after `not_before`, an instant of the reader's clock, on which the
   /// cloud's stamp then is too. False while there is none. Throws Lost.
   [[nodiscard]] virtual bool latest(Time not_before, OrganizedCloud& out) = 0;
+
+  /// Turns the camera's laser at `rate` (rad/s) for a sweep, in which it sees every direction once; false
+  /// when it has none. Throws Lost.
+  [[nodiscard]] virtual bool begin_sweep(double rate) = 0;
+  /// Once the sweep that was begun is complete: its points in the frame of the clouds (m), in no order, of a
+  /// head that has been still. The laser then stops. False until then. Throws Lost.
+  [[nodiscard]] virtual bool swept(std::vector<Eigen::Vector3f>& points) = 0;
 };
 
 }  // namespace walkman::camera

@@ -216,6 +216,29 @@ std::vector<LidarData> Camera::take_scans() {
 
 LidarCalibration Camera::laser_calibration() { return ask_for<LidarCalibration>(Query::kLidarCalibration); }
 
+bool Camera::begin_sweep(double rate) {
+  if (device_.laser_name.empty()) return false;
+  try {
+    sweep_.emplace(laser_calibration());
+  } catch (const std::runtime_error& e) {
+    fail(e.what());
+  }
+  spin(rate);
+  return true;
+}
+
+bool Camera::swept(std::vector<Eigen::Vector3f>& points) {
+  if (!sweep_) return false;
+  for (const LidarData& scan : take_scans())
+    sweep_->add(scan, [](Time) { return Eigen::Isometry3d::Identity(); });
+  if (sweep_->turned() < std::numbers::pi) return false;
+  spin(0);
+  points.clear();
+  for (const Sweep::Point& point : sweep_->points()) points.push_back(point.p_F);
+  sweep_.reset();
+  return true;
+}
+
 const Image* Camera::image(std::uint64_t source) const {
   const auto found = images_.find(source);
   return found != images_.end() && found->second.frame == disparity_.frame ? &found->second : nullptr;

@@ -11,6 +11,7 @@
 
 #include "drivers/camera/multisense/datagram.h"
 #include "drivers/camera/multisense/messages.h"
+#include "drivers/camera/multisense/sweep.h"
 #include "drivers/camera/range_camera.h"
 
 namespace walkman::multisense {
@@ -44,6 +45,8 @@ class Camera final : public camera::RangeCamera {
   void also_stream(std::uint64_t sources) { images_wanted_ = sources; }
 
   [[nodiscard]] bool latest(Time not_before, camera::OrganizedCloud& out) override;
+  [[nodiscard]] bool begin_sweep(double rate) override;
+  [[nodiscard]] bool swept(std::vector<Eigen::Vector3f>& points) override;
 
   /// The disparity image that the last cloud was made of.
   [[nodiscard]] const Disparity& disparity() const { return disparity_; }
@@ -103,6 +106,7 @@ class Camera final : public camera::RangeCamera {
   std::uint64_t images_wanted_ = 0;
   std::map<std::uint64_t, Image> images_;  // the newest of each source
   std::vector<LidarData> scans_;
+  std::optional<Sweep> sweep_;  // begun and not complete
 };
 
 }  // namespace walkman::multisense

@@ -131,7 +131,7 @@ TEST(StereoGeometry, CylinderWithinTheChordTolerance) {
   }
   EXPECT_GT(count, 15'000U);
   EXPECT_LT(worst, 1.1 * kChordTolerance);
-  EXPECT_LT(std::abs(sum / static_cast<double>(count)), 1e-5);
+  EXPECT_LT(std::abs(sum / static_cast<double>(count)), 0.5 * kChordTolerance);
 }
 
 TEST(StereoGeometry, BlankBandWhereTheRightCameraDoesNotLook) {

@@ -1,0 +1,40 @@
+#include "adaptation/perception/fusion.h"
+
+#include <algorithm>
+#include <iterator>
+
+#include "adaptation/perception/registration.h"
+#include "adaptation/perception/voxels.h"
+
+namespace walkman::perception {
+namespace {
+
+// By which two views may be apart: errors of the neck's joints on a lever of 1 m. What lies nearer is a
+// surface's noise at that distance.
+constexpr double kReach = 0.03, kStill = 0.004;  // m
+
+}  // namespace
+
+Fusion::Fusion(std::span<const Eigen::Vector3f> first, const Eigen::AlignedBox3f& region, double voxel)
+    : region_(region), voxel_(voxel), first_(in_region(first)) {}
+
+std::vector<Eigen::Vector3f> Fusion::in_region(std::span<const Eigen::Vector3f> points) const {
+  std::vector<Eigen::Vector3f> inside;
+  std::copy_if(points.begin(), points.end(), std::back_inserter(inside),
+               [this](const Eigen::Vector3f& p) { return p.allFinite() && region_.contains(p); });
+  return inside;
+}
+
+bool Fusion::add(std::span<const Eigen::Vector3f> points) {
+  std::vector<Eigen::Vector3f> view = in_region(points);
+  const auto correction = motion_of(view, first_, kReach, kStill);
+  if (!correction) return false;
+  const Eigen::Isometry3f X = correction->cast<float>();
+  for (Eigen::Vector3f& p : view) p = X * p;
+  others_.insert(others_.end(), view.begin(), view.end());
+  return true;
+}
+
+std::vector<Eigen::Vector3f> Fusion::points() const { return voxel_centroids(others_, voxel_); }
+
+}  // namespace walkman::perception
