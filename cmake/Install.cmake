@@ -23,7 +23,7 @@ add_custom_target(device_descriptions ALL DEPENDS "${datasheets}/written")
 install(TARGETS walkman-hil RUNTIME DESTINATION "${CMAKE_INSTALL_BINDIR}")
 install(DIRECTORY "${WALKMAN_ROOT}/urdf/" DESTINATION "${share}/urdf"
         FILES_MATCHING REGEX "\\.(urdf|srdf|yaml|stl|obj|dae)$")
-install(FILES "${WALKMAN_ROOT}/adaptation/parameters.yaml" "${WALKMAN_ROOT}/adaptation/head_at_home.yaml" DESTINATION "${share}/adaptation")
+install(FILES "${WALKMAN_ROOT}/adaptation/parameters.yaml" "${WALKMAN_ROOT}/adaptation/head_at_home.yaml" "${WALKMAN_ROOT}/adaptation/look_around.yaml" DESTINATION "${share}/adaptation")
 install(DIRECTORY "${WALKMAN_ROOT}/emulator/plant/actuators" DESTINATION "${share}/emulator/plant" FILES_MATCHING PATTERN "*.yaml")
 install(FILES "${WALKMAN_ROOT}/emulator/scene/model_error.yaml" DESTINATION "${share}/emulator/scene")
 install(FILES "${WALKMAN_ROOT}/emulator/camera/multisense.yaml" DESTINATION "${share}/emulator/camera")

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 """look: around, by whole runs: the visual centre of mass against the centroid of the object's volume.
-Usage: look_around_test.py PROGRAM PARAMETERS [EXPERIMENT...] [--seeds N]
+Usage: look_around_test.py PROGRAM FOLDER [EXPERIMENT...] [--seeds N], FOLDER with parameters.yaml and look_around.yaml
 
 Prints a table: the error of looking once and around (mm), for each experiment and seed. Exit code 1 when one is
 not at most half of the other, or a run did not end with the object held."""
@@ -15,8 +15,8 @@ import tempfile
 
 def repetition(program, experiment, seed, parameters):
     with tempfile.TemporaryDirectory() as folder:
-        command = [program, "experiment", str(experiment), "--seed", str(seed), "--out", folder, "--json"]
-        command += ["--parameters", parameters] if parameters else []
+        command = [program, "experiment", str(experiment), "--seed", str(seed), "--out", folder, "--json",
+                   "--parameters", parameters]
         done = subprocess.run(command, capture_output=True, text=True, check=False)
         if not done.stdout:
             sys.exit(f"experiment {experiment}, seed {seed}: {done.stderr}")
@@ -26,15 +26,16 @@ def repetition(program, experiment, seed, parameters):
 def main():
     asked = argparse.ArgumentParser()
     asked.add_argument("program")
-    asked.add_argument("parameters")
+    asked.add_argument("folder")
     asked.add_argument("experiments", nargs="*", type=int, default=[1, 10])
     asked.add_argument("--seeds", type=int, default=1)
     asked = asked.parse_args()
     cases = [(e, s) for e in asked.experiments for s in range(1, asked.seeds + 1)]
     good = True
     with concurrent.futures.ThreadPoolExecutor(2) as pool:
-        once = [pool.submit(repetition, asked.program, e, s, None) for e, s in cases]
-        around = [pool.submit(repetition, asked.program, e, s, asked.parameters) for e, s in cases]
+        # In both the head may turn to an object that the image's border cuts.
+        once = [pool.submit(repetition, asked.program, e, s, f"{asked.folder}/parameters.yaml") for e, s in cases]
+        around = [pool.submit(repetition, asked.program, e, s, f"{asked.folder}/look_around.yaml") for e, s in cases]
         print("experiment  seed    once  around  outcome of around")
         for (experiment, seed), a, b in zip(cases, once, around):
             a, b = a.result(), b.result()
