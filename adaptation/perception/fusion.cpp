@@ -1,8 +1,5 @@
 #include "adaptation/perception/fusion.h"
 
-#include <algorithm>
-#include <iterator>
-
 #include "adaptation/perception/registration.h"
 #include "adaptation/perception/voxels.h"
 
@@ -16,17 +13,19 @@ constexpr double kReach = 0.03, kStill = 0.004;  // m
 }  // namespace
 
 Fusion::Fusion(std::span<const Eigen::Vector3f> first, const Eigen::AlignedBox3f& region, double voxel)
-    : region_(region), voxel_(voxel), first_(in_region(first)) {}
+    : region_(region), voxel_(voxel), first_(in_region(first, Eigen::Isometry3d::Identity())) {}
 
-std::vector<Eigen::Vector3f> Fusion::in_region(std::span<const Eigen::Vector3f> points) const {
+std::vector<Eigen::Vector3f> Fusion::in_region(std::span<const Eigen::Vector3f> points,
+                                               const Eigen::Isometry3d& X_F) const {
+  const Eigen::Isometry3f X = X_F.cast<float>();
   std::vector<Eigen::Vector3f> inside;
-  std::copy_if(points.begin(), points.end(), std::back_inserter(inside),
-               [this](const Eigen::Vector3f& p) { return p.allFinite() && region_.contains(p); });
+  for (const Eigen::Vector3f& p : points)
+    if (p.allFinite() && region_.contains(X * p)) inside.push_back(X * p);
   return inside;
 }
 
-bool Fusion::add(std::span<const Eigen::Vector3f> points) {
-  std::vector<Eigen::Vector3f> view = in_region(points);
+bool Fusion::add(std::span<const Eigen::Vector3f> points_V, const Eigen::Isometry3d& X_FV) {
+  std::vector<Eigen::Vector3f> view = in_region(points_V, X_FV);
   const auto correction = motion_of(view, first_, kReach, kStill);
   if (!correction) return false;
   const Eigen::Isometry3f X = correction->cast<float>();

@@ -7,22 +7,23 @@
 
 namespace walkman::perception {
 
-/// Points of one still scene that were seen from several places, in the frame of the first view (m), within a
-/// region of interest.
+/// Points of one still scene that were seen from several places, in the frame F of the first view (m), within
+/// a region of interest.
 class Fusion {
  public:
   /// `voxel`: edge, m, of which one point of all other views is kept.
   Fusion(std::span<const Eigen::Vector3f> first, const Eigen::AlignedBox3f& region, double voxel);
 
-  /// Adds another view's, brought to the first by kinematics, after the iterative closest points of both have
-  /// corrected that. False, and nothing is added, when they do not lie on each other.
-  bool add(std::span<const Eigen::Vector3f> points);
+  /// Adds another view's, in its frame V: brought to the first by kinematics, then by the iterative closest
+  /// points of both. False, and nothing is added, when they do not lie on each other.
+  bool add(std::span<const Eigen::Vector3f> points_V, const Eigen::Isometry3d& X_FV);
 
   /// Of the views that were added.
   [[nodiscard]] std::vector<Eigen::Vector3f> points() const;
 
  private:
-  [[nodiscard]] std::vector<Eigen::Vector3f> in_region(std::span<const Eigen::Vector3f> points) const;
+  [[nodiscard]] std::vector<Eigen::Vector3f> in_region(std::span<const Eigen::Vector3f> points,
+                                                       const Eigen::Isometry3d& X_F) const;
 
   Eigen::AlignedBox3f region_;
   double voxel_;

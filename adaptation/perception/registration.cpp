@@ -14,6 +14,7 @@ constexpr int kIterations = 50;
 constexpr double kStill = 1e-9;  // m², of the motion in the last of them
 constexpr std::size_t kMostPoints = 1500;
 constexpr double kFewest = 0.5;  // of the points
+constexpr int kFewestPairs = 3;  // that tell a motion
 
 pcl::PointCloud<pcl::PointXYZ>::Ptr cloud_of(std::span<const Eigen::Vector3f> points, std::size_t most) {
   auto cloud = std::make_shared<pcl::PointCloud<pcl::PointXYZ>>();
@@ -40,7 +41,13 @@ std::optional<Eigen::Isometry3d> motion_of(std::span<const Eigen::Vector3f> befo
     return std::min(std::sqrt(static_cast<double>(square.front())), reach);
   };
   double sum = 0;
-  for (const pcl::PointXYZ& point : *source) sum += distance(point);
+  int near = 0;
+  for (const pcl::PointXYZ& point : *source) {
+    const double apart = distance(point);
+    sum += apart;
+    near += apart < reach ? 1 : 0;
+  }
+  if (near < kFewestPairs) return std::nullopt;
   if (sum < still * static_cast<double>(source->size())) return Eigen::Isometry3d::Identity();
   icp.setInputSource(source);
   icp.setInputTarget(target);

@@ -146,7 +146,8 @@ std::optional<Eigen::Vector3d> volume_centroid(std::span<const Eigen::Vector3f> 
     fill_across(*nearest, p_C, kPerCell * cell, filled);
   }
   return filled.centroid([&](const Eigen::Vector3d& p_C) {
-    return plane.n_C.dot(p_C) + plane.offset < 0 || free.holds(p_C, kBehind * cell);
+    // Voxels stick out of what they are made for, all round.
+    return plane.n_C.dot(p_C) + plane.offset < -cell || free.holds(p_C, kBehind * cell);
   });
 }
 

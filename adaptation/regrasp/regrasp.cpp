@@ -10,6 +10,7 @@
 #include <Eigen/Eigenvalues>
 #include <fmt/format.h>
 
+#include "adaptation/perception/fusion.h"
 #include "adaptation/perception/registration.h"
 #include "adaptation/regrasp/grasp_planner.h"
 #include "adaptation/regrasp/manipulator.h"
@@ -271,30 +272,34 @@ void Regrasp::Impl::look(const std::optional<Eigen::Vector3d>& p_T) {
 }
 
 void Regrasp::Impl::look_around() {
-  const auto without_robot = [this](camera::OrganizedCloud& points) {
-    self_filter.remove(session.measured(), session.X_TC(), points);
-  };
-  Survey survey(
-      manipulator, camera,
-      [this] {
-        take_cloud();
-        return await<Survey::View>([this] {
-          Survey::View view{cloud, X_TC};
-          self_filter.remove(posed, X_TC, view.outside);
-          return view;
-        });
-      },
-      without_robot);
-  const Survey::View first{outside, X_TC};
-  const camera::OrganizedCloud first_cloud = cloud;
-  const Eigen::Vector3d on_object_C = seen.object().surface_C.front().cast<double>();
-  const auto elsewhere_C = survey.around(first, seen.object(), parameters.stage_one.outlier_voxel);
-  stand();
-  cloud = first_cloud;
-  outside = first.outside;
-  X_TC = first.X_TC;  // of `seen`
-  seen = await<perception::StageOneResult>(
-      [&] { return perception::locate(outside, parameters.stage_one, on_object_C, elsewhere_C); });
+  Survey survey(manipulator, camera, [this] {
+    take_cloud();
+    return await<Survey::View>([this] {
+      Survey::View view{cloud, X_TC};
+      self_filter.remove(posed, X_TC, view.outside);
+      return view;
+    });
+  });
+  const camera::OrganizedCloud first = cloud, first_outside = outside;
+  const Eigen::Isometry3d X_TC_first = X_TC;
+  const motion::KinematicTree posed_first = posed;
+  Survey::Found found = survey.around(X_TC, seen.object());
+  cloud = first;
+  outside = first_outside;
+  X_TC = X_TC_first;
+  posed = posed_first;
+  seen = await<perception::StageOneResult>([&] {
+    self_filter.remove(posed, X_TC, found.sweep);
+    Eigen::AlignedBox3f region;
+    for (const Eigen::Vector3f& p_C : seen.object().surface_C) region.extend(p_C);
+    region.min().array() -= kSeenAround;
+    region.max().array() += kSeenAround;
+    perception::Fusion fusion(outside.points, region, parameters.stage_one.outlier_voxel);
+    fusion.add(found.sweep.points, Eigen::Isometry3d::Identity());
+    for (const Survey::View& view : found.views) fusion.add(view.outside.points, X_TC.inverse() * view.X_TC);
+    const Eigen::Vector3d on_object_C = seen.object().surface_C.front().cast<double>();
+    return perception::locate(outside, parameters.stage_one, on_object_C, fusion.points());
+  });
 }
 
 PlannedGrasp Regrasp::Impl::plan(const GraspPlanner::Cost& cost, double nearer_than) {

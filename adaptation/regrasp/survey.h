@@ -1,6 +1,7 @@
 #pragma once
 
 #include <functional>
+#include <utility>
 #include <vector>
 
 #include <Eigen/Geometry>
@@ -11,8 +12,8 @@
 
 namespace walkman::regrasp {
 
-/// Looks at an object from further poses of the head, and with the camera's laser where it has one (paper,
-/// sec. 5: several clouds of an object, registered).
+/// Looks at an object from further poses of the head, and with the camera's laser where it has one (the
+/// paper's future work: several clouds of an object, registered).
 class Survey {
  public:
   /// A cloud without the robot in it, from where it was taken.
@@ -20,27 +21,26 @@ class Survey {
     camera::OrganizedCloud outside;
     Eigen::Isometry3d X_TC;
   };
-  /// References are kept. `take` takes a view with the robot at rest; `without_robot` removes the robot from
-  /// points in C of a head that has been still.
-  Survey(Manipulator& manipulator, camera::RangeCamera& camera, std::function<View()> take,
-         std::function<void(camera::OrganizedCloud&)> without_robot)
-      : manipulator_(manipulator),
-        camera_(camera),
-        take_(std::move(take)),
-        without_robot_(std::move(without_robot)) {}
+  struct Found {
+    std::vector<View> views;
+    /// Of the laser, from where the head was at first, the robot in it; empty without a laser.
+    camera::OrganizedCloud sweep;
+  };
 
-  /// What is seen of `object` and around it from elsewhere, in C of the first view, voxels of edge `voxel`
-  /// (m). The head ends where it was.
-  [[nodiscard]] std::vector<Eigen::Vector3f> around(const View& first, const perception::SeenObject& object,
-                                                    double voxel);
+  /// References are kept. `take` takes a view with the robot at rest.
+  Survey(Manipulator& manipulator, camera::RangeCamera& camera, std::function<View()> take)
+      : manipulator_(manipulator), camera_(camera), take_(std::move(take)) {}
+
+  /// What is seen of `object`, first seen by a camera at X_TC, from around it. The head ends where it was, to
+  /// within what it is made to turn by.
+  [[nodiscard]] Found around(const Eigen::Isometry3d& X_TC, const perception::SeenObject& object);
 
  private:
-  [[nodiscard]] std::vector<Eigen::Vector3f> sweep_C();
+  [[nodiscard]] camera::OrganizedCloud sweep();
 
   Manipulator& manipulator_;
   camera::RangeCamera& camera_;
   std::function<View()> take_;
-  std::function<void(camera::OrganizedCloud&)> without_robot_;
 };
 
 }  // namespace walkman::regrasp

@@ -1,0 +1,144 @@
+// Two views of a corner, the second a little off, and of a bar of which a half is seen.
+
+#include "adaptation/perception/fusion.h"
+
+#include <cmath>
+#include <limits>
+#include <numbers>
+#include <random>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include "adaptation/perception/volume.h"
+
+namespace walkman::perception {
+namespace {
+
+/// Three walls x, y and z = 0 of 20 cm, 1 mm of noise.
+std::vector<Eigen::Vector3f> corner(unsigned seed) {
+  std::mt19937 generator(seed);
+  std::uniform_real_distribution<float> along(0, 0.2F);
+  std::normal_distribution<float> noise(0, 0.001F);
+  std::vector<Eigen::Vector3f> points;
+  for (int i = 0; i < 6000; ++i) {
+    Eigen::Vector3f p(along(generator), along(generator), along(generator));
+    p[i % 3] = noise(generator);
+    points.push_back(p);
+  }
+  return points;
+}
+
+double off_the_walls(const std::vector<Eigen::Vector3f>& points) {
+  double sum = 0;
+  for (const Eigen::Vector3f& p : points) sum += std::pow(static_cast<double>(p.cwiseAbs().minCoeff()), 2);
+  return std::sqrt(sum / static_cast<double>(points.size()));
+}
+
+TEST(Fusion, BringsAViewThatKinematicsHasAMissOntoTheFirst) {
+  const Eigen::AlignedBox3f region(Eigen::Vector3f::Constant(-0.05F), Eigen::Vector3f::Constant(0.25F));
+  Eigen::Isometry3d off = Eigen::Isometry3d::Identity();
+  off.rotate(Eigen::AngleAxisd(0.01, Eigen::Vector3d(1, 2, 2).normalized()));
+  off.translation() = Eigen::Vector3d(0.008, -0.006, 0.007);
+  Fusion fusion(corner(1), region, 0.005);
+  EXPECT_TRUE(fusion.points().empty());
+  ASSERT_TRUE(fusion.add(corner(2), off));
+  EXPECT_GT(fusion.points().size(), 1000U);
+  EXPECT_LT(off_the_walls(fusion.points()), 0.0015);
+}
+
+TEST(Fusion, LeavesOutWhatDoesNotLieOnTheFirst) {
+  const Eigen::AlignedBox3f region(Eigen::Vector3f::Constant(-0.5F), Eigen::Vector3f::Constant(0.5F));
+  Fusion fusion(corner(1), region, 0.005);
+  EXPECT_FALSE(fusion.add(corner(2), Eigen::Isometry3d(Eigen::Translation3d(0.2, 0.2, 0.2))));
+  EXPECT_FALSE(fusion.add({}, Eigen::Isometry3d::Identity()));
+  EXPECT_TRUE(fusion.points().empty());
+}
+
+constexpr double kRadius = 0.035, kLength = 0.6;  // m, of a bar along x
+constexpr double kCell = 0.01;                    // m
+
+/// The bar on a table seen from above at 45°, C; `with_box`: a box leans on its near side.
+struct Table {
+  explicit Table(bool with_box) {
+    plane.n_C = up;
+    plane.offset = kRadius - up.dot(middle);
+    bar.p_CM = middle;
+    bar.axis_C = Eigen::Vector3d::UnitX();
+    bar.radius = kRadius;
+    bar.from = -kLength / 2;
+    bar.to = kLength / 2;
+    for (double x = -kLength / 2; x <= kLength / 2; x += 0.005) {
+      for (double angle = 0; angle < 2 * std::numbers::pi; angle += 0.05) {
+        const Eigen::Vector3d n = std::cos(angle) * up + std::sin(angle) * away;
+        see(middle + x * Eigen::Vector3d::UnitX() + kRadius * n, n);
+      }
+    }
+    if (with_box) {
+      for (double x = -0.05; x <= 0.05; x += 0.005) {
+        for (double t = -kBox / 2; t <= kBox / 2; t += 0.005) {
+          see(box + x * Eigen::Vector3d::UnitX() + t * away + kRadius * up, up);
+          see(box + x * Eigen::Vector3d::UnitX() - kBox / 2 * away + t * kRadius / (kBox / 2) * up, -away);
+        }
+      }
+    }
+    cloud.points = surface;
+    for (double x = -0.6; x <= 0.6; x += 0.002)
+      for (double t = -0.4; t <= 0.4; t += 0.002)
+        cloud.points.push_back(
+            (middle + x * Eigen::Vector3d::UnitX() + t * away - kRadius * up).cast<float>());
+    cloud.width = static_cast<int>(cloud.points.size());
+    cloud.height = 1;
+  }
+  void see(const Eigen::Vector3d& p, const Eigen::Vector3d& n) {
+    if (n.dot(p) < 0) surface.push_back(p.cast<float>());
+  }
+
+  static constexpr double kBox = 0.08;  // m, away from the sensor
+  const Eigen::Vector3d up = Eigen::Vector3d(0, -1, -1).normalized(),
+                        away = Eigen::Vector3d(0, -1, 1).normalized();
+  const Eigen::Vector3d middle{0, 0.05, 0.9};
+  const Eigen::Vector3d box = middle - (kRadius + kBox / 2) * away;
+  Plane plane;
+  Handle bar;
+  std::vector<Eigen::Vector3f> surface;
+  camera::OrganizedCloud cloud;
+};
+
+TEST(VolumeCentroid, OfABarIsOnItsAxis) {
+  const Table table(false);
+  const std::vector<Handle> tubes{table.bar};
+  const FreeSpace free(table.cloud, 0.002);
+  const auto centroid = volume_centroid(table.surface, table.plane, tubes, free, kCell);
+  ASSERT_TRUE(centroid);
+  EXPECT_LT((*centroid - table.middle).norm(), kCell / 2);
+  EXPECT_FALSE(volume_centroid(table.surface, table.plane, {}, free, kCell));
+}
+
+TEST(VolumeCentroid, HasNoMirrorImageWhereTheSensorLookedThrough) {
+  const Table table(true);
+  const std::vector<Handle> tubes{table.bar};
+  const auto centroid =
+      volume_centroid(table.surface, table.plane, tubes, FreeSpace(table.cloud, 0.002), kCell);
+  ASSERT_TRUE(centroid);
+  const double of_bar = std::numbers::pi * kRadius * kRadius * kLength,
+               of_box = 0.1 * Table::kBox * 2 * kRadius;
+  const Eigen::Vector3d expected = (of_bar * table.middle + of_box * table.box) / (of_bar + of_box);
+  EXPECT_LT((*centroid - expected).norm(), 0.8 * kCell);
+}
+
+TEST(FreeSpace, EndsAtWhatIsSeenAndSaysNothingOfWhatIsNot) {
+  camera::OrganizedCloud cloud;
+  for (float x = -0.1F; x < 0.1F; x += 0.001F)
+    for (float y = -0.1F; y < 0.1F; y += 0.001F) cloud.points.emplace_back(x, y, 1);
+  cloud.points.emplace_back(Eigen::Vector3f::Constant(std::numeric_limits<float>::quiet_NaN()));
+  const FreeSpace free(cloud, 0.001);
+  EXPECT_TRUE(free.holds({0, 0, 0.9}, 0.01));
+  EXPECT_FALSE(free.holds({0, 0, 0.995}, 0.01));
+  EXPECT_FALSE(free.holds({0, 0, 1.5}, 0.01));
+  EXPECT_FALSE(free.holds({0.5, 0, 0.9}, 0.01));
+  EXPECT_FALSE(free.holds({0, 0, -1}, 0.01));
+}
+
+}  // namespace
+}  // namespace walkman::perception
