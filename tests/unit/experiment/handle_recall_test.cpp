@@ -9,9 +9,9 @@
 
 #include "adaptation/motion/body_shape.h"
 #include "adaptation/perception/stage_one.h"
-#include "apps/shared/emulated_world.h"
 #include "emulator/plant/dynamics/world_objects.h"
 #include "sensors/stereo_camera.h"
+#include "tests/unit/experiment/first_look.h"
 #include "urdf/reader/kinematics.h"
 
 namespace walkman::apps {
@@ -129,23 +129,11 @@ Scored scored(const std::vector<Piece>& pieces, const std::vector<perception::Ha
 }
 
 /// Of a scene, by the noisy camera of a robot that is not quite its model.
-Scored look(const std::string& name, std::uint64_t seed) {
-  const std::string tree = WALKMAN_SOURCE_TREE;
-  WorldOptions options;
-  options.scene = tree + "/urdf/scenes/" + name + ".yaml";
-  options.actuators = tree + "/emulator/plant/actuators";
-  options.seed = seed;
-  EmulatedWorld world(options);
-  Emulator& emulator = world.emulator;
-  camera::OrganizedCloud cloud;
-  EmbeddedCamera camera(emulator);
-  while (!camera.client.latest(Time{}, cloud))
-    emulator.advance(emulator.now() + std::chrono::milliseconds(5));
-  const MethodParameters parameters = load_method_parameters(tree + "/adaptation/parameters.yaml");
-  const SceneObject& object = world.scene.objects.front();
-  const Eigen::Isometry3d X_CO = emulator.camera().exposure().X_WC.inverse() * emulator.plant().X_WO(0);
-  const auto pieces = pieces_of(plant::with_weights(object), X_CO, parameters.stage_one);
-  const auto seen = perception::locate(cloud, parameters.stage_one, X_CO.translation());
+Scored look(int experiment, std::uint64_t seed) {
+  const FirstLook first(experiment, seed);
+  const auto pieces =
+      pieces_of(plant::with_weights(first.world.scene.objects.front()), first.X_CO, first.parameters);
+  const auto seen = perception::locate(first.cloud, first.parameters, first.X_CO.translation());
   return scored(pieces, seen.object().handles);
 }
 
@@ -154,7 +142,7 @@ class HandleRecall : public testing::TestWithParam<int> {};
 TEST_P(HandleRecall, OfWhatCanBeGraspedAndNothingElse) {
   int graspable = 0, found = 0;
   for (std::uint64_t seed = 1; seed <= 8; ++seed) {
-    const Scored s = look("experiment_" + std::to_string(GetParam()), seed);
+    const Scored s = look(GetParam(), seed);
     SCOPED_TRACE(::testing::Message()
                  << "seed " << seed << ": " << s.found << " of " << s.graspable << " cm");
     EXPECT_GT(s.graspable, 0);
