@@ -169,6 +169,12 @@ std::vector<Eigen::Vector3d> plane_hull(const Plane& plane, const OrientedPoints
   return hull;
 }
 
+double least_height(const Plane& plane, double range, const Sampling& sampling,
+                    const StageOneParameters& parameters) {
+  return std::max(parameters.above_plane,
+                  parameters.above_plane_deviations * height_noise_per_range(plane, sampling) * range);
+}
+
 std::vector<std::uint32_t> points_above(const Plane& plane, std::span<const Eigen::Vector3f> points_C,
                                         const Sampling& sampling, const StageOneParameters& parameters) {
   // Each side of the hull as a half-space whose boundary stands on the plane.

@@ -27,9 +27,13 @@ namespace walkman::perception {
                                                       const Sampling& sampling,
                                                       const StageOneParameters& parameters);
 
+/// Height over the plane, m, below which points at `range` (m) from the sensor are the plane's, whatever they
+/// are of: `above_plane`, or `above_plane_deviations` standard deviations of the noise where that is more.
+[[nodiscard]] double least_height(const Plane& plane, double range, const Sampling& sampling,
+                                  const StageOneParameters& parameters);
+
 /// Indices, ascending, of the points whose projection lies in the plane's hull and that stand out from it by
-/// at least `above_plane`, or `above_plane_deviations` standard deviations of the noise where that is more,
-/// and at most `highest_above_plane`.
+/// at least their `least_height` and at most `highest_above_plane`.
 [[nodiscard]] std::vector<std::uint32_t> points_above(const Plane& plane,
                                                       std::span<const Eigen::Vector3f> points_C,
                                                       const Sampling& sampling,

@@ -260,8 +260,10 @@ class StageOne {
     if (free_) {
       std::vector<Handle> tubes = object.handles;
       tubes.insert(tubes.end(), object.refused.begin(), object.refused.end());
-      object.p_CCm = volume_centroid(object.surface_C, plane, tubes, *free_, parameters_.centroid_voxel)
-                         .value_or(object.p_CCm);
+      object.p_CCm =
+          volume_centroid(object.surface_C, plane, tubes, *free_,
+                          least_height(plane, range, sampling_, parameters_), parameters_.centroid_voxel)
+              .value_or(object.p_CCm);
     }
     timer_.done("centre of mass");
     const auto from_elsewhere =

@@ -12,7 +12,9 @@ constexpr double kWidest = 1.5;      // |x/z| and |y/z| of a view
 constexpr double kSteps = 3;         // of points along a cell: dropouts leave few cells empty
 constexpr double kUpright = 0.0872;  // sine of 5°
 constexpr double kPerCell = 0.5;     // of a voxel between two places that are filled in
-constexpr double kBehind = 1.5;      // voxels: a surface nearer than that behind a place may be its own
+constexpr double kOnTube =
+    0.005;  // m, of its surface: smoothed noise, and what objects differ from cylinders by
+constexpr double kBehind = 1.5;  // voxels: a surface nearer than that behind a place may be its own
 
 /// Axes of a tube: along, up and across.
 struct TubeFrame {
@@ -32,6 +34,11 @@ struct TubeFrame {
     const Eigen::Vector3d from_middle = p_C - tube.p_CM;
     const double s = std::clamp(along.dot(from_middle), tube.from, tube.to);
     return (from_middle - s * along).norm();
+  }
+  /// On its own surface.
+  [[nodiscard]] bool has(const Eigen::Vector3d& p_C) const {
+    const double s = along.dot(p_C - tube.p_CM);
+    return s >= tube.from && s <= tube.to && std::abs(distance(p_C) - tube.radius) < kOnTube;
   }
 };
 
@@ -132,7 +139,7 @@ bool FreeSpace::holds(const Eigen::Vector3d& p_C, double margin) const {
 
 std::optional<Eigen::Vector3d> volume_centroid(std::span<const Eigen::Vector3f> surface_C, const Plane& plane,
                                                std::span<const Handle> tubes, const FreeSpace& free,
-                                               double cell) {
+                                               double lowest, double cell) {
   std::vector<TubeFrame> frames;
   for (const Handle& tube : tubes) frames.emplace_back(tube, plane.n_C);
   if (frames.empty()) return std::nullopt;
@@ -143,7 +150,12 @@ std::optional<Eigen::Vector3d> volume_centroid(std::span<const Eigen::Vector3f> 
     const auto nearest = std::min_element(frames.begin(), frames.end(), [&](const auto& a, const auto& b) {
       return a.distance(p_C) < b.distance(p_C);
     });
+    if (nearest->has(p_C)) continue;
+    const double height = plane.n_C.dot(p_C) + plane.offset;
     fill_across(*nearest, p_C, kPerCell * cell, filled);
+    if (height > lowest + cell) continue;
+    for (double down = kPerCell * cell; down < height; down += kPerCell * cell)
+      fill_across(*nearest, p_C - down * plane.n_C, kPerCell * cell, filled);
   }
   return filled.centroid([&](const Eigen::Vector3d& p_C) {
     // Voxels stick out of what they are made for, all round.

@@ -33,11 +33,13 @@ class FreeSpace {
 /// handle), as far as the sensor did not look through there; handles are whole cylinders. After the symmetry
 /// that completes shapes in Bohg et al., ICRA 2011.
 ///
-/// `surface_C`: as seen, m. `tubes`: handles and what is like one. `cell`: edge of the voxels that are
-/// counted, m. None without a tube.
+/// `surface_C`: as seen, m, but for what is lower over the plane than `lowest` (m): what reaches down to
+/// there goes on. `tubes`: handles and what is like one. `cell`: edge of the voxels that are counted, m. None
+/// without a tube.
 [[nodiscard]] std::optional<Eigen::Vector3d> volume_centroid(std::span<const Eigen::Vector3f> surface_C,
                                                              const Plane& plane,
                                                              std::span<const Handle> tubes,
-                                                             const FreeSpace& free, double cell);
+                                                             const FreeSpace& free, double lowest,
+                                                             double cell);
 
 }  // namespace walkman::perception

@@ -9,13 +9,8 @@
 #include "urdf/reader/kinematics.h"
 
 namespace walkman::apps {
-namespace {
-
-constexpr double kGrid = 0.004;  // m
-
-}  // namespace
-
 Eigen::Vector3d volume_centroid(const RobotModel& object) {
+  constexpr double kStep = 0.004;  // m
   const std::vector<Eigen::Isometry3d> X_OL = link_poses(object, {});
   const std::vector<motion::BodyShape> shapes = motion::body_shapes(object);
   std::vector<Eigen::Isometry3d> X_SO;
@@ -36,11 +31,11 @@ Eigen::Vector3d volume_centroid(const RobotModel& object) {
   };
   Eigen::Vector3d sum = Eigen::Vector3d::Zero();
   double count = 0;
-  const Eigen::Vector3i cells = (box.sizes() / kGrid).cast<int>();
+  const Eigen::Vector3i cells = (box.sizes() / kStep).cast<int>();
   for (int i = 0; i <= cells.x(); ++i) {
     for (int j = 0; j <= cells.y(); ++j) {
       for (int k = 0; k <= cells.z(); ++k) {
-        const Eigen::Vector3d p_O = box.min() + kGrid * Eigen::Vector3d(i, j, k);
+        const Eigen::Vector3d p_O = box.min() + kStep * Eigen::Vector3d(i, j, k);
         if (!is_inside(p_O)) continue;
         sum += p_O;
         count += 1;

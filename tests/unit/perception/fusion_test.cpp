@@ -56,7 +56,7 @@ TEST(Fusion, LeavesOutWhatDoesNotLieOnTheFirst) {
 }
 
 constexpr double kRadius = 0.035, kLength = 0.6;  // m, of a bar along x
-constexpr double kCell = 0.01;                    // m
+constexpr double kCell = 0.01, kUnseen = 0.02;    // m; what is lower over the table is not told from it
 
 /// The bar on a table seen from above at 45°, C; `with_box`: a box leans on its near side.
 struct Table {
@@ -82,7 +82,6 @@ struct Table {
         }
       }
     }
-    cloud.points = surface;
     for (double x = -0.6; x <= 0.6; x += 0.002)
       for (double t = -0.4; t <= 0.4; t += 0.002)
         cloud.points.push_back(
@@ -91,7 +90,9 @@ struct Table {
     cloud.height = 1;
   }
   void see(const Eigen::Vector3d& p, const Eigen::Vector3d& n) {
-    if (n.dot(p) < 0) surface.push_back(p.cast<float>());
+    if (n.dot(p) >= 0) return;
+    cloud.points.push_back(p.cast<float>());
+    if (plane.n_C.dot(p) + plane.offset > kUnseen) surface.push_back(p.cast<float>());
   }
 
   static constexpr double kBox = 0.08;  // m, away from the sensor
@@ -109,17 +110,17 @@ TEST(VolumeCentroid, OfABarIsOnItsAxis) {
   const Table table(false);
   const std::vector<Handle> tubes{table.bar};
   const FreeSpace free(table.cloud, 0.002);
-  const auto centroid = volume_centroid(table.surface, table.plane, tubes, free, kCell);
+  const auto centroid = volume_centroid(table.surface, table.plane, tubes, free, kUnseen, kCell);
   ASSERT_TRUE(centroid);
   EXPECT_LT((*centroid - table.middle).norm(), kCell / 2);
-  EXPECT_FALSE(volume_centroid(table.surface, table.plane, {}, free, kCell));
+  EXPECT_FALSE(volume_centroid(table.surface, table.plane, {}, free, kUnseen, kCell));
 }
 
 TEST(VolumeCentroid, HasNoMirrorImageWhereTheSensorLookedThrough) {
   const Table table(true);
   const std::vector<Handle> tubes{table.bar};
   const auto centroid =
-      volume_centroid(table.surface, table.plane, tubes, FreeSpace(table.cloud, 0.002), kCell);
+      volume_centroid(table.surface, table.plane, tubes, FreeSpace(table.cloud, 0.002), kUnseen, kCell);
   ASSERT_TRUE(centroid);
   const double of_bar = std::numbers::pi * kRadius * kRadius * kLength,
                of_box = 0.1 * Table::kBox * 2 * kRadius;
