@@ -77,34 +77,37 @@ class Filled {
   std::vector<std::uint64_t> keys_;
 };
 
+/// Calls `each` with places from −half to half, both among them.
+template <typename Each>
+void for_span(double half, double step, const Each& each) {
+  const int count = static_cast<int>(std::ceil(half / step));
+  for (int i = -count; i <= count; ++i) each(count == 0 ? 0 : half * i / count);
+}
+
 void fill_across(const TubeFrame& frame, const Eigen::Vector3d& p_C, double step, Filled& filled) {
   const Eigen::Vector3d from_middle = p_C - frame.tube.p_CM;
-  const double s = frame.along.dot(from_middle), h = frame.up.dot(from_middle),
-               w = frame.across.dot(from_middle);
-  const Eigen::Vector3d axis = frame.tube.p_CM + s * frame.along;
-  const double radius = std::hypot(h, w);
-  const double half = frame.upright ? radius : std::abs(w);
-  const int count = static_cast<int>(std::ceil(half / step));
-  for (int i = -count; i <= count; ++i) {
-    const double t = count == 0 ? 0 : half * i / count;
-    if (!frame.upright) {
-      filled.add(axis + h * frame.up + t * frame.across);
-      continue;
-    }
-    const double reach = std::sqrt(std::max(0.0, radius * radius - t * t));
-    for (double u = -reach; u <= reach; u += step) filled.add(axis + u * frame.up + t * frame.across);
+  const double h = frame.up.dot(from_middle), w = frame.across.dot(from_middle);
+  const Eigen::Vector3d axis = frame.tube.p_CM + frame.along.dot(from_middle) * frame.along;
+  if (!frame.upright) {
+    for_span(std::abs(w), step, [&](double t) { filled.add(axis + h * frame.up + t * frame.across); });
+    return;
   }
+  const double radius = std::hypot(h, w);
+  for_span(radius, step, [&](double t) {
+    for_span(std::sqrt(std::max(0.0, radius * radius - t * t)), step,
+             [&](double u) { filled.add(axis + u * frame.up + t * frame.across); });
+  });
 }
 
 void fill_tube(const TubeFrame& frame, double step, Filled& filled) {
   const Handle& tube = frame.tube;
-  for (double s = tube.from; s <= tube.to; s += step) {
-    for (double h = -tube.radius; h <= tube.radius; h += step) {
-      const double w = std::sqrt(std::max(0.0, tube.radius * tube.radius - h * h));
-      for (double t = -w; t <= w; t += step)
-        filled.add(tube.p_CM + s * frame.along + h * frame.up + t * frame.across);
-    }
-  }
+  const Eigen::Vector3d middle = tube.p_CM + (tube.from + tube.to) / 2 * frame.along;
+  for_span((tube.to - tube.from) / 2, step, [&](double s) {
+    for_span(tube.radius, step, [&](double h) {
+      for_span(std::sqrt(std::max(0.0, tube.radius * tube.radius - h * h)), step,
+               [&](double t) { filled.add(middle + s * frame.along + h * frame.up + t * frame.across); });
+    });
+  });
 }
 
 }  // namespace

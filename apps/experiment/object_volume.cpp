@@ -9,6 +9,7 @@
 #include "urdf/reader/kinematics.h"
 
 namespace walkman::apps {
+
 Eigen::Vector3d volume_centroid(const RobotModel& object) {
   constexpr double kStep = 0.004;  // m
   const std::vector<Eigen::Isometry3d> X_OL = link_poses(object, {});
