@@ -112,22 +112,6 @@ double distance_to(std::span<const Eigen::Vector3f> points_C, const Eigen::Vecto
   return std::sqrt(static_cast<double>(least));
 }
 
-std::optional<GraspFrame> nearest_grasp(const StageOneResult& result) {
-  std::optional<GraspFrame> best;
-  double nearest = std::numeric_limits<double>::infinity();
-  if (result.objects.empty()) return best;
-  const SeenObject& object = result.object();
-  for (std::size_t i = 0; i < object.handles.size(); ++i) {
-    const Handle& handle = object.handles[i];
-    const double along = handle.nearest_graspable(handle.axis_C.dot(object.p_CCm - handle.p_CM));
-    const double distance = (handle.p_CM + along * handle.axis_C - object.p_CCm).norm();
-    if (distance >= nearest) continue;
-    nearest = distance;
-    best = grasp_frame_at(result, static_cast<int>(i), along);
-  }
-  return best;
-}
-
 /// One cloud on its way from plane to objects.
 class StageOne {
  public:
@@ -317,6 +301,22 @@ double Handle::nearest_graspable(double along) const {
     if (std::abs(candidate - along) >= distance) continue;
     distance = std::abs(candidate - along);
     best = candidate;
+  }
+  return best;
+}
+
+std::optional<GraspFrame> nearest_grasp(const StageOneResult& result) {
+  std::optional<GraspFrame> best;
+  double nearest = std::numeric_limits<double>::infinity();
+  if (result.objects.empty()) return best;
+  const SeenObject& object = result.object();
+  for (std::size_t i = 0; i < object.handles.size(); ++i) {
+    const Handle& handle = object.handles[i];
+    const double along = handle.nearest_graspable(handle.axis_C.dot(object.p_CCm - handle.p_CM));
+    const double distance = (handle.p_CM + along * handle.axis_C - object.p_CCm).norm();
+    if (distance >= nearest) continue;
+    nearest = distance;
+    best = grasp_frame_at(result, static_cast<int>(i), along);
   }
   return best;
 }

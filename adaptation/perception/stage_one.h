@@ -110,6 +110,10 @@ class NotLocated : public std::runtime_error {
                                     const std::optional<Eigen::Vector3d>& near_C = std::nullopt,
                                     std::span<const Eigen::Vector3f> elsewhere_C = {});
 
+/// The frame on a place of the chosen object's handles that is nearest to its visual centre of mass; none
+/// without handles.
+[[nodiscard]] std::optional<GraspFrame> nearest_grasp(const StageOneResult& result);
+
 /// The grasp frame on the chosen object's `handle` at the axial position `along` (m from M), clamped to the
 /// handle's ends, for Stage II's regrasp. Throws std::out_of_range for a handle that is not there.
 [[nodiscard]] GraspFrame grasp_frame_at(const StageOneResult& result, int handle, double along);

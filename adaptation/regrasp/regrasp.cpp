@@ -288,7 +288,8 @@ void Regrasp::Impl::look_around() {
   outside = first_outside;
   X_TC = X_TC_first;
   posed = posed_first;
-  seen = await<perception::StageOneResult>([&] {
+  // Handles, and what lies beside them, are the first cloud's: two views are a few millimetres apart.
+  seen.objects[seen.chosen].p_CCm = await<Eigen::Vector3d>([&]() -> Eigen::Vector3d {
     self_filter.remove(posed, X_TC, found.sweep);
     Eigen::AlignedBox3f region;
     for (const Eigen::Vector3f& p_C : seen.object().surface_C) region.extend(p_C);
@@ -298,8 +299,9 @@ void Regrasp::Impl::look_around() {
     fusion.add(found.sweep.points, Eigen::Isometry3d::Identity());
     for (const Survey::View& view : found.views) fusion.add(view.outside.points, X_TC.inverse() * view.X_TC);
     const Eigen::Vector3d on_object_C = seen.object().surface_C.front().cast<double>();
-    return perception::locate(outside, parameters.stage_one, on_object_C, fusion.points());
+    return perception::locate(outside, parameters.stage_one, on_object_C, fusion.points()).object().p_CCm;
   });
+  seen.grasp = perception::nearest_grasp(seen);
 }
 
 PlannedGrasp Regrasp::Impl::plan(const GraspPlanner::Cost& cost, double nearer_than) {
