@@ -141,7 +141,7 @@ class HandleRecall : public testing::TestWithParam<int> {};
 
 TEST_P(HandleRecall, OfWhatCanBeGraspedAndNothingElse) {
   int graspable = 0, found = 0;
-  for (std::uint64_t seed = 1; seed <= 8; ++seed) {
+  for (std::uint64_t seed = 1; seed <= 5; ++seed) {
     const Scored s = look(GetParam(), seed);
     SCOPED_TRACE(::testing::Message()
                  << "seed " << seed << ": " << s.found << " of " << s.graspable << " cm");
