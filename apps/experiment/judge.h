@@ -38,6 +38,10 @@ struct TrueWeighing {
                                                        const TrueWeighing& truth,
                                                        double displacement_threshold);
 
+/// Centroid of the volume that an object's collision shapes take up together, in its own frame, m: on a grid
+/// of 4 mm. Not its centre of mass: that depends on what it is made of.
+[[nodiscard]] Eigen::Vector3d volume_centroid(const RobotModel& object);
+
 /// Watches a run from both sides of the wire: notes what the pipeline believes, and what the plant knows.
 ///
 /// Where a grasp lies on the object, what it weighs and whether it is held is ground truth; nothing of it

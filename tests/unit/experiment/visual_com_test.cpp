@@ -3,7 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "adaptation/perception/stage_one.h"
-#include "apps/experiment/object_volume.h"
+#include "apps/experiment/judge.h"
 #include "emulator/plant/dynamics/world_objects.h"
 #include "tests/unit/experiment/first_look.h"
 
