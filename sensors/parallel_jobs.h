@@ -41,25 +41,27 @@ void run_jobs(tbb::task_arena& arena, int jobs, const Job& job) {
   // Debian's TBB is not instrumented: how it hands jobs over, parts workers from each other and waits for
   // them has to be told, by addresses that need not be read.
   static char begun, done, workers[64];
-  __tsan_release(&begun);
 #endif
   arena.execute([&] {
-    tbb::parallel_for(
-        0, jobs,
-        [&](int index) {
-          const DenormalsFlushed guard;
-          const int worker = tbb::this_task_arena::current_thread_index();
+    const auto body = [&](int index) {
 #ifdef __SANITIZE_THREAD__
-          __tsan_acquire(&begun);
-          __tsan_acquire(&workers[worker % 64]);
-          job(index, worker);
-          __tsan_release(&workers[worker % 64]);
-          __tsan_release(&done);
-#else
-          job(index, worker);
+      __tsan_acquire(&begun);
 #endif
-        },
-        tbb::simple_partitioner());
+      const DenormalsFlushed guard;
+      const int worker = tbb::this_task_arena::current_thread_index();
+#ifdef __SANITIZE_THREAD__
+      __tsan_acquire(&workers[worker % 64]);
+#endif
+      job(index, worker);
+#ifdef __SANITIZE_THREAD__
+      __tsan_release(&workers[worker % 64]);
+      __tsan_release(&done);
+#endif
+    };
+#ifdef __SANITIZE_THREAD__
+    __tsan_release(&begun);
+#endif
+    tbb::parallel_for(0, jobs, body, tbb::simple_partitioner());
   });
 #ifdef __SANITIZE_THREAD__
   __tsan_acquire(&done);

@@ -118,7 +118,7 @@ void MultiSense::set_mode(const Mode& mode) {
   const double across = static_cast<double>(mode.width) / options.width;
   options.focal_px *= across;
   options.cx *= across;
-  options.cy *= static_cast<double>(mode.height) / options.height;
+  options.cy = options.cy * across - (options.height * across - mode.height) / 2;
   options.width = mode.width;
   options.height = mode.height;
   options.max_disparity = mode.disparities;
@@ -138,16 +138,15 @@ void MultiSense::render(const Exposure& exposure, bool images, Frame& out) {
     return static_cast<std::uint16_t>(std::min<float>(steps, multisense::Disparity::kLargest));
   });
   if (!images) return;
-  const auto fill = [&](std::uint64_t source, std::vector<std::uint8_t>& pixels, multisense::Image& image) {
-    image.source = source;
+  const auto fill = [&](std::vector<std::uint8_t>& pixels, multisense::Image& image) {
     image.bits = 8;
     image.frame = disparity.frame;
     image.width = disparity.width;
     image.height = disparity.height;
     image.pixels.swap(pixels);
   };
-  fill(multisense::source::kLumaRectifiedLeft, images_.left, out.left);
-  fill(multisense::source::kLumaRectifiedRight, images_.right, out.right);
+  fill(images_.left, out.left);
+  fill(images_.right, out.right);
 }
 
 void MultiSense::scan(const LaserTurn& turn, multisense::LidarData& out) {

@@ -61,7 +61,8 @@ class MultiSense {
 
   [[nodiscard]] const sensors::StereoOptions& optics() const { return camera_->options(); }
   [[nodiscard]] Mode mode() const;
-  /// From the next frame that is cast on. The optics scale with the width.
+  /// From the next frame that is cast on. The optics scale with the width; of more rows than wanted, the
+  /// middle ones are left.
   void set_mode(const Mode& mode);
   [[nodiscard]] double rate_hz() const;
   void set_rate(double rate_hz) { period_ns_ = period_of(rate_hz); }

@@ -16,12 +16,20 @@ constexpr std::uint16_t kFirmware = 0x0303;  // 3.3, as sensors of its time have
 constexpr std::uint32_t kGreyCmv4000 = 3;
 constexpr float kLensFocalLength = 0.0065F;  // m
 constexpr int kImagerPixels = 2048;          // a side of a CMV4000
+constexpr int kCroppedRows = 1088;           // its middle ones, as many as a CMV2000 has
 constexpr std::array kDisparities = {64, 128, 256};
-constexpr double kSlowest = 1, kFastest = 15;  // frames per second, at half the imager's width
-constexpr std::size_t kMostQueued = 8;         // messages; a client that takes them more slowly misses frames
-constexpr std::size_t kMostAnswers = 64;       // and, of one that asks faster than it is sent to, requests
+constexpr double kSlowest = 1;  // frames per second
+// Frames per second at most: of so many pixels, and of the half of them across and down.
+// carnegierobotics.com, "2 Megapixel or 4 Megapixel?"
+constexpr double kFastest = 3.75, kFastestCropped = 7.5, kHalfSizeGain = 4;
+constexpr std::size_t kMostQueued = 8;    // messages; a client that takes them more slowly misses frames
+constexpr std::size_t kMostAnswers = 64;  // and, of one that asks faster than it is sent to, requests
 constexpr std::uint32_t kMtuTestOverhead = 54;
-constexpr std::uint64_t kLuma = source::kLumaRectifiedLeft | source::kLumaRectifiedRight;
+// The emulated lenses have no distortion and the imagers are in one plane: what is rectified is the same.
+constexpr std::uint64_t kLeftLuma = source::kLumaLeft | source::kLumaRectifiedLeft;
+constexpr std::uint64_t kRightLuma = source::kLumaRight | source::kLumaRectifiedRight;
+constexpr std::uint64_t kUnrectified = source::kLumaLeft | source::kLumaRight;
+constexpr std::uint64_t kLuma = kLeftLuma | kRightLuma;
 constexpr std::uint64_t kImages = kLuma | source::kDisparityLeft;
 constexpr std::uint64_t kServed = kImages | source::kLidar | source::kImu;
 constexpr std::size_t kImageGroup = 0, kLaserGroup = 1, kImuGroup = 2;
@@ -38,6 +46,7 @@ MultiSenseDevice::MultiSenseDevice(MultiSense& camera) : camera_(camera) {
   const MultiSense::Mode now = camera.mode();
   const int scale = std::max(1, kImagerPixels / now.width);
   imager_ = {now.width * scale, now.height * scale, now.disparities};
+  used_rows_ = imager_.height;
   control_.frames_per_second = static_cast<float>(camera.rate_hz());
 }
 
@@ -64,7 +73,8 @@ struct MultiSenseDevice::Published {
   const Exposure& exposure;
   bool images = false;  // whether anybody wants them
   bool cast = false;
-  Bytes metadata, left, right, disparity;
+  Bytes metadata, disparity;
+  std::map<std::uint64_t, Bytes> luma;  // by source
 };
 
 void MultiSenseDevice::publish(Time now, const Exposure& exposure, const LaserTurns& turns) {
@@ -77,7 +87,7 @@ void MultiSenseDevice::publish(Time now, const Exposure& exposure, const LaserTu
   }
   publish_imu();
   if (exposure.stamp == Time::min()) return;
-  Published frame{exposure, {}, {}, {}, {}, {}, {}};
+  Published frame{exposure, {}, {}, {}, {}, {}};
   std::vector<Client*> due;
   for (auto& [address, client] : clients_) {
     if ((client.sources & kImages) == 0 || exposure.stamp < client.since[kImageGroup] ||
@@ -140,14 +150,21 @@ void MultiSenseDevice::publish_to(Client& client, Published& frame) {
     frame.metadata = bytes_of(metadata(frame.exposure, frame_, control_));
   }
   queue(client, Kind::kFrame, frame.metadata);
-  const auto give = [&](std::uint64_t source, Bytes& bytes, const auto& message) {
-    if ((client.sources & source) == 0) return;
-    if (!bytes) bytes = bytes_of(message);
-    queue(client, Kind::kFrame, bytes);
+  const auto give_luma = [&](std::uint64_t sources, Image& image) {
+    for (std::uint64_t source : {sources & kUnrectified, sources & ~kUnrectified}) {
+      if ((client.sources & source) == 0) continue;
+      Bytes& bytes = frame.luma[source];
+      image.source = source;
+      if (!bytes) bytes = bytes_of(image);
+      queue(client, Kind::kFrame, bytes);
+    }
   };
-  give(source::kLumaRectifiedLeft, frame.left, frame_.left);
-  give(source::kLumaRectifiedRight, frame.right, frame_.right);
-  give(source::kDisparityLeft, frame.disparity, frame_.disparity);
+  give_luma(kLeftLuma, frame_.left);
+  give_luma(kRightLuma, frame_.right);
+  if ((client.sources & source::kDisparityLeft) != 0) {
+    if (!frame.disparity) frame.disparity = bytes_of(frame_.disparity);
+    queue(client, Kind::kFrame, frame.disparity);
+  }
   ++frames_;
 }
 
@@ -300,13 +317,24 @@ std::int32_t MultiSenseDevice::set_resolution(const Resolution& wanted) {
            static_cast<std::int32_t>(mode.disparities) == wanted.disparities;
   });
   if (!offered) return Ack::kUnsupported;
-  camera_.set_mode({static_cast<int>(wanted.width), static_cast<int>(wanted.height), wanted.disparities});
+  const auto width = static_cast<int>(wanted.width), height = static_cast<int>(wanted.height);
+  camera_.set_mode({width, height, wanted.disparities});
+  used_rows_ = height * imager_.width / width;
+  if (control_.frames_per_second > fastest()) {
+    control_.frames_per_second = static_cast<float>(fastest());
+    camera_.set_rate(fastest());
+  }
   return Ack::kOk;
+}
+
+double MultiSenseDevice::fastest() const {
+  const double whole = used_rows_ < imager_.height ? kFastestCropped : kFastest;
+  return camera_.mode().width < imager_.width ? whole * kHalfSizeGain : whole;
 }
 
 std::int32_t MultiSenseDevice::control(const CameraControl& wanted) {
   // This camera has no other imagers to expose.
-  if (!at_least(wanted.frames_per_second, kSlowest) || wanted.frames_per_second > kFastest ||
+  if (!at_least(wanted.frames_per_second, kSlowest) || wanted.frames_per_second > fastest() ||
       wanted.exposure.secondary_count > 0)
     return Ack::kUnsupported;
   control_ = wanted;
@@ -321,7 +349,7 @@ DeviceInfo MultiSenseDevice::info() const {
   info.imager_name = "CMV4000";
   info.imager_type = kGreyCmv4000;
   info.imager_width = static_cast<std::uint32_t>(imager_.width);
-  info.imager_height = static_cast<std::uint32_t>(imager_.height);
+  info.imager_height = static_cast<std::uint32_t>(used_rows_);
   info.lens_type = 1;
   info.baseline = static_cast<float>(camera_.optics().baseline);
   info.focal_length = kLensFocalLength;
@@ -368,13 +396,16 @@ CameraCalibration MultiSenseDevice::calibration() const {
 
 DeviceModes MultiSenseDevice::modes() const {
   DeviceModes out;
-  for (const int divisor : {2, 1}) {
+  const auto add = [&](int divisor, int rows) {
     for (const int disparities : kDisparities) {
       out.modes.push_back({static_cast<std::uint32_t>(imager_.width / divisor),
-                           static_cast<std::uint32_t>(imager_.height / divisor),
-                           static_cast<std::uint32_t>(sources()), static_cast<std::uint32_t>(disparities),
-                           0});
+                           static_cast<std::uint32_t>(rows / divisor), static_cast<std::uint32_t>(sources()),
+                           static_cast<std::uint32_t>(disparities), 0});
     }
+  };
+  for (const int divisor : {2, 1}) {
+    add(divisor, imager_.height);
+    if (imager_.height > kCroppedRows) add(divisor, kCroppedRows);
   }
   return out;
 }

@@ -85,6 +85,7 @@ class MultiSenseDevice {
   [[nodiscard]] bool handle_query(Client& client, std::uint16_t id);
   [[nodiscard]] bool handle_setting(Client& client, std::span<const std::uint8_t> message);
   [[nodiscard]] std::int32_t set_resolution(const multisense::Resolution& wanted);
+  [[nodiscard]] double fastest() const;  // in the present mode, frames per second
   [[nodiscard]] std::int32_t control(const multisense::CameraControl& wanted);
   void note_streams();
   [[nodiscard]] multisense::DeviceInfo info() const;
@@ -94,6 +95,7 @@ class MultiSenseDevice {
 
   MultiSense& camera_;
   MultiSense::Mode imager_;
+  int used_rows_ = 0;  // of the imager's, in the present mode
   Time now_{};
   multisense::CameraControl control_;
   multisense::ExternalCalibration external_;

@@ -10,6 +10,7 @@ import zlib
 from pathlib import Path
 
 PROGRAM = sys.argv[1]
+URDF = Path(__file__).resolve().parents[2] / "urdf"
 failures = 0
 
 
@@ -84,6 +85,18 @@ def depths_apart(swept, cloud):
     return out
 
 
+def without_laser(folder):
+    """Scene experiment_6 with a robot whose camera has none."""
+    robot = (URDF / "walkman.robot.yaml").read_text()
+    head, _, laser = robot.partition("  laser:")
+    (folder / "bare.robot.yaml").write_text(head + laser.partition("hokuyo_joint\n")[2])
+    for entry in URDF.iterdir():
+        (folder / entry.name).symlink_to(entry)
+    scene = folder / "bare.yaml"
+    scene.write_text(f"extends: {URDF}/scenes/experiment_6.yaml\nrobot:\n  file: {folder}/bare.robot.yaml\n")
+    return scene
+
+
 def main():
     with tempfile.TemporaryDirectory() as folder:
         out = Path(folder) / "a"
@@ -124,6 +137,10 @@ def main():
         for name in ("cloud.pcd", "left.png", "right.png", "disparity.png"):
             check((out / name).read_bytes() == (again / name).read_bytes(), f"{name} repeats byte for byte")
 
+        (Path(folder) / "bare").mkdir()
+        bad = run("capture", "--sensor", "lidar", "--scene", str(without_laser(Path(folder) / "bare")), "--out", folder)
+        check(bad.returncode == 2 and "laser" in bad.stderr and bad.stderr.count("\n") == 1,
+              f"a sweep without a laser is refused: {bad.returncode} {bad.stderr}")
         bad = run("capture", "--scene", "no_such", "--out", folder)
         check(bad.returncode == 2 and bad.stderr.count("\n") == 1, "an unknown scene is refused in one sentence")
         (Path(folder) / "file").touch()

@@ -87,6 +87,10 @@ void Camera::open() {
   choose_mtu();
   device_ = ask_for<DeviceInfo>(Query::kDeviceInfo);
   calibration_ = ask_for<CameraCalibration>(Query::kCameraCalibration);
+  check_calibration();
+}
+
+void Camera::check_calibration() const {
   const auto usable = [](float value) { return std::isfinite(value) && value > 0; };
   const auto& left = calibration_.left.P;
   const float shift = -calibration_.right.P[3];
@@ -267,11 +271,33 @@ bool Camera::latest(Time not_before, camera::OrganizedCloud& out) {
   return true;
 }
 
+/// Whether the calibration is of the imager's rows that the frame shows; asks for the one that is, else.
+bool Camera::calibrated() {
+  const auto fits = [this] {
+    return std::uint64_t{disparity_.width} * device_.imager_height ==
+           std::uint64_t{disparity_.height} * device_.imager_width;
+  };
+  if (fits()) return true;
+  const auto device = decode<DeviceInfo>(answers_[DeviceInfo::kId]);
+  const auto calibration = decode<CameraCalibration>(answers_[CameraCalibration::kId]);
+  if (device && calibration) {
+    device_ = *device;
+    calibration_ = *calibration;
+    check_calibration();
+    if (fits()) return true;
+  }
+  answers_.erase(DeviceInfo::kId);
+  answers_.erase(CameraCalibration::kId);
+  send(encode(Query::kDeviceInfo));
+  send(encode(Query::kCameraCalibration));
+  return false;
+}
+
 bool Camera::cloud(Time not_before, camera::OrganizedCloud& out) {
   if (!has_disparity_ || !offset_) return false;
   const auto captured = std::find_if(captured_.begin(), captured_.end(),
                                      [this](const Captured& one) { return one.frame == disparity_.frame; });
-  if (captured == captured_.end() || captured->at + *offset_ < not_before) return false;
+  if (captured == captured_.end() || captured->at + *offset_ < not_before || !calibrated()) return false;
   has_disparity_ = false;
   out.stamp = captured->at + *offset_;
   out.frame = static_cast<std::uint64_t>(disparity_.frame);

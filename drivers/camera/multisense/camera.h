@@ -64,6 +64,8 @@ class Camera final : public camera::RangeCamera {
   };
 
   void open();
+  void check_calibration() const;
+  [[nodiscard]] bool calibrated();
   /// Sends `message` until `answered`; throws when that never comes.
   void ask(const std::vector<std::uint8_t>& message, const std::function<bool()>& answered);
   template <typename Message>

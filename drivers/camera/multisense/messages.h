@@ -16,6 +16,8 @@ namespace walkman::multisense {
 
 /// What a stream's mask and an image name, a bit each.
 namespace source {
+inline constexpr std::uint64_t kLumaLeft = 1U << 2U;
+inline constexpr std::uint64_t kLumaRight = 1U << 3U;
 inline constexpr std::uint64_t kLumaRectifiedLeft = 1U << 4U;
 inline constexpr std::uint64_t kLumaRectifiedRight = 1U << 5U;
 inline constexpr std::uint64_t kDisparityLeft = 1U << 10U;

@@ -66,6 +66,7 @@ TEST_F(ParameterFile, WhatIsNotThereKeepsItsDefault) {
 TEST(ParameterDefaults, ShippedFileHoldsEveryKeyOfStageOneAtItsDefault) {
   const fs::path shipped = fs::path(WALKMAN_SOURCE_TREE) / "adaptation/parameters.yaml";
   const StageOneParameters file = load_method_parameters(shipped).stage_one, code;
+  EXPECT_EQ(file.look, code.look);
   EXPECT_EQ(file.reach, code.reach);
   EXPECT_EQ(file.plane_distance, code.plane_distance);
   EXPECT_EQ(file.plane_deviations, code.plane_deviations);
@@ -95,7 +96,7 @@ TEST(ParameterDefaults, ShippedFileHoldsEveryKeyOfStageOneAtItsDefault) {
   EXPECT_EQ(file.handle_align_radius, code.handle_align_radius);
   EXPECT_EQ(file.seed, code.seed);
   EXPECT_EQ(file.threads, code.threads);
-  EXPECT_EQ(YAML::LoadFile(shipped.string())["stage_one"].size(), 29U);
+  EXPECT_EQ(YAML::LoadFile(shipped.string())["stage_one"].size(), 30U);
 }
 
 TEST(ParameterDefaults, ShippedFileHoldsEveryKeyOfStageTwoAtItsDefault) {
