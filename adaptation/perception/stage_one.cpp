@@ -218,15 +218,19 @@ class StageOne {
     const double thin = std::max(parameters_.outlier_voxel, kVoxelSpacings * spacing);
     SeenObject object;
     object.points = cluster.size();
-    const auto kept = remove_outliers(voxel_centroids(measured, thin), parameters_.outlier_neighbours,
-                                      parameters_.outlier_deviations, thin, parameters_.threads);
+    auto kept = voxel_centroids(measured, thin);
+    if (parameters_.outlier_neighbours > 0)
+      kept = remove_outliers(kept, parameters_.outlier_neighbours, parameters_.outlier_deviations, thin,
+                             parameters_.threads);
     timer_.done("outlier removal");
     // The curvature of a smoothed surface scatters as the noise of a point, times their spacing, over the
     // radius cubed.
+    const double least = parameters_.smoothing_radius;
     const double radius =
-        std::clamp(kSmoothing * std::cbrt(deviation * spacing), parameters_.smoothing_radius,
-                   std::max(parameters_.smoothing_radius, kWidestSmoothing));
-    object.surface_C = smooth(kept, radius, std::max(parameters_.smoothing_voxel, thin), parameters_.threads);
+        std::clamp(kSmoothing * std::cbrt(deviation * spacing), least, std::max(least, kWidestSmoothing));
+    object.surface_C =
+        least > 0 ? smooth(kept, radius, std::max(parameters_.smoothing_voxel, thin), parameters_.threads)
+                  : kept;
     timer_.done("smoothing");
     if (object.surface_C.empty()) return std::nullopt;
     const auto shells = find_shells(object.surface_C, parameters_);
