@@ -198,6 +198,7 @@ void Emulation::Impl::run_lockstep(const Events& told) {
 }
 
 void Emulation::Impl::run_real_time(const Events& told) {
+  pacing::go_first();
   real_time->start(began);
   Time wall = began;
   while (!stop && !over()) {

@@ -18,13 +18,9 @@
 namespace walkman::gateways {
 namespace {
 
-// 25 MB/s for each client: a frame of 1.5 MB in 60 ms. One that looks every 5 ms finds 125 kB then; a kernel
-// with its usual net.core.rmem_max of 212992 bytes keeps up to 224 kB of large datagrams for it.
-constexpr std::size_t kBurst = 25000;  // bytes
-constexpr int kBurstMs = 1;
 constexpr int kSilenceMs = 1000;
 constexpr Time kLatestImu = std::chrono::milliseconds(50);
-constexpr int kMostRequests = 64;  // between two bursts
+constexpr int kMostRequests = 64;  // before what there is to send is handed over
 
 MultiSenseDevice::Address key_of(const sockaddr_in& address) {
   return std::uint64_t{ntohl(address.sin_addr.s_addr)} << 16U | ntohs(address.sin_port);
@@ -53,14 +49,19 @@ CameraServer::CameraServer(const std::string& address, MultiSense& camera)
   }
   const int yes = 1;
   static_cast<void>(setsockopt(socket_.get(), IPPROTO_IP, IP_RECVERR, &yes, sizeof yes));
+  outbox_.emplace(socket_.get(), [this] { wake(); });
   thread_ = std::thread([this] { work(); });
 }
 
 CameraServer::~CameraServer() {
   stop_ = true;
+  wake();
+  thread_.join();
+}
+
+void CameraServer::wake() {
   const std::uint64_t one = 1;
   static_cast<void>(!::write(wake_.get(), &one, sizeof one));
-  thread_.join();
 }
 
 void CameraServer::publish(Time now) {
@@ -81,8 +82,7 @@ void CameraServer::publish(Time now) {
   is_new = is_new || (camera_.imu() != nullptr && now - woken_ >= kLatestImu);
   if (!is_new || !device_.streams()) return;
   woken_ = now;
-  const std::uint64_t one = 1;
-  static_cast<void>(!::write(wake_.get(), &one, sizeof one));
+  wake();
 }
 
 void CameraServer::update() {
@@ -112,28 +112,24 @@ void CameraServer::forget_closed() {
     message.msg_controllen = control.size();
     if (recvmsg(socket_.get(), &message, MSG_ERRQUEUE) < 0) return;
     device_.forget(key_of(to));
+    outbox_->drop(key_of(to));
   }
-}
-
-int CameraServer::wait_ms() const {
-  return !blocked_ && (to_ || device_.waiting() > 0) ? kBurstMs : kSilenceMs;
 }
 
 void CameraServer::work() {
   pacing::stay_behind();  // the control loop goes first
   while (true) {
-    std::array<pollfd, 2> ready{{{socket_.get(), static_cast<short>(blocked_ ? POLLIN | POLLOUT : POLLIN), 0},
-                                 {wake_.get(), POLLIN, 0}}};
-    static_cast<void>(poll(ready.data(), ready.size(), wait_ms()));
+    std::array<pollfd, 2> ready{{{socket_.get(), POLLIN, 0}, {wake_.get(), POLLIN, 0}}};
+    static_cast<void>(poll(ready.data(), ready.size(), kSilenceMs));
     if (stop_) return;
     std::uint64_t wakes = 0;
     static_cast<void>(!::read(wake_.get(), &wakes, sizeof wakes));
     const Time wall = pacing::host_now();
     update();
     take_requests(wall);
-    if (wall - sent_at_ >= std::chrono::milliseconds(kBurstMs)) send_some(wall);
     forget_closed();
     device_.stop_silent(wall);
+    hand_over();
   }
 }
 
@@ -151,33 +147,9 @@ void CameraServer::take_requests(Time wall) {
   }
 }
 
-void CameraServer::send_some(Time wall) {
-  blocked_ = false;
-  sent_at_ = wall;
-  const std::size_t burst = kBurst * device_.waiting();
-  for (std::size_t sent = 0; sent < burst || to_;) {
-    MultiSenseDevice::Address to = 0;
-    if (to_) {
-      to = *to_;
-    } else if (!device_.next(to, datagram_)) {
-      return;
-    }
-    to_.reset();
-    const sockaddr_in address = address_of(to);
-    const auto send = [&] {
-      return sendto(socket_.get(), datagram_.data(), datagram_.size(), 0,
-                    reinterpret_cast<const sockaddr*>(&address), sizeof address);
-    };
-    ssize_t bytes = send();
-    if (bytes < 0 && errno == ECONNREFUSED) bytes = send();  // that was of another client, told here
-    if (bytes >= 0) {
-      sent += datagram_.size();
-    } else if (errno == EAGAIN || errno == ENOBUFS) {
-      to_ = to;
-      blocked_ = true;
-      return;
-    }
-  }
+void CameraServer::hand_over() {
+  MultiSenseDevice::Address to = 0;
+  while (!outbox_->full() && device_.next(to, datagram_)) outbox_->push(to, datagram_);
 }
 
 }  // namespace walkman::gateways

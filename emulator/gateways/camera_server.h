@@ -11,6 +11,7 @@
 #include "emulator/camera/multisense.h"
 #include "emulator/camera/multisense_device.h"
 #include "emulator/gateways/descriptor.h"
+#include "emulator/gateways/paced_outbox.h"
 
 namespace walkman::gateways {
 
@@ -19,8 +20,6 @@ namespace walkman::gateways {
 /// Runs in a thread of its own, because casting a frame takes longer than a control cycle: the emulator's
 /// loop only publishes what the camera saw, and when. A request is answered behind every frame that was
 /// published before it came, so that what a client has by then depends on the emulated time alone.
-///
-/// What is sent is paced: a client's kernel has room for an eighth of a frame.
 class CameraServer {
  public:
   /// Binds `address`, an IPv4 address with or without a port, at once. `camera` must outlive the server and
@@ -44,12 +43,13 @@ class CameraServer {
   };
 
   void work();
-  [[nodiscard]] int wait_ms() const;
+  void wake();
   /// Takes over what the emulator's loop has published.
   void update();
   void take_requests(Time wall);
   void forget_closed();
-  void send_some(Time wall);
+  /// What there is to send, as far as the outbox has room.
+  void hand_over();
 
   MultiSenseDevice device_;
   MultiSense& camera_;
@@ -57,12 +57,10 @@ class CameraServer {
   std::atomic<bool> stop_ = false;
   std::mutex mutex_;
   std::uint64_t last_turn_ = 0;
-  Time woken_{};                                 // the thread, on the emulated clock
-  Published published_;                          // by the emulator's loop
-  Published seen_;                               // by the thread
-  Time sent_at_{};                               // the last burst, on the host's clock
-  bool blocked_ = false;                         // the kernel's send buffer is full
-  std::optional<MultiSenseDevice::Address> to_;  // of the datagram that it did not take
+  Time woken_{};         // the thread, on the emulated clock
+  Published published_;  // by the emulator's loop
+  Published seen_;       // by the thread
+  std::optional<PacedOutbox> outbox_;
   std::vector<std::uint8_t> datagram_, request_;
   std::thread thread_;
 };

@@ -1,13 +1,18 @@
 #include "emulator/pacing/host.h"
 
+#include <cstdint>
+
 #include <sched.h>
 #include <sys/resource.h>
+#include <sys/syscall.h>
 #include <time.h>
+#include <unistd.h>
 
 namespace walkman::pacing {
 namespace {
 
 constexpr int kNice = 5;
+constexpr std::uint64_t kShortSlice = 100'000;  // ns, the least there is
 
 /// Without it frames are answered all the same.
 void choose(int policy) noexcept {
@@ -36,6 +41,18 @@ void pause_until(Time host) noexcept {
 
 void let_bursts_finish() noexcept {
   if (one_processor()) choose(SCHED_BATCH);
+}
+
+void go_first() noexcept {
+  struct {
+    std::uint32_t size = sizeof(*this), policy = SCHED_OTHER;
+    std::uint64_t flags = 0;
+    std::int32_t nice = 0;
+    std::uint32_t priority = 0;
+    std::uint64_t runtime = kShortSlice, deadline = 0, period = 0;
+  } attributes;
+  attributes.nice = getpriority(PRIO_PROCESS, 0);
+  if (sched_getscheduler(0) == SCHED_OTHER) (void)syscall(SYS_sched_setattr, 0, &attributes, 0U);
 }
 
 void stay_behind() noexcept {

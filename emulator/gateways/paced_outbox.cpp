@@ -1,0 +1,106 @@
+#include "emulator/gateways/paced_outbox.h"
+
+#include <algorithm>
+#include <cerrno>
+#include <chrono>
+#include <utility>
+
+#include <netinet/in.h>
+#include <sys/socket.h>
+
+#include "emulator/pacing/host.h"
+
+namespace walkman::gateways {
+namespace {
+
+// What waits for a client goes out in 40 ms, and a frame at the most is sent in 67: 1.5 MB of disparities
+// with 38 kB in a millisecond. A client that looks every 5 ms finds 190 kB then; a kernel with its usual
+// net.core.rmem_max of 212992 bytes keeps up to 224 kB of large datagrams for it. Who asks for the images,
+// too, has to look more often, as with the real camera.
+constexpr std::size_t kBursts = 40;
+constexpr std::size_t kLeastBurst = 25000;  // bytes
+constexpr Time kInterval = std::chrono::milliseconds(1);
+
+}  // namespace
+
+PacedOutbox::PacedOutbox(int socket, std::function<void()> drained)
+    : socket_(socket), drained_(std::move(drained)), thread_([this] { work(); }) {}
+
+PacedOutbox::~PacedOutbox() {
+  {
+    const std::lock_guard lock(mutex_);
+    stop_ = true;
+  }
+  filled_.notify_one();
+  thread_.join();
+}
+
+void PacedOutbox::push(Address to, std::vector<std::uint8_t> datagram) {
+  {
+    const std::lock_guard lock(mutex_);
+    Queue& queue = queues_[to];
+    queue.bytes += datagram.size();
+    queue.burst = std::max({queue.burst, kLeastBurst, queue.bytes / kBursts});
+    waiting_ += datagram.size();
+    was_full_ = was_full_ || full();
+    queue.datagrams.push_back(std::move(datagram));
+  }
+  filled_.notify_one();
+}
+
+void PacedOutbox::drop(Address to) {
+  const std::lock_guard lock(mutex_);
+  const auto found = queues_.find(to);
+  if (found == queues_.end()) return;
+  waiting_ -= found->second.bytes;
+  queues_.erase(found);
+}
+
+void PacedOutbox::work() {
+  pacing::stay_behind();  // the control loop goes first
+  Time next = pacing::host_now();
+  while (true) {
+    bool room = false;
+    {
+      std::unique_lock lock(mutex_);
+      filled_.wait(lock, [this] { return stop_ || !queues_.empty(); });
+      if (stop_) return;
+      send_bursts();
+      room = waiting_ < kMost / 2 && std::exchange(was_full_, false);
+    }
+    if (room) drained_();
+    next = std::max(next + kInterval, pacing::host_now());
+    pacing::pause_until(next);
+  }
+}
+
+void PacedOutbox::send_bursts() {
+  for (auto entry = queues_.begin(); entry != queues_.end();) {
+    Queue& queue = entry->second;
+    for (std::size_t sent = 0; sent < queue.burst && !queue.datagrams.empty();) {
+      const std::vector<std::uint8_t>& first = queue.datagrams.front();
+      if (!send(entry->first, first)) return;
+      sent += first.size();
+      queue.bytes -= first.size();
+      waiting_ -= first.size();
+      queue.datagrams.pop_front();
+    }
+    entry = queue.datagrams.empty() ? queues_.erase(entry) : std::next(entry);
+  }
+}
+
+bool PacedOutbox::send(Address to, const std::vector<std::uint8_t>& datagram) const {
+  sockaddr_in address{};
+  address.sin_family = AF_INET;
+  address.sin_addr.s_addr = htonl(static_cast<std::uint32_t>(to >> 16U));
+  address.sin_port = htons(static_cast<std::uint16_t>(to));
+  const auto try_it = [&] {
+    return sendto(socket_, datagram.data(), datagram.size(), 0, reinterpret_cast<const sockaddr*>(&address),
+                  sizeof address) >= 0;
+  };
+  if (try_it()) return true;
+  if (errno == ECONNREFUSED && try_it()) return true;  // that was of another client, told here
+  return errno != EAGAIN && errno != ENOBUFS;
+}
+
+}  // namespace walkman::gateways
