@@ -17,9 +17,9 @@ void pause_until(Time host) noexcept;
 /// a policy other than the normal one was the user's choice and stays.
 void let_bursts_finish() noexcept;
 
-/// Has the calling thread, which runs for less than a millisecond at a time, take the processor from others as
-/// soon as it wakes: a slice of 0.1 ms instead of some milliseconds (sched_setattr(2); Linux 6.12 and later,
-/// others ignore it). A policy other than the normal one stays.
+/// Has the calling thread, which runs for less than a millisecond at a time, take the processor from others
+/// as soon as it wakes: a slice of 0.1 ms instead of some milliseconds (sched_setattr(2); Linux 6.12 and
+/// later, others ignore it). A policy other than the normal one stays.
 void go_first() noexcept;
 
 /// Has the calling thread run when nothing else wants to: on one processor SCHED_IDLE, which any waking
