@@ -139,6 +139,11 @@ class EmulatedDrive final : public EmulatedDevice {
     const double torque = node_.control(feedback(plant_.readings(drive_)), dt);
     plant_.advance_drive(drive_, torque, node_.brake_engaged());
   }
+  [[nodiscard]] bool is_drive() const noexcept override { return true; }
+  void set_actuator_fault(const plant::ActuatorFault& fault) override {
+    plant_.set_actuator_fault(drive_, fault);
+  }
+  void trip(std::uint16_t code, std::uint8_t register_bits) override { node_.trip(code, register_bits); }
 
  private:
   plant::Plant& plant_;
@@ -156,7 +161,8 @@ class EmulatedForceTorque final : public EmulatedDevice {
 
   [[nodiscard]] nodes::CanopenSlave& node() noexcept override { return node_; }
   void sample() noexcept override { node_.sample(plant_.F_So_S(sensor_)); }
-  [[nodiscard]] bool take(const SensorFaultEvent& fault) override {
+  [[nodiscard]] bool is_force_torque() const noexcept override { return true; }
+  void set_sensor_fault(const SensorFaultEvent& fault) override {
     nodes::ReadingFault::Parameters parameters;
     parameters.matrix = fault.matrix;
     parameters.drift = fault.drift;
@@ -165,8 +171,8 @@ class EmulatedForceTorque final : public EmulatedDevice {
       parameters.bit = {static_cast<std::size_t>(fault.bit->channel), fault.bit->number, fault.bit->stuck,
                         fault.bit->share};
     node_.set_fault(parameters);
-    return true;
   }
+  void mend() override { node_.clear_fault(); }
 
  private:
   const plant::Plant& plant_;

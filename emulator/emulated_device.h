@@ -5,22 +5,17 @@
 #include <memory>
 
 #include "emulator/emulator.h"
-#include "emulator/nodes/cia301/canopen_slave.h"
+#include "emulator/faults/breakable_device.h"
 
 namespace walkman {
 
 /// One device of the device table, as emulated: its node on the bus, and what joins it with the plant.
-class EmulatedDevice {
+class EmulatedDevice : public faults::BreakableDevice {
  public:
-  virtual ~EmulatedDevice() = default;
-
-  [[nodiscard]] virtual nodes::CanopenSlave& node() noexcept = 0;
   /// One sub-step of the servo loops, `dt` in s: takes the plant's readings, acts on the plant. Drives only.
   virtual void control(double /*dt*/) noexcept {}
   /// The plant has moved by one step: takes a sample. Sensors only.
   virtual void sample() noexcept {}
-  /// From now on its readings have this fault. Force/torque sensors only; false for what is none.
-  [[nodiscard]] virtual bool take(const SensorFaultEvent& /*fault*/) { return false; }
 };
 
 /// What devices are made from; everything must outlive them.

@@ -10,6 +10,7 @@
 
 #include "emulator/datasheets/device_files.h"
 #include "emulator/emulated_device.h"
+#include "emulator/faults/fault_injector.h"
 #include "urdf/reader/nearest_name.h"
 
 namespace walkman {
@@ -41,6 +42,8 @@ struct Emulator::Impl {
   std::vector<std::unique_ptr<bus::CanBus>> buses;
   std::vector<std::unique_ptr<EmulatedDevice>> devices;  // in the order of the device table
   std::vector<std::string> names;                        // the same
+  std::vector<faults::Breakable> breakable;              // the same
+  std::optional<faults::FaultInjector> injector;         // when something is to be broken
   Time now{};
 };
 
@@ -81,6 +84,7 @@ Emulator::Impl::Impl(const RobotModel& robot, const DeviceTable& table, const Sc
     for (const Device& device : wiring.devices) {
       devices.push_back(make_device(surroundings, device, static_cast<std::uint16_t>(buses.size())));
       names.push_back(device.name);
+      breakable.push_back({device.name, device.node_id, buses.size() - 1, devices.back().get()});
       nodes::CanopenSlave& node = devices.back()->node();
       if (wiring.fd) node.use_fd();
       buses.back()->attach(node);
@@ -90,11 +94,12 @@ Emulator::Impl::Impl(const RobotModel& robot, const DeviceTable& table, const Sc
 
 void Emulator::Impl::pass_on(const SensorFaultEvent& fault) {
   for (std::size_t i = 0; i < names.size(); ++i)
-    if (names[i] == fault.sensor) static_cast<void>(devices[i]->take(fault));
+    if (names[i] == fault.sensor) devices[i]->set_sensor_fault(fault);
 }
 
 void Emulator::Impl::step() {
   const Time next = now + kPhysicsStep;
+  if (injector) injector->step(now);
   for (const auto& bus : buses) bus->advance(next);
   for (int sub_step = 0; sub_step < plant::Plant::kSubSteps; ++sub_step)
     for (const auto& device : devices) device->control(kSubStep);
@@ -115,7 +120,23 @@ Emulator::Emulator(const RobotModel& robot, const DeviceTable& devices, const Sc
 
 Emulator::~Emulator() = default;
 
-void Emulator::begin_phase(std::string_view phase) { impl_->plant.begin_phase(phase); }
+void Emulator::inject(const faults::Injection& injection) {
+  if (!impl_->injector) impl_->injector.emplace(buses(), impl_->breakable, impl_->multisense);
+  impl_->injector->add(injection, impl_->now);
+}
+
+bool Emulator::clear_fault(const std::string& name) {
+  return impl_->injector && impl_->injector->clear(name);
+}
+
+std::vector<faults::InjectionState> Emulator::injections() const {
+  return impl_->injector ? impl_->injector->states() : std::vector<faults::InjectionState>{};
+}
+
+void Emulator::begin_phase(std::string_view phase) {
+  impl_->plant.begin_phase(phase);
+  if (impl_->injector) impl_->injector->begin_phase(phase, impl_->now);
+}
 
 void Emulator::advance(Time until) {
   while (impl_->now + kPhysicsStep <= until) impl_->step();

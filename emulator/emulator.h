@@ -9,6 +9,7 @@
 #include "drivers/can/interface.h"
 #include "emulator/bus/can_bus.h"
 #include "emulator/camera/multisense.h"
+#include "emulator/faults/fault_plan.h"
 #include "emulator/nodes/measuring/force_torque_kind.h"
 #include "emulator/plant/plant.h"
 #include "emulator/scene/scene.h"
@@ -45,6 +46,12 @@ class Emulator {
 
   /// Emulates up to `until`, a whole number of physics steps from zero.
   void advance(Time until);
+  /// Breaks something, now or when its time comes. Throws std::runtime_error when there is no such target, or
+  /// it cannot have the fault.
+  void inject(const faults::Injection& injection);
+  /// Ends a fault and forgets it; false when there is none of that name.
+  bool clear_fault(const std::string& name);
+  [[nodiscard]] std::vector<faults::InjectionState> injections() const;
   /// An onlooker sees the robot begin a phase of its task; a scene's events may wait for it.
   void begin_phase(std::string_view phase);
   [[nodiscard]] Time now() const;

@@ -44,6 +44,7 @@ bool recoverable(robot::FaultKind kind) {
     case robot::FaultKind::kBusFlooded:
     case robot::FaultKind::kCycleLate:
     case robot::FaultKind::kNotFinite:
+    case robot::FaultKind::kNotFollowing:
     case robot::FaultKind::kLimit:
     case robot::FaultKind::kRequestFailed:
     case robot::FaultKind::kInterfaceDown:  // of the host: somebody took it away

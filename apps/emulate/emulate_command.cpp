@@ -10,6 +10,7 @@
 
 #include "apps/emulate/emulation.h"
 #include "apps/emulate/emulation_report.h"
+#include "apps/emulate/fault_socket.h"
 #include "apps/emulate/free_run.h"
 #include "apps/emulate/gateway_set.h"
 #include "apps/shared/commands.h"
@@ -37,6 +38,9 @@ struct Options {
   std::string stalls = "drop";
   std::optional<int> ready_descriptor;
   bool free_run = false;
+  std::string faults;
+  std::optional<std::string> fault_socket;  ///< empty: where `fault` looks for it
+  bool faults_on_hardware = false;
   MasterOptions master;            ///< of a free run
   std::vector<std::string> given;  ///< of the options, those that are not for every pacing
 };
@@ -63,6 +67,7 @@ constexpr std::array kNotForAll = {Contradiction{"--can", kAlone},
                                    Contradiction{"--slcan", kAlone},
                                    Contradiction{"--camera", kAlone},
                                    Contradiction{"--ready-fd", kAlone},
+                                   Contradiction{"--fault-socket", kAlone},
                                    Contradiction{"--lockstep", kOwnClock},
                                    Contradiction{"--realtime", kOwnClock},
                                    Contradiction{"--stalls", kOwnClock},
@@ -85,6 +90,7 @@ WorldOptions world_options(const Options& options) {
   WorldOptions out = world_of(options.scene, data_directory());
   if (options.seed) out.seed = static_cast<std::uint64_t>(*options.seed);
   out.bus_timing = options.timing == "bus";
+  out.faults = options.faults;
   return out;
 }
 
@@ -146,6 +152,20 @@ int run_free(const Options& options, StopSignals& signals) {
   return summary.ending == FreeRunEnding::kStopped ? kTaskFailed : kOk;
 }
 
+/// Faults are for emulated buses: what else is on a wire could be somebody's robot.
+void require_virtual(const Emulation& emulation, const Options& options) {
+  if ((options.faults.empty() && !options.fault_socket) || options.faults_on_hardware) return;
+  for (const BusSummary& bus : emulation.summary().buses) {
+    const std::filesystem::path hardware =
+        std::filesystem::path("/sys/class/net") / bus.interface_name / "device";
+    if (bus.interface_name.empty() || !std::filesystem::exists(hardware)) continue;
+    throw std::runtime_error(
+        fmt::format("--can {}={}: a real interface, expected a virtual one to inject faults on, or "
+                    "--faults-on-hardware",
+                    bus.name, bus.interface_name));
+  }
+}
+
 int run_emulate(const Options& options) {
   StopSignals signals;  // before any thread
   require_free_of_contradictions(options);
@@ -156,8 +176,15 @@ int run_emulate(const Options& options) {
         "--lockstep: nobody could send SYNC, expected --can with at least one interface");
   }
   Emulation emulation(emulation_options(options));
+  require_virtual(emulation, options);
   const GatewaySet gateway_set(emulation, {options.socketcand, options.beacon, options.slcan});
   print_to_stderr(gateway_set.addresses());
+  std::optional<FaultSocket> socket;
+  if (options.fault_socket) {
+    socket.emplace(emulation, options.fault_socket->empty() ? default_fault_socket()
+                                                            : std::filesystem::path(*options.fault_socket));
+    say("faults are taken from whoever may write to the fault socket");
+  }
   {
     ProgressLine line;
     Emulation::Events events;
@@ -226,6 +253,17 @@ void add_emulate_command(CLI::App& app, std::function<int()>& run) {
       ->add_option("--seed", options->seed,
                    "Seed of the object's pose and of the sensors' noise (default: the scene's)")
       ->check(CLI::Range(std::int64_t{0}, std::int64_t{1} << 53));
+  command->add_option("--faults", options->faults,
+                      "YAML plan of what is to break, and when; `walkman-hil fault list` has the kinds");
+  command
+      ->add_option(
+          "--fault-socket", options->fault_socket,
+          "Take faults from `walkman-hil fault` of the same user while running, over this local socket "
+          "(" +
+              default_fault_socket().string() + ")")
+      ->expected(0, 1);
+  command->add_flag("--faults-on-hardware", options->faults_on_hardware,
+                    "Allow both although an interface of --can is a real one");
   add_camera_option(*command, options->camera_address);
   command
       ->add_option(

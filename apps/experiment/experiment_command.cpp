@@ -28,7 +28,7 @@ struct Options {
   int repeat = 1;
   std::optional<std::int64_t> seed;  // the scene's own if not given
   int jobs = static_cast<int>(std::max(1U, std::thread::hardware_concurrency()));
-  std::string out, parameters;
+  std::string out, parameters, faults;
   SceneCommandLine scene;
   MasterOptions master;
   bool state_log = false, as_json = false;
@@ -72,6 +72,7 @@ ExperimentPlan plan_of(int number, const Options& options, const std::filesystem
       options.parameters.empty() ? parameters_file(scene, data) : std::filesystem::path(options.parameters);
   repetition.actuators = data / "emulator" / "plant" / "actuators";
   repetition.state_log = options.state_log;
+  repetition.faults = options.faults;
   require_valid(repetition);
   return plan;
 }
@@ -80,6 +81,7 @@ ExperimentPlan plan_of(int number, const Options& options, const std::filesystem
 std::string inputs_of(const ExperimentPlan& plan, const Options& options, const std::filesystem::path& data) {
   std::vector<std::filesystem::path> places = {data / "urdf", data / "adaptation", data / "emulator",
                                                plan.repetition.parameters};
+  if (!options.faults.empty()) places.emplace_back(options.faults);
   if (!options.master.layout.empty()) places.emplace_back(options.master.layout);
   for (const std::string& package : options.scene.robot.packages) places.emplace_back(package);
   return inputs_text(
@@ -177,6 +179,8 @@ void add_experiment_command(CLI::App& app, std::function<int()>& run) {
   add_scene_options(*command, options->scene, "the experiment's own");
   command->add_option("--parameters", options->parameters,
                       "YAML of both stages' parameters (default: the scene's, else the program's own)");
+  command->add_option("--faults", options->faults,
+                      "YAML plan of what is to break, and when; `walkman-hil fault list` has the kinds");
   add_master_options(*command, options->master);
   command->add_flag("--state-log", options->state_log,
                     "Write state.csv too: the devices' objects at every PDO (large)");

@@ -39,6 +39,7 @@ WorldOptions world_options(const RepetitionOptions& options) {
   out.robot = options.robot_choice;
   out.actuators = options.actuators;
   out.model_error = options.model_error;
+  out.faults = options.faults;
   out.seed = options.seed;
   out.within_reach = true;
   return out;
@@ -219,14 +220,15 @@ std::string finish_files(WireTap& tap, Judge& judge) {
   return unwritten;
 }
 
-/// An event in a phase that the method does not have would never happen.
-void require_phases(const Scene& scene) {
+/// What waits for a phase that the method does not have would never happen.
+template <typename Waiting>
+void require_phases(const std::vector<Waiting>& all, const char* list) {
   const std::vector<std::string> names(regrasp::kPhaseNames.begin(), regrasp::kPhaseNames.end());
-  for (const SceneEvent& event : scene.events) {
-    if (!event.phase || std::find(names.begin(), names.end(), event.phase->phase) != names.end()) continue;
+  for (const Waiting& one : all) {
+    if (!one.phase || std::find(names.begin(), names.end(), one.phase->phase) != names.end()) continue;
     throw std::runtime_error(
-        fmt::format("{}: events in_phase.phase: there is no phase \"{}\"{}, expected one of {}", event.where,
-                    event.phase->phase, did_you_mean(event.phase->phase, names), fmt::join(names, ", ")));
+        fmt::format("{}: {} in_phase.phase: there is no phase \"{}\"{}, expected one of {}", one.where, list,
+                    one.phase->phase, did_you_mean(one.phase->phase, names), fmt::join(names, ", ")));
   }
 }
 
@@ -254,10 +256,16 @@ std::string to_string(Outcome outcome) {
 
 void require_valid(const RepetitionOptions& options) {
   const Scene scene = load_scene(options.scene, options.robot_choice.packages);
-  require_phases(scene);
+  require_phases(scene.events, "events");
   const KnownRobot robot(scene.robot, options.robot_choice);
   require_reach(scene, robot.model);
   require_fit(options.robot, robot.devices);
+  if (!options.faults.empty()) {
+    const std::vector<faults::Injection> plan = faults::load_fault_plan(options.faults);
+    require_phases(plan, "faults");
+    for (const faults::Injection& injection : plan)
+      faults::require_target(injection, faults::known_targets(robot.devices));
+  }
   static_cast<void>(load_method_parameters(options.parameters));
 }
 
@@ -354,6 +362,9 @@ RepetitionResult run_repetition(const RepetitionOptions& options) {
     SceneObject object = world.emulator.plant().object(judge.object());  // with the weights it has now
     result.least_torque = least_torque(world.scene, object, world.robot, robot.joint_names(), parameters);
   }
+  for (const faults::InjectionState& state : world.emulator.injections())
+    result.faults.push_back({state.injection.name, std::string(state.injection.kind->name),
+                             state.injection.target, state.times, state.touched, seconds(state.first)});
   result.recoveries = judge.recoveries();
   result.warnings = judge.warnings();
   for (const UnwantedTouch& touch : judge.touches()) result.touches.push_back(to_string(touch));

@@ -100,6 +100,14 @@ struct RepetitionResult {
   Outcome outcome = Outcome::kStopped;
   std::string
       reason;  ///< of a stop or a wrong result, or what kept the hand off a better place; one sentence
+  /// What was to break, in the plan's order: how often it began, and what it touched.
+  struct Injected {
+    std::string name, kind, target;
+    int times = 0;
+    std::uint64_t frames = 0;  ///< that were not what they would have been
+    double first = 0;          ///< s, when it began first; 0 when it did not
+  };
+  std::vector<Injected> faults;
   std::vector<std::string> touches;   ///< of the robot with itself or its surroundings, one sentence each
   std::vector<std::string> warnings;  ///< of drivers and method, one sentence each
   std::string unwritten;  ///< which file could not be written completely, one sentence; empty: all were
@@ -117,6 +125,7 @@ struct RepetitionOptions {
   std::filesystem::path scene;
   std::filesystem::path parameters;  ///< both stages' YAML
   std::filesystem::path actuators;
+  std::filesystem::path faults;  ///< plan of what is to break; none when empty
   RobotChoice robot_choice;
   std::optional<std::string> model_error;  ///< a level in place of the scene's
   robot::RobotOptions robot;

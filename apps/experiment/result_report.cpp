@@ -277,6 +277,13 @@ nlohmann::json to_json(const RepetitionResult& result) {
   json["optimality"] = quotient ? nlohmann::json(rounded(*quotient)) : nlohmann::json(nullptr);
   json["outcome"] = to_string(result.outcome);
   if (!result.reason.empty()) json["reason"] = result.reason;
+  for (const RepetitionResult::Injected& fault : result.faults)
+    json["faults"].push_back({{"name", fault.name},
+                              {"fault", fault.kind},
+                              {"target", fault.target},
+                              {"times", fault.times},
+                              {"frames", fault.frames},
+                              {"first", rounded(fault.first)}});
   if (!result.touches.empty()) json["touches"] = result.touches;
   if (!result.warnings.empty()) json["warnings"] = result.warnings;
   if (!result.unwritten.empty()) json["unwritten"] = result.unwritten;
@@ -302,6 +309,10 @@ RepetitionResult repetition_from_json(const nlohmann::json& json) {
     if (to_string(candidate) == outcome) result.outcome = candidate;
   }
   result.reason = json.value("reason", "");
+  for (const auto& fault : json.value("faults", nlohmann::json::array()))
+    result.faults.push_back({fault.at("name").get<std::string>(), fault.at("fault").get<std::string>(),
+                             fault.at("target").get<std::string>(), fault.at("times").get<int>(),
+                             fault.at("frames").get<std::uint64_t>(), fault.at("first").get<double>()});
   result.touches = json.value("touches", std::vector<std::string>());
   result.warnings = json.value("warnings", std::vector<std::string>());
   result.unwritten = json.value("unwritten", "");
@@ -379,6 +390,13 @@ std::string to_text(const ExperimentResult& result) {
                         (r.recoveries == 0 ? "" : fmt::format(", {} recovered faults", r.recoveries)) +
                             (r.reason.empty() ? "" : ": " + r.reason));
     if (r.after_change) text += fmt::format("  changed   {}\n", row_text(r.after_change->row));
+    for (const RepetitionResult::Injected& fault : r.faults)
+      text += fmt::format(
+          "  fault     {}{}{}: {}\n", fault.kind, fault.target.empty() ? "" : " of ", fault.target,
+          fault.times == 0
+              ? "did not begin"
+              : fmt::format("begun {} times, first at {:.3f} s{}", fault.times, fault.first,
+                            fault.frames == 0 ? "" : fmt::format(", {} frames touched", fault.frames)));
   }
   const Mean mean = result.mean();
   const std::size_t stopped = result.repetitions.size() - static_cast<std::size_t>(mean.n);

@@ -12,6 +12,7 @@ void add_capture_command(CLI::App& app, std::function<int()>& run);
 void add_emulate_command(CLI::App& app, std::function<int()>& run);
 void add_experiment_command(CLI::App& app, std::function<int()>& run);
 void add_export_command(CLI::App& app, std::function<int()>& run);
+void add_fault_command(CLI::App& app, std::function<int()>& run);
 void add_grasp_command(CLI::App& app, std::function<int()>& run);
 void add_load_command(CLI::App& app, std::function<int()>& run);
 void add_locate_command(CLI::App& app, std::function<int()>& run);

@@ -45,6 +45,10 @@ DrawnWorld::DrawnWorld(const WorldOptions& options)
 EmulatedWorld::EmulatedWorld(const WorldOptions& options)
     : DrawnWorld(options),
       emulator(truth.model, robot.devices, placed(scene, robot, truth, options),
-               emulator_options(options, truth, scene.seed)) {}
+               emulator_options(options, truth, scene.seed)) {
+  if (options.faults.empty()) return;
+  for (const faults::Injection& injection : faults::load_fault_plan(options.faults))
+    emulator.inject(injection);
+}
 
 }  // namespace walkman::apps

@@ -17,6 +17,7 @@ struct WorldOptions {
   std::filesystem::path scene;
   RobotChoice robot;
   std::filesystem::path actuators;
+  std::filesystem::path faults;            ///< plan of what is to break; none when empty
   std::optional<std::string> model_error;  ///< a level in place of the scene's
   std::optional<std::uint64_t>
       seed;  ///< true robot, object pose and sensor noise; the scene's own if not given

@@ -75,6 +75,7 @@ int run_command(int argc, char** argv) {
   walkman::apps::add_emulate_command(app, run);
   walkman::apps::add_experiment_command(app, run);
   walkman::apps::add_export_command(app, run);
+  walkman::apps::add_fault_command(app, run);
   walkman::apps::add_grasp_command(app, run);
   walkman::apps::add_load_command(app, run);
   walkman::apps::add_locate_command(app, run);

@@ -50,6 +50,8 @@ struct Kind {
   FaultKind operator()(const cause::OutOfRange&) const { return FaultKind::kNotFinite; }
   FaultKind operator()(const cause::BeyondReach&) const { return FaultKind::kNotFinite; }
   FaultKind operator()(const cause::PositionJump&) const { return FaultKind::kNotFinite; }
+  FaultKind operator()(const cause::TorqueJump&) const { return FaultKind::kNotFinite; }
+  FaultKind operator()(const cause::NotFollowing&) const { return FaultKind::kNotFollowing; }
   FaultKind operator()(const cause::RequestFailed&) const { return FaultKind::kRequestFailed; }
   FaultKind operator()(const cause::CommandNotFinite&) const { return FaultKind::kNotFinite; }
   FaultKind operator()(const cause::CommandBeyondLimit&) const { return FaultKind::kLimit; }
@@ -112,6 +114,14 @@ struct Sentence {
   }
   std::string operator()(const cause::PositionJump& c) const {
     return fmt::format("motor position jumped by {:.4f} rad between two samples", c.step);
+  }
+  std::string operator()(const cause::TorqueJump& c) const {
+    return fmt::format("torque jumped by {:.1f} N·m between two samples, faster than its spring can", c.step);
+  }
+  std::string operator()(const cause::NotFollowing& c) const {
+    return fmt::format(
+        "does not follow: its motor has been off its set-point for {:.4g} ms, now by {:.4f} rad", ms(c.since),
+        c.error);
   }
   std::string operator()(const cause::RequestFailed& c) const {
     return fmt::format("SDO write of {} failed: {}", to_string(c.object), to_string(c.code));

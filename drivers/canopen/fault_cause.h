@@ -25,6 +25,7 @@ enum class FaultKind {
   kEmergency,         ///< EMCY received
   kSensorInvalid,     ///< measuring status bit set
   kNotFinite,         ///< a value that is not a number, or outside what the device can measure
+  kNotFollowing,      ///< a drive in operation is not where it was told to be
   kLimit,             ///< a command outside joint limits (clamped) by more than the tolerance
   kInterfaceDown,     ///< frames cannot be sent: interface down, queue full for several cycles, frame refused
   kRequestFailed,     ///< an SDO request in operation (torque limit) was refused or not answered
@@ -74,6 +75,13 @@ struct BeyondReach {
 };
 struct PositionJump {
   double step = 0;  ///< rad
+};
+struct TorqueJump {
+  double step = 0;  ///< N·m
+};
+struct NotFollowing {
+  double error = 0;  ///< motor position less set-point, rad
+  Time since{};
 };
 struct RequestFailed {
   ObjectAddress object;
@@ -128,10 +136,11 @@ struct CycleLate {
 using FaultCause =
     std::variant<cause::NoTpdo, cause::CounterStuck, cause::NoHeartbeat, cause::BootUp,
                  cause::LeftOperational, cause::Emcy, cause::DriveState, cause::MeasuringStatus,
-                 cause::OutOfRange, cause::BeyondReach, cause::PositionJump, cause::RequestFailed,
-                 cause::CommandNotFinite, cause::CommandBeyondLimit, cause::CommandCount, cause::NoSuchHand,
-                 cause::InterfaceDown, cause::BusOff, cause::FrameRefused, cause::QueueFull,
-                 cause::ReceiveOverflow, cause::BusFlooded, cause::BusSilent, cause::CycleLate>;
+                 cause::OutOfRange, cause::BeyondReach, cause::PositionJump, cause::TorqueJump,
+                 cause::NotFollowing, cause::RequestFailed, cause::CommandNotFinite,
+                 cause::CommandBeyondLimit, cause::CommandCount, cause::NoSuchHand, cause::InterfaceDown,
+                 cause::BusOff, cause::FrameRefused, cause::QueueFull, cause::ReceiveOverflow,
+                 cause::BusFlooded, cause::BusSilent, cause::CycleLate>;
 
 [[nodiscard]] FaultKind kind_of(const FaultCause& cause) noexcept;
 

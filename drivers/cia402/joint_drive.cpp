@@ -27,6 +27,10 @@ constexpr double kMilli = 1e-3;
 constexpr double kImplausibleFactor = 4;
 constexpr double kImplausibleSlack = 0.02;  // rad
 
+// The counter goes on with every SYNC: the same again so many later is none that runs. The TPDO of layout A
+// that has it comes with every 20th.
+constexpr int kStuckCycles = 15;
+
 constexpr auto kPositionMode = static_cast<std::uint32_t>(Mode::kCyclicSynchronousPosition);
 
 // A motor may stand this far outside its joint's limits: deflected spring, soft stop, calibration.
@@ -174,6 +178,7 @@ bool JointDrive::in_operation() const noexcept {
 
 double JointDrive::command(double link_position, double torque) noexcept {
   const double position = std::clamp(link_position, limits_.lower, limits_.upper);
+  of_joint_ = true;
   goal_ = position + deflection(std::clamp(torque, -limits_.effort, limits_.effort));
   return position;
 }
@@ -246,6 +251,7 @@ bool JointDrive::carries_stop(int number) const noexcept {
 void JointDrive::poll(Time now) noexcept {
   RemoteNode::poll(now);
   sample_.age = canopen::age_of(cyclic_data_at(), now);
+  check_motion();
   if (stage() != Stage::kStarted) return;
   if (writing_max_torque_ && sdo().state() != canopen::SdoClient::State::kBusy) {
     writing_max_torque_ = false;
@@ -265,6 +271,7 @@ void JointDrive::poll(Time now) noexcept {
 void JointDrive::clear_events() noexcept {
   RemoteNode::clear_events();
   implausible_step_ = 0;
+  check_.restart();
   counter_stuck_for_ = Time{0};
 }
 
@@ -328,6 +335,20 @@ void JointDrive::on_position(double position, Time at) noexcept {
   position_at_ = at;
 }
 
+void JointDrive::check_motion() noexcept {
+  const Time at = cyclic_data_at();
+  if (!of_joint_ || !in_operation()) {
+    check_.restart();
+    checked_at_ = at;
+    return;
+  }
+  if (at == checked_at_) return;
+  const Time period = settings().cycle * sync_divider();
+  check_.take(sample_.motor_position, sample_.torque, set_point_, (at - checked_at_ + period / 2) / period,
+              period, limits_.velocity, spring_constant_mnm_ * kMilli);
+  checked_at_ = at;
+}
+
 void JointDrive::on_counter(std::uint16_t counter, Time at) noexcept {
   if (!counter_seen_ || counter != cycle_counter_) {
     counter_seen_ = true;
@@ -351,10 +372,11 @@ std::optional<canopen::FaultCause> JointDrive::judge_state() const noexcept {
 
 std::optional<canopen::FaultCause> JointDrive::judge_values(Time /*now*/) const noexcept {
   namespace cause = canopen::cause;
-  if (counter_stuck_for_ > settings().heartbeat_timeout) {
+  if (counter_stuck_for_ > kStuckCycles * settings().cycle) {
     return cause::CounterStuck{cycle_counter_, counter_stuck_for_};
   }
   if (implausible_step_ != 0) return cause::PositionJump{implausible_step_};
+  if (check_.cause()) return check_.cause();
   const bool below = sample_.motor_position < limits_.lower - kReachMargin;
   if (below || sample_.motor_position > limits_.upper + kReachMargin) {
     return cause::BeyondReach{sample_.motor_position, below ? limits_.lower : limits_.upper};

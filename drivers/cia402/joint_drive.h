@@ -5,6 +5,7 @@
 
 #include "drivers/canopen/remote_node.h"
 #include "drivers/cia402/drive_mapping.h"
+#include "drivers/cia402/motion_check.h"
 #include "drivers/cia402/words.h"
 
 namespace walkman::cia402 {
@@ -90,6 +91,7 @@ class JointDrive final : public canopen::RemoteNode {
   [[nodiscard]] std::string what_samples_miss() const override;
 
   void on_position(double position, Time at) noexcept;
+  void check_motion() noexcept;
   void on_counter(std::uint16_t counter, Time at) noexcept;
   [[nodiscard]] std::vector<canopen::SdoStep> configuration_of(const DriveSettings& settings);
   [[nodiscard]] std::uint32_t word_of(const DriveField& field) const noexcept;
@@ -122,6 +124,10 @@ class JointDrive final : public canopen::RemoteNode {
   std::uint16_t cycle_counter_ = 0;
   Time counter_changed_at_{};
   Time counter_stuck_for_{};
+
+  bool of_joint_ = false;  // told where its link shall go, not a hand's share of travel
+  MotionCheck check_;
+  Time checked_at_ = Time::min();
 };
 
 }  // namespace walkman::cia402

@@ -181,6 +181,15 @@ void CanBus::deliver() noexcept {
   }
 }
 
+void CanBus::hand_over(const can::Frame& frame, const Participant& sender) noexcept {
+  if (observer_) observer_({now_, frame});
+  for (Controller& controller : controllers_) {
+    if (controller.participant == &sender || !controller.online()) continue;
+    controller.participant->receive(frame, now_);
+    refresh(controller);
+  }
+}
+
 // What controllers make of an attempt that failed (ISO 11898-1, fault confinement).
 
 void CanBus::fail() noexcept {

@@ -61,7 +61,7 @@ struct ErrorCounters {
 class CanBus {
  public:
   using Observer = std::function<void(const can::StampedFrame&)>;
-  using Filter = std::function<bool(const can::Frame&, Time)>;
+  using Filter = std::function<bool(can::Frame&, Time)>;
   using FaultPort = std::function<FrameFate(const can::Frame&, Time)>;
 
   /// `name` is the limb's ("rarm"), `interface_name` that of the network interface it stands for
@@ -104,9 +104,15 @@ class CanBus {
   /// if it makes any. Must not throw.
   void set_observer(Observer observer) { observer_ = std::move(observer); }
 
-  /// Called at the end of every frame; false loses it for all receivers, its sender notices nothing. Must not
-  /// throw.
+  /// Called at the end of every frame; false loses it for all receivers, its sender notices nothing. What it
+  /// alters is what they get, as if it had gone wrong behind their CRC check. Must not throw.
   void set_filter(Filter filter) { filter_ = std::move(filter); }
+
+  /// Of the frame that has just ended: to be asked by the filter.
+  [[nodiscard]] const Participant& sender() const noexcept { return *controllers_[sender_].participant; }
+  /// Gives a frame of `sender` to all others at once, without the wire: what a controller or a gateway
+  /// between held back, or has twice.
+  void hand_over(const can::Frame& frame, const Participant& sender) noexcept;
 
   /// Called at the start of every attempt to send a frame, with its start: decides what becomes of it. Must
   /// not throw.

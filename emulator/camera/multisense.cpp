@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <random>
 
 namespace walkman {
 namespace {
@@ -76,10 +77,13 @@ void MultiSense::advance(Time now, const plant::Plant& plant) {
   }
   if (now < next_) return;
   while (next_ <= now) next_ += Time(period_ns_.load());
+  if (fault_.blind) return;
   ++exposure_.frame;
   exposure_.stamp = now;
   exposure_.spindle_angle = laser_ ? laser_->angle() : 0;
-  exposure_.X_WC = plant.X_WL(optical_link_);
+  exposure_.X_WC = plant.X_WL(optical_link_) * fault_.X_CF;
+  exposure_.dropout = fault_.dropout;
+  exposure_.dropout_seed = fault_.seed;
   note_poses(plant, exposure_.poses);
 }
 
@@ -133,6 +137,12 @@ void MultiSense::render(const Exposure& exposure, bool images, Frame& out) {
   disparity.width = static_cast<std::uint16_t>(optics().width);
   disparity.height = static_cast<std::uint16_t>(optics().height);
   disparity.pixels.resize(disparity_.size());
+  if (exposure.dropout > 0) {
+    std::mt19937_64 generator(exposure.dropout_seed ^ exposure.frame);
+    std::bernoulli_distribution lost(exposure.dropout);
+    for (float& d : disparity_)
+      if (lost(generator)) d = 0;
+  }
   std::transform(disparity_.begin(), disparity_.end(), disparity.pixels.begin(), [](float d) {
     const float steps = d / multisense::Disparity::kStep + 0.5F;
     return static_cast<std::uint16_t>(std::min<float>(steps, multisense::Disparity::kLargest));

@@ -19,6 +19,15 @@
 
 namespace walkman {
 
+/// What is broken of the camera.
+struct CameraFault {
+  bool blind = false;      ///< nothing is exposed
+  double dropout = 0;      ///< share of the pixels without a match, besides those of the matcher
+  std::uint64_t seed = 1;  ///< of which these are
+  Eigen::Isometry3d X_CF =
+      Eigen::Isometry3d::Identity();  ///< where the left camera is, in where it should be
+};
+
 /// Where everything was when the camera exposed: enough to render the frame at any later time.
 struct Exposure {
   Time stamp = Time::min();  ///< `Time::min()`: there has been none
@@ -26,6 +35,8 @@ struct Exposure {
   Eigen::Isometry3d X_WC = Eigen::Isometry3d::Identity();
   std::vector<Eigen::Isometry3d> poses;  ///< of the ray scene's movable bodies
   double spindle_angle = 0;              ///< rad
+  double dropout = 0;                    ///< share of the pixels that a fault leaves without a match
+  std::uint64_t dropout_seed = 1;
 };
 
 /// The head's stereo camera: exposes the plant at its frame rate and matches what it saw.
@@ -45,6 +56,8 @@ class MultiSense {
   MultiSense(const RobotModel& robot, const Scene& scene, int optical_link,
              const CameraParameters& parameters, std::uint64_t seed);
 
+  /// From the next exposure on, in place of the fault before.
+  void set_fault(const CameraFault& fault) { fault_ = fault; }
   /// Exposes when a frame is due at `now`.
   void advance(Time now, const plant::Plant& plant);
 
@@ -106,6 +119,7 @@ class MultiSense {
   std::optional<Laser> laser_;
   std::optional<HeadImu> imu_;
   std::atomic<double> spindle_rate_ = 0;
+  CameraFault fault_;
 
   Exposure exposure_;
 };

@@ -328,6 +328,16 @@ void Plant::advance_drive(int drive, double wanted_torque, bool locked) {
   joint.torque_sum += joint.actuator.advance(position, rate, wanted_torque, locked, kSubStep);
 }
 
+void Plant::set_actuator_fault(int drive, const ActuatorFault& fault) {
+  const DriveSlot slot = impl_->drives[static_cast<std::size_t>(drive)];
+  const auto index = static_cast<std::size_t>(slot.index);
+  if (slot.hand) {
+    impl_->hands[index].hand->set_fault(fault);
+  } else {
+    impl_->joints[index].actuator.set_fault(fault);
+  }
+}
+
 void Plant::turn_spindle(double rate) {
   if (impl_->spindle) impl_->spindle->turn(rate);
 }

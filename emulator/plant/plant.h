@@ -66,6 +66,8 @@ class Plant {
   [[nodiscard]] const ActuatorReadings& readings(int drive) const;
   /// One control sub-step of a drive: motor torque wanted, N·m; holding brake.
   void advance_drive(int drive, double wanted_torque, bool locked);
+  /// What is broken of a drive's actuator from now on.
+  void set_actuator_fault(int drive, const ActuatorFault& fault);
   /// Rate at which the camera's laser is to turn, rad/s; nothing for a camera without.
   void turn_spindle(double rate);
   /// An onlooker sees the robot begin a phase of its task: what the scene has for then is played.

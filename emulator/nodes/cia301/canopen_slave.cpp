@@ -320,6 +320,16 @@ void CanopenSlave::reset(bool application) noexcept {
   emergency_.enable(false);
 }
 
+void CanopenSlave::restart() noexcept {
+  reset(true);
+  schedule();
+}
+
+void CanopenSlave::leave_operational() noexcept {
+  enter(NmtState::kPreOperational);
+  schedule();
+}
+
 void CanopenSlave::boot() noexcept {
   state_ = NmtState::kPreOperational;
   emergency_.enable(true);

@@ -53,6 +53,11 @@ class CanopenSlave : public bus::Participant {
   void on_link_state(can::LinkState state, Time now) noexcept final;
   [[nodiscard]] std::uint64_t transmit_overflows() const noexcept final { return outbox_.overflows(); }
 
+  /// Starts again, as after a short loss of power.
+  void restart() noexcept;
+  /// Falls to NMT pre-operational by itself.
+  void leave_operational() noexcept;
+
   /// FFh: unconfigured (LSS).
   [[nodiscard]] std::uint8_t node_id() const noexcept { return node_id_; }
   [[nodiscard]] const std::string& name() const noexcept { return identity_.name; }

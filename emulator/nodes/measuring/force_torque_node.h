@@ -48,6 +48,7 @@ class ForceTorqueNode : public MeasuringNode {
 
   /// From now on what the transducer reads goes through this, in place of the fault before.
   void set_fault(const ReadingFault::Parameters& parameters);
+  void clear_fault() noexcept { fault_.reset(); }
 
  private:
   ForceTorqueTransducer transducer_;

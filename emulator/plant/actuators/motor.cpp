@@ -42,6 +42,7 @@ void Motor::move(double net_torque, double dt) {
     const double ratio = speed / parameters_.stribeck_speed;
     dry += (parameters_.static_friction - dry) * std::exp(-ratio * ratio);
   }
+  dry += drag_;
   // Friction implicitly: it stops the motor but never reverses it.
   const double momentum = inertia * velocity_ + net_torque * dt;
   const double sliding = std::max(0.0, std::abs(momentum) - dry * dt);

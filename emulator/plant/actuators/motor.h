@@ -21,6 +21,8 @@ class Motor {
   [[nodiscard]] double torque() const { return torque_; }      ///< electromagnetic, N·m
   [[nodiscard]] double current() const { return torque_ / parameters_.torque_constant; }  ///< A
   [[nodiscard]] double supply_voltage() const { return supply_voltage_; }                 ///< V
+  /// Dry friction besides its own, N·m: a brake that drags, or a gear that jams.
+  void set_drag(double torque) { drag_ = torque; }
   /// From now on; 0 leaves the motor without torque.
   void set_supply_voltage(double volts) { supply_voltage_ = volts; }
 
@@ -43,6 +45,7 @@ class Motor {
   double position_ = 0, velocity_ = 0, torque_ = 0;
   double winding_c_, case_c_;
   double overload_ = 0;
+  double drag_ = 0;
 };
 
 /// Temperature of the air, degC.

@@ -70,16 +70,33 @@ void SeriesElasticActuator::reset(double link_position, double torque) {
 double SeriesElasticActuator::advance(double link_position, double link_velocity, double wanted_torque,
                                       bool locked, double dt) {
   // The spring's work on the gear's output is its work on the motor.
-  motor_.advance(wanted_torque, (1 + gear_.slope) * transmitted(link_position, link_velocity), locked, dt);
+  motor_.advance(fault_.torque_share * wanted_torque,
+                 (1 + gear_.slope) * transmitted(link_position, link_velocity), locked, dt);
   gear_ = gear_error();
   read_sensors(link_position, dt);
   return transmitted(link_position, link_velocity);
 }
 
+double SeriesElasticActuator::motor_encoder() const {
+  if (fault_.motor.stuck) return readings_.motor_position;
+  return on_lattice(motor_.position() + calibration_.motor_zero + fault_.motor.offset,
+                    parameters_.motor_encoder_step);
+}
+
+double SeriesElasticActuator::link_encoder(double link_position) const {
+  if (fault_.link.stuck) return readings_.link_position;
+  return on_lattice(link_position + calibration_.link_zero + fault_.link.offset,
+                    parameters_.link_encoder_step);
+}
+
+void SeriesElasticActuator::set_fault(const ActuatorFault& fault) {
+  fault_ = fault;
+  motor_.set_drag(fault.drag);
+  motor_.set_supply_voltage(fault.supply_voltage >= 0 ? fault.supply_voltage : parameters_.supply_voltage);
+}
+
 void SeriesElasticActuator::read_sensors(double link_position, double dt) {
-  const double motor =
-      on_lattice(motor_.position() + calibration_.motor_zero, parameters_.motor_encoder_step);
-  const double link = on_lattice(link_position + calibration_.link_zero, parameters_.link_encoder_step);
+  const double motor = motor_encoder(), link = link_encoder(link_position);
   readings_.motor_velocity = filtered_rate(readings_.motor_velocity, readings_.motor_position, motor, dt);
   readings_.link_velocity = filtered_rate(readings_.link_velocity, readings_.link_position, link, dt);
   readings_.motor_position = motor;
@@ -88,7 +105,7 @@ void SeriesElasticActuator::read_sensors(double link_position, double dt) {
   if (transmission_ == Transmission::kTendon)
     readings_.spring_torque = std::max(0.0, readings_.spring_torque);
   readings_.current = motor_.current();
-  readings_.winding_temperature_c = motor_.winding_temperature_c();
+  readings_.winding_temperature_c = motor_.winding_temperature_c() + fault_.winding_rise;
   readings_.case_temperature_c = motor_.case_temperature_c();
   readings_.supply_voltage = motor_.supply_voltage();
   readings_.overload = motor_.overload();

@@ -30,6 +30,19 @@ struct SensorCalibration {
   double link_zero = 0;        ///< the same of the link encoder
 };
 
+/// What is broken of an actuator.
+struct ActuatorFault {
+  struct Encoder {
+    bool stuck = false;  ///< at its last reading
+    double offset = 0;   ///< of the reading, rad
+  };
+  Encoder motor, link;
+  double torque_share = 1;     ///< that the motor gives of what is asked for
+  double drag = 0;             ///< dry friction against the motor, N·m on the joint side
+  double winding_rise = 0;     ///< of the thermistor's reading, K
+  double supply_voltage = -1;  ///< V; negative: as it should be
+};
+
 /// A geared motor, free play, a series spring and an encoder on either side of both. The link itself belongs
 /// to the multibody; its motion comes in, the spring's torque goes out.
 class SeriesElasticActuator {
@@ -50,7 +63,8 @@ class SeriesElasticActuator {
 
   [[nodiscard]] const ActuatorReadings& readings() const { return readings_; }
   [[nodiscard]] const Motor& motor() const { return motor_; }  ///< ground truth
-  void set_supply_voltage(double volts) { motor_.set_supply_voltage(volts); }
+  /// From now on, in place of the fault before.
+  void set_fault(const ActuatorFault& fault);
   [[nodiscard]] const ActuatorParameters& parameters() const { return parameters_; }
 
  private:
@@ -62,6 +76,8 @@ class SeriesElasticActuator {
   [[nodiscard]] GearError gear_error() const;
   [[nodiscard]] double transmitted(double link_position, double link_velocity) const;
   void read_sensors(double link_position, double dt);
+  [[nodiscard]] double motor_encoder() const;
+  [[nodiscard]] double link_encoder(double link_position) const;
 
   ActuatorParameters parameters_;
   Transmission transmission_;
@@ -70,6 +86,7 @@ class SeriesElasticActuator {
   Motor motor_;
   GearError gear_;  // at the motor's position
   ActuatorReadings readings_;
+  ActuatorFault fault_;
 };
 
 }  // namespace walkman::plant

@@ -43,6 +43,7 @@ class SoftHand {
   /// Adds tendon, ligament and damping torques for the coming step to the multibody.
   void apply();
 
+  void set_fault(const ActuatorFault& fault) { actuator_.set_fault(fault); }
   [[nodiscard]] const ActuatorReadings& readings() const { return actuator_.readings(); }
   [[nodiscard]] double tension() const { return tension_; }  ///< N, of the last step
 

@@ -1,0 +1,140 @@
+#include <charconv>
+#include <functional>
+#include <memory>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include "apps/emulate/fault_socket.h"
+#include "apps/shared/commands.h"
+#include "apps/shared/exit_code.h"
+#include "apps/shared/standard_streams.h"
+#include "emulator/faults/fault_plan.h"
+
+namespace walkman::apps {
+namespace {
+
+using nlohmann::json;
+
+/// What a target is called on the command line and in a plan.
+std::string_view target_of(faults::Target target) {
+  switch (target) {
+    case faults::Target::kFrames:
+      return "bus or device";
+    case faults::Target::kDevice:
+      return "device";
+    case faults::Target::kDrive:
+      return "drive";
+    case faults::Target::kForceTorque:
+      return "force/torque sensor";
+    case faults::Target::kCamera:
+      return "the camera";
+  }
+  return "";
+}
+
+json list_json() {
+  json out = json::array();
+  for (const faults::InjectableFault& kind : faults::injectable_faults()) {
+    json parameters = json::array();
+    for (const faults::Parameter& parameter : kind.parameters)
+      parameters.push_back({{"name", parameter.name},
+                            {"unit", parameter.unit},
+                            {"least", parameter.least},
+                            {"most", parameter.most},
+                            {"standard", parameter.standard},
+                            {"what", parameter.what}});
+    out.push_back({{"fault", kind.name},
+                   {"target", target_of(kind.target)},
+                   {"what", kind.what},
+                   {"seen", kind.seen},
+                   {"parameters", parameters}});
+  }
+  return {{"faults", out}};
+}
+
+std::string list_text() {
+  std::string out;
+  for (const faults::InjectableFault& kind : faults::injectable_faults()) {
+    out += fmt::format("{:<18} {:<20} {}\n{:<18} seen: {}\n", kind.name, target_of(kind.target), kind.what,
+                       "", kind.seen);
+    for (const faults::Parameter& p : kind.parameters)
+      out += fmt::format("{:<18}   {} {:g} to {:g}{}{} ({:g}): {}\n", "", p.name, p.least, p.most,
+                         p.unit.empty() ? "" : " ", p.unit, p.standard, p.what);
+  }
+  return out;
+}
+
+struct Options {
+  bool as_json = false;
+  std::string socket = default_fault_socket().string();
+  std::vector<std::string> words;
+  std::string lasts;
+};
+
+/// "2", "2s" or "250ms" in s.
+std::string seconds_of(const std::string& text) {
+  double value = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+  const std::string_view unit(end, static_cast<std::size_t>(text.data() + text.size() - end));
+  if (error != std::errc{} || (!unit.empty() && unit != "s" && unit != "ms"))
+    throw std::runtime_error(fmt::format("--for {}: expected a time, as 2s or 250ms", text));
+  return fmt::format("{}", unit == "ms" ? value * 1e-3 : value);
+}
+
+int inject(const Options& options) {
+  std::vector<std::string> request = {"inject"};
+  request.insert(request.end(), options.words.begin(), options.words.end());
+  if (!options.lasts.empty()) request.push_back("for=" + seconds_of(options.lasts));
+  static_cast<void>(faults::parse_fault({request.begin() + 1, request.end()}));
+  print(ask_emulator(options.socket, request) + "\n");
+  return kOk;
+}
+
+}  // namespace
+
+void add_fault_command(CLI::App& app, std::function<int()>& run) {
+  auto options = std::make_shared<Options>();
+  CLI::App* command =
+      app.add_subcommand("fault", "What can be broken on purpose, and breaking it while it is emulated");
+  command->require_subcommand(1);
+  const auto add = [&](const char* name, const char* what, std::function<int(const Options&)> job) {
+    CLI::App* verb = command->add_subcommand(name, what);
+    verb->callback([&run, options, job] { run = [options, job] { return job(*options); }; });
+    return verb;
+  };
+  const auto with_socket = [&](CLI::App* verb) {
+    verb->add_option("--socket", options->socket,
+                     "The emulator's, as its --fault-socket (" + options->socket + ")");
+    return verb;
+  };
+  add("list", "Every kind with its target, its parameters and what the drivers see",
+      [](const Options& given) -> int {
+        given.as_json ? print_json(list_json().dump(2) + "\n") : print(list_text());
+        return kOk;
+      })
+      ->add_flag("--json", options->as_json, "As JSON");
+  CLI::App* verb =
+      with_socket(add("inject", "Break something of an emulator that runs; prints the fault's name", inject));
+  verb->add_option("FAULT", options->words, "Target and fault, and NAME=VALUE: RElbj encoder-stuck side=0")
+      ->required();
+  verb->add_option("--for", options->lasts, "How long, as 2s or 250ms (until it is cleared)");
+  with_socket(add("clear", "End faults by their names, or all",
+                  [](const Options& given) -> int {
+                    std::vector<std::string> request = {"clear"};
+                    request.insert(request.end(), given.words.begin(), given.words.end());
+                    print(ask_emulator(given.socket, request) + "\n");
+                    return kOk;
+                  }))
+      ->add_option("NAME", options->words, "Of the fault, as inject printed it, or all")
+      ->required();
+  with_socket(add("active", "The faults of an emulator that runs, as JSON", [](const Options& given) -> int {
+    print_json(ask_emulator(given.socket, {"active"}) + "\n");
+    return kOk;
+  }));
+}
+
+}  // namespace walkman::apps

@@ -1,0 +1,42 @@
+#include "drivers/cia402/motion_check.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace walkman::cia402 {
+namespace {
+
+constexpr double kRounding = 1e-5;  // rad, of positions in µrad
+
+}  // namespace
+
+void MotionCheck::take(double motor_position, double torque, double set_point, std::int64_t periods,
+                       Time period, double most_velocity, double spring_constant) noexcept {
+  const Time elapsed = period * std::max<std::int64_t>(1, periods);
+  const double seconds = std::chrono::duration<double>(elapsed).count();
+  const double velocity = (motor_position - position_) / seconds;
+  if (samples_ == 2 && !cause_) {
+    const double change = (velocity - velocity_) * seconds;
+    const double most = std::max(kMostAcceleration * seconds, most_velocity) * seconds + kRounding;
+    if (std::abs(change) > most) cause_ = canopen::cause::PositionJump{change};
+  }
+  if (samples_ >= 1 && !cause_ && spring_constant > 0) {
+    const double step = torque - torque_;
+    if (std::abs(step) > spring_constant * most_velocity * seconds) cause_ = canopen::cause::TorqueJump{step};
+  }
+  if (samples_ == 2) follow(motor_position, set_point_before_, elapsed);
+  samples_ = std::min(samples_ + 1, 2);
+  position_ = motor_position;
+  velocity_ = velocity;
+  torque_ = torque;
+  set_point_before_ = set_point_;
+  set_point_ = set_point;
+}
+
+void MotionCheck::follow(double motor_position, double set_point, Time elapsed) noexcept {
+  const double error = motor_position - set_point;
+  astray_ = std::abs(error) > kFollowingWindow ? astray_ + elapsed : Time{};
+  if (astray_ > kFollowingTime && !cause_) cause_ = canopen::cause::NotFollowing{error, astray_};
+}
+
+}  // namespace walkman::cia402

@@ -1,0 +1,50 @@
+#pragma once
+
+#include <cstdint>
+#include <optional>
+
+#include "drivers/canopen/fault_cause.h"
+#include "drivers/time.h"
+
+namespace walkman::cia402 {
+
+/// Whether what a drive in operation reports is what its motor and its spring can do, and what it was told.
+///
+/// - The motor's speed changes by no more than `kMostAcceleration` lets it, or a set-point may in one step:
+/// else
+///   its encoder has jumped.
+/// - The spring is deflected no faster than the joint can turn: else torque or link encoder have jumped.
+/// - The motor is where it was told to be: else it is locked or too weak, its encoder stands still, or the
+///   set-points do not reach it.
+class MotionCheck {
+ public:
+  /// Peak torque over motor inertia of the drives is up to 490 rad/s², and a loaded spring can add as much.
+  static constexpr double kMostAcceleration = 1000;  // rad/s²
+  /// The motor-side loop holds a thousandth of a radian, with a heavier load for the time that its integral
+  /// takes some of them; with the arm stretched this moves the hand by 7 mm, a quarter of the thinnest
+  /// handle.
+  static constexpr double kFollowingWindow = 0.01;  // rad
+  static constexpr Time kFollowingTime = std::chrono::milliseconds(50);
+
+  /// Values sampled `periods` SYNC periods of `period` after the last ones. `set_point`: the last sent, motor
+  /// position in rad. `most_velocity` in rad/s; `spring_constant` in N·m/rad, 0 where it is not known.
+  void take(double motor_position, double torque, double set_point, std::int64_t periods, Time period,
+            double most_velocity, double spring_constant) noexcept;
+  /// Begins anew: out of operation, or after a fault was dealt with.
+  void restart() noexcept { *this = {}; }
+
+  [[nodiscard]] const std::optional<canopen::FaultCause>& cause() const noexcept { return cause_; }
+
+ private:
+  void follow(double motor_position, double set_point, Time elapsed) noexcept;
+
+  std::optional<canopen::FaultCause> cause_;
+  int samples_ = 0;  // up to 2
+  double position_ = 0, velocity_ = 0, torque_ = 0;
+  // A set-point is taken with the SYNC after it, and reached with the next: the last but one is what a
+  // position answers to.
+  double set_point_ = 0, set_point_before_ = 0;
+  Time astray_{};  // for so long
+};
+
+}  // namespace walkman::cia402

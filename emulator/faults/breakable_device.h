@@ -1,0 +1,32 @@
+#pragma once
+
+#include <cstdint>
+
+#include "emulator/nodes/cia301/canopen_slave.h"
+#include "emulator/plant/actuators/series_elastic_actuator.h"
+#include "emulator/scene/scene_event.h"
+
+namespace walkman::faults {
+
+/// What an injector can do to a device. Neither a drive's nor a sensor's: only its node can be broken.
+class BreakableDevice {
+ public:
+  virtual ~BreakableDevice() = default;
+
+  [[nodiscard]] virtual nodes::CanopenSlave& node() noexcept = 0;
+
+  /// Whether its readings can have faults, and be mended.
+  [[nodiscard]] virtual bool is_force_torque() const noexcept { return false; }
+  /// From now on its readings have this fault. Force/torque sensors only.
+  virtual void set_sensor_fault(const SensorFaultEvent& /*fault*/) {}
+  virtual void mend() {}
+
+  /// Whether it has an actuator, and power electronics.
+  [[nodiscard]] virtual bool is_drive() const noexcept { return false; }
+  /// From now on its actuator has this fault. Drives only.
+  virtual void set_actuator_fault(const plant::ActuatorFault& /*fault*/) {}
+  /// Its electronics find a fault (CiA 402 error code, bits of 1001h). Drives only.
+  virtual void trip(std::uint16_t /*code*/, std::uint8_t /*register_bits*/) {}
+};
+
+}  // namespace walkman::faults

@@ -1,0 +1,218 @@
+#include "emulator/faults/fault_plan.h"
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <limits>
+#include <stdexcept>
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include "urdf/reader/nearest_name.h"
+#include "urdf/reader/yaml_map.h"
+
+namespace walkman::faults {
+namespace {
+
+constexpr double kShortest = 0.001, kLongest = 1e6;  // s
+const std::vector<std::string> kDirections = {"both", "from", "to"};
+
+std::vector<std::string> names_of_kinds() {
+  std::vector<std::string> names;
+  for (const InjectableFault& kind : injectable_faults()) names.emplace_back(kind.name);
+  return names;
+}
+
+std::string unknown_kind(const std::string& name) {
+  return fmt::format("there is no fault \"{}\"{}; `walkman-hil fault list` has them", name,
+                     did_you_mean(name, names_of_kinds()));
+}
+
+std::vector<double> standard_values(const InjectableFault& kind) {
+  std::vector<double> values;
+  for (const Parameter& parameter : kind.parameters) values.push_back(parameter.standard);
+  return values;
+}
+
+Injection read_fault(const YamlMap& map, std::size_t index) {
+  Injection out;
+  out.where = map.where();
+  const std::string kind = map.text("fault");
+  out.kind = find_fault(kind);
+  if (out.kind == nullptr) map.fail("fault", unknown_kind(kind));
+  out.values = standard_values(*out.kind);
+  for (std::size_t i = 0; i < out.values.size(); ++i) {
+    const Parameter& parameter = out.kind->parameters[i];
+    const std::string key(parameter.name);
+    if (map.has(key)) out.values[i] = map.number(key, parameter.least, parameter.most);
+  }
+  out.name = map.has("name") ? map.text("name") : fmt::format("{}-{}", out.kind->name, index + 1);
+  if (out.kind->target == Target::kCamera) {
+    if (map.has("target"))
+      map.fail("target", fmt::format("\"{}\" is of the camera, expected no target", kind));
+  } else {
+    out.target = map.text("target");
+  }
+  if (map.has("direction")) {
+    const std::string direction = map.text("direction");
+    const auto found = std::find(kDirections.begin(), kDirections.end(), direction);
+    if (found == kDirections.end() || out.kind->target != Target::kFrames)
+      map.fail("direction", fmt::format("found \"{}\", expected {} and a fault of frames", direction,
+                                        fmt::join(kDirections, ", ")));
+    out.direction = static_cast<Direction>(found - kDirections.begin());
+  }
+  if (map.has("at_s") == map.has("in_phase"))
+    map.fail(map.has("at_s") ? "at_s" : "", "expected either at_s or in_phase");
+  if (map.has("at_s")) {
+    out.at = map.number("at_s", 0, kLongest);
+  } else {
+    const YamlMap phase = map.map("in_phase", {"phase", "occurrence", "after_s"});
+    out.phase.emplace();
+    out.phase->phase = phase.text("phase");
+    if (phase.has("occurrence"))
+      out.phase->occurrence = static_cast<int>(phase.integer("occurrence", 1, 1'000'000));
+    if (phase.has("after_s")) out.phase->after = phase.number("after_s", 0, kLongest);
+  }
+  if (map.has("lasts_s")) out.lasts = map.number("lasts_s", kShortest, kLongest);
+  if (map.has("every_s")) {
+    if (!out.lasts) map.fail("every_s", "expected lasts_s beside it");
+    out.every = map.number("every_s", *out.lasts, kLongest);
+  }
+  if (map.has("seed"))
+    out.seed = static_cast<std::uint64_t>(map.integer("seed", 0, std::numeric_limits<long long>::max()));
+  return out;
+}
+
+/// NAME=VALUE of the command line.
+void take_word(const std::string& key, const std::string& text, Injection& out) {
+  const auto number = [&](const std::string& name, double least, double most, std::string_view unit) {
+    double value = 0;
+    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+    const bool good = error == std::errc{} && end == text.data() + text.size() && std::isfinite(value);
+    if (!good || value < least || value > most)
+      throw std::runtime_error(fmt::format("{}: {} is \"{}\", expected {:g} to {:g}{}{}", out.kind->name,
+                                           name, text, least, most, unit.empty() ? "" : " ", unit));
+    return value;
+  };
+  if (key == "direction" && out.kind->target == Target::kFrames) {
+    const auto direction = std::find(kDirections.begin(), kDirections.end(), text);
+    if (direction == kDirections.end())
+      throw std::runtime_error(fmt::format("{}: direction is \"{}\", expected {}", out.kind->name, text,
+                                           fmt::join(kDirections, ", ")));
+    out.direction = static_cast<Direction>(direction - kDirections.begin());
+  } else if (key == "for") {
+    out.lasts = number(key, kShortest, kLongest, "s");
+  } else if (key == "every") {
+    out.every = number(key, kShortest, kLongest, "s");
+  } else if (key == "seed") {
+    out.seed = static_cast<std::uint64_t>(number(key, 0, 9e15, ""));
+  } else {
+    const auto& all = out.kind->parameters;
+    const auto found =
+        std::find_if(all.begin(), all.end(), [&](const Parameter& p) { return p.name == key; });
+    if (found == all.end())
+      throw std::runtime_error(fmt::format("{}: there is no parameter \"{}\"", out.kind->name, key));
+    out.values[static_cast<std::size_t>(found - all.begin())] =
+        number(key, found->least, found->most, found->unit);
+  }
+}
+
+}  // namespace
+
+double Injection::value(std::string_view parameter) const {
+  for (std::size_t i = 0; i < values.size(); ++i)
+    if (kind->parameters[i].name == parameter) return values[i];
+  throw std::logic_error(fmt::format("fault {} has no parameter {}", kind->name, parameter));
+}
+
+std::vector<Injection> load_fault_plan(const std::filesystem::path& file) {
+  const YamlMap root(file.string(), parse_yaml_file(file), "", {"faults"});
+  const std::vector<std::string> of_all = {"fault",    "name",    "target",  "direction", "at_s",
+                                           "in_phase", "lasts_s", "every_s", "seed"};
+  std::vector<std::string> any = of_all;
+  for (const InjectableFault& kind : injectable_faults())
+    for (const Parameter& parameter : kind.parameters) any.emplace_back(parameter.name);
+  const std::vector<YamlMap> entries = root.list("faults", any);
+  std::vector<Injection> out;
+  for (std::size_t i = 0; i < entries.size(); ++i) {
+    Injection one = read_fault(entries[i], i);
+    for (const InjectableFault& kind : injectable_faults())
+      for (const Parameter& parameter : kind.parameters) {
+        const std::string key(parameter.name);
+        const auto has = [&](const Parameter& own) { return own.name == parameter.name; };
+        if (entries[i].has(key) &&
+            std::none_of(one.kind->parameters.begin(), one.kind->parameters.end(), has))
+          entries[i].fail(key, fmt::format("{} has no such parameter", one.kind->name));
+      }
+    for (const Injection& other : out)
+      if (other.name == one.name) entries[i].fail("name", fmt::format("\"{}\" is there already", one.name));
+    out.push_back(std::move(one));
+  }
+  return out;
+}
+
+std::vector<KnownTarget> known_targets(const DeviceTable& devices) {
+  std::vector<KnownTarget> all;
+  for (const Bus& bus : devices.buses) {
+    all.push_back({bus.name, true, false, false});
+    for (const Device& device : bus.devices)
+      all.push_back({device.name, false,
+                     device.kind == DeviceKind::kJointDrive || device.kind == DeviceKind::kHandDrive,
+                     device.kind == DeviceKind::kForceTorque});
+  }
+  return all;
+}
+
+void require_target(const Injection& injection, const std::vector<KnownTarget>& known) {
+  const Target wanted = injection.kind->target;
+  if (wanted == Target::kCamera) return;
+  const auto refuse = [&](const std::string& why) {
+    throw std::runtime_error(fmt::format("{}{}{}: {}", injection.where, injection.where.empty() ? "" : ": ",
+                                         injection.kind->name, why));
+  };
+  std::vector<std::string> names;
+  for (const KnownTarget& one : known) {
+    if (one.is_bus && wanted != Target::kFrames) continue;
+    names.push_back(one.name);
+    if (one.name != injection.target) continue;
+    if ((wanted == Target::kDrive && !one.is_drive) ||
+        (wanted == Target::kForceTorque && !one.is_force_torque))
+      refuse(fmt::format("{} is no {}", one.name, to_word(wanted)));
+    return;
+  }
+  refuse(fmt::format("there is no {} \"{}\"{}", wanted == Target::kFrames ? "bus or device" : "device",
+                     injection.target, did_you_mean(injection.target, names)));
+}
+
+Injection parse_fault(const std::vector<std::string>& words) {
+  Injection out;
+  std::vector<std::string> names;
+  for (const std::string& word : words) {
+    if (word.find('=') != std::string::npos) continue;
+    const InjectableFault* kind = find_fault(word);
+    if (kind == nullptr || out.kind != nullptr) {
+      names.push_back(word);
+    } else {
+      out.kind = kind;
+    }
+  }
+  if (out.kind == nullptr)
+    throw std::runtime_error(names.empty() ? "expected a fault, its target and parameters as NAME=VALUE"
+                                           : unknown_kind(names.back()));
+  const bool wants_target = out.kind->target != Target::kCamera;
+  if (names.size() != (wants_target ? 1U : 0U))
+    throw std::runtime_error(fmt::format("{}: {} given, expected {}", out.kind->name,
+                                         names.empty() ? "no target" : fmt::format("\"{}\"", names.back()),
+                                         wants_target ? "one target" : "no target: it is the camera's"));
+  if (wants_target) out.target = names.front();
+  out.name =
+      out.target.empty() ? std::string(out.kind->name) : fmt::format("{}-{}", out.target, out.kind->name);
+  out.values = standard_values(*out.kind);
+  for (const std::string& word : words)
+    if (const std::size_t equals = word.find('='); equals != std::string::npos)
+      take_word(word.substr(0, equals), word.substr(equals + 1), out);
+  return out;
+}
+
+}  // namespace walkman::faults

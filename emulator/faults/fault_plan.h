@@ -1,0 +1,70 @@
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "drivers/time.h"
+#include "emulator/faults/injectable_fault.h"
+#include "emulator/scene/scene_event.h"
+#include "urdf/reader/device_table.h"
+
+namespace walkman::faults {
+
+/// Which frames of a device a fault of its frames is about.
+enum class Direction { kBoth, kFrom, kTo };
+
+/// A fault, when it begins and how long it stays.
+struct Injection {
+  std::string name;  ///< no other of the plan has
+  const InjectableFault* kind = nullptr;
+  std::string target;  ///< name of a bus or of a device; empty: the camera
+  Direction direction = Direction::kBoth;
+  std::vector<double> values;       ///< of the kind's parameters, in their order
+  double at = 0;                    ///< s of the emulated clock; without a phase
+  std::optional<PhaseBegin> phase;  ///< takes the place of the time
+  std::optional<double> lasts;      ///< s; none: it stays
+  std::optional<double> every;      ///< s from one beginning to the next; none: it comes once
+  std::uint64_t seed = 1;           ///< of what is drawn
+  std::string where;                ///< file:line
+
+  /// Value of a parameter that the kind has.
+  [[nodiscard]] double value(std::string_view parameter) const;
+};
+
+/// What has become of an injection.
+struct InjectionState {
+  enum class Stage { kWaiting, kActive, kOver };
+
+  Injection injection;
+  Stage stage = Stage::kWaiting;
+  Time begins = Time::max();  ///< next or last; `Time::max()`: not known before its phase comes
+  Time ends = Time::max();    ///< of the present or last time
+  int times = 0;              ///< it has begun
+  Time first{};               ///< when it began first
+  std::uint64_t touched = 0;  ///< frames that were not what they would have been; of faults of frames
+};
+
+/// Reads a plan. Whether its targets exist is not known here. Throws std::runtime_error with file and line
+/// for what is no fault, no parameter of it, or out of range.
+[[nodiscard]] std::vector<Injection> load_fault_plan(const std::filesystem::path& file);
+
+/// Something that a fault may name.
+struct KnownTarget {
+  std::string name;
+  bool is_bus = false, is_drive = false, is_force_torque = false;
+};
+
+/// Buses and devices of a robot.
+[[nodiscard]] std::vector<KnownTarget> known_targets(const DeviceTable& devices);
+
+/// Throws std::runtime_error when the target is not one of `known`, or cannot have the fault.
+void require_target(const Injection& injection, const std::vector<KnownTarget>& known);
+
+/// A fault as the command line has it: its kind and its target, in either order, and NAME=VALUE: a parameter,
+/// `direction`, `for` and `every` in s, `seed`. It begins at once. Throws std::runtime_error.
+[[nodiscard]] Injection parse_fault(const std::vector<std::string>& words);
+
+}  // namespace walkman::faults

@@ -1,0 +1,309 @@
+#include "emulator/faults/frame_faults.h"
+
+#include <algorithm>
+#include <array>
+#include <optional>
+#include <utility>
+
+#include "drivers/canopen/cob_id.h"
+
+namespace walkman::faults {
+namespace {
+
+// Functions of the predefined connection set (CiA 301, 7.3.5): the identifier without the node-ID.
+constexpr std::uint32_t kNodeBits = 0x7F;
+constexpr std::uint32_t kSdoResponse = canopen::cob_id::sdo_response(0);
+constexpr std::uint32_t kErrorControl = canopen::cob_id::error_control(0);
+
+constexpr std::uint32_t function_of(const can::Frame& frame) noexcept { return frame.id & ~kNodeBits; }
+
+/// 0 for what is none.
+constexpr int tpdo_of(const can::Frame& frame) noexcept {
+  for (int number = 1; number <= 4; ++number)
+    if (function_of(frame) == canopen::cob_id::tpdo(number, 0)) return number;
+  return 0;
+}
+
+/// RPDOs and SDO requests: what a master sends to one device.
+constexpr bool is_to_device(const can::Frame& frame) noexcept {
+  for (int number = 1; number <= 4; ++number)
+    if (function_of(frame) == canopen::cob_id::rpdo(number, 0)) return true;
+  return function_of(frame) == canopen::cob_id::sdo_request(0);
+}
+
+constexpr std::size_t kHeld = 4096;  // frames on their way at most; more are lost
+
+/// Of the frames, which share is concerned.
+class Draw {
+ public:
+  Draw(std::uint64_t seed, double share) : generator_(seed), share_(share) {}
+  [[nodiscard]] bool one() noexcept { return share_ >= 1 || uniform_(generator_) < share_; }
+  [[nodiscard]] int below(int end) noexcept {
+    return std::min(end - 1, static_cast<int>(uniform_(generator_) * end));
+  }
+
+ private:
+  std::mt19937_64 generator_;
+  double share_;
+  std::uniform_real_distribution<double> uniform_;
+};
+
+class Drop final : public FrameFault {
+ public:
+  Drop(const FrameFault& base, std::uint64_t seed, double share) : FrameFault(base), draw_(seed, share) {}
+  [[nodiscard]] bool ends(can::Frame&, Time) noexcept override {
+    if (!draw_.one()) return true;
+    touch();
+    return false;
+  }
+
+ private:
+  Draw draw_;
+};
+
+class BurstLoss final : public FrameFault {
+ public:
+  BurstLoss(const FrameFault& base, double frames)
+      : FrameFault(base), left_(static_cast<std::uint64_t>(frames)) {}
+  [[nodiscard]] bool ends(can::Frame&, Time) noexcept override {
+    if (left_ == 0) return true;
+    --left_;
+    touch();
+    return false;
+  }
+
+ private:
+  std::uint64_t left_;
+};
+
+/// A controller that gives frames later, twice or in another order.
+class Queueing final : public FrameFault {
+ public:
+  enum class How { kLater, kTwice, kBehindTheNext };
+
+  Queueing(const FrameFault& base, How how, bus::CanBus& bus, Time delay, std::uint64_t seed, double share)
+      : FrameFault(base), how_(how), bus_(bus), delay_(delay), draw_(seed, share), held_(kHeld) {}
+
+  [[nodiscard]] bool ends(can::Frame& frame, Time now) noexcept override {
+    if (how_ == How::kBehindTheNext && !held_.empty()) {
+      // Here and not behind it: who gets both, gets the newer one first.
+      bus_.hand_over(frame, bus_.sender());
+      release();
+      return false;
+    }
+    if (!draw_.one()) return true;
+    touch();
+    if (how_ == How::kTwice) {
+      bus_.hand_over(frame, bus_.sender());
+      return true;
+    }
+    static_cast<void>(held_.push({now + delay_, frame, &bus_.sender()}));
+    return false;
+  }
+  void step(Time now) noexcept override {
+    while (how_ == How::kLater && !held_.empty() && held_.front().due <= now) release();
+  }
+
+ private:
+  struct Held {
+    Time due{};
+    can::Frame frame;
+    const bus::Participant* sender = nullptr;
+  };
+  void release() noexcept {
+    bus_.hand_over(held_.front().frame, *held_.front().sender);
+    held_.pop();
+  }
+  How how_;
+  bus::CanBus& bus_;
+  Time delay_;
+  Draw draw_;
+  bus::Ring<Held> held_;
+};
+
+class BitFlip final : public FrameFault {
+ public:
+  BitFlip(const FrameFault& base, int bits, std::uint64_t seed, double share)
+      : FrameFault(base), bits_(bits), draw_(seed, share) {}
+  [[nodiscard]] bool ends(can::Frame& frame, Time) noexcept override {
+    if (frame.length == 0 || !draw_.one()) return true;
+    touch();
+    for (int i = 0; i < bits_; ++i) {
+      const int bit = draw_.below(8 * frame.length);
+      frame.data[static_cast<std::size_t>(bit / 8)] ^= static_cast<std::uint8_t>(1U << (bit % 8));
+    }
+    return true;
+  }
+
+ private:
+  int bits_;
+  Draw draw_;
+};
+
+class WrongLength final : public FrameFault {
+ public:
+  WrongLength(const FrameFault& base, int bytes, std::uint64_t seed, double share)
+      : FrameFault(base), bytes_(bytes), draw_(seed, share) {}
+  [[nodiscard]] bool ends(can::Frame& frame, Time) noexcept override {
+    const int length = std::clamp(frame.length + bytes_, 0, 8);
+    if (frame.fd || length == frame.length || !draw_.one()) return true;
+    touch();
+    frame.length = static_cast<std::uint8_t>(length);
+    return true;
+  }
+
+ private:
+  int bytes_;
+  Draw draw_;
+};
+
+class Babble final : public FrameFault {
+ public:
+  Babble(const FrameFault& base, bus::ComputerPort& port, std::uint32_t id, double rate)
+      : FrameFault(base), port_(port), rate_(rate) {
+    frame_.id = id;
+    frame_.length = 8;
+  }
+  void step(Time) noexcept override {
+    owed_ += rate_ * 1e-3;  // a physics step is a millisecond
+    for (; owed_ >= 1; owed_ -= 1)
+      if (port_.send(frame_) == can::SendResult::kQueued) touch();
+  }
+
+ private:
+  bus::ComputerPort& port_;
+  can::Frame frame_;
+  double rate_, owed_ = 0;
+};
+
+/// Every frame of a device ends in an error frame, or as many as keep its controller error-passive.
+class Broken final : public FrameFault {
+ public:
+  Broken(const FrameFault& base, const bus::CanBus& bus, const bus::Participant& device, bool to_the_end)
+      : FrameFault(base), bus_(bus), device_(device), to_the_end_(to_the_end) {}
+  [[nodiscard]] bus::FrameFate begins(const can::Frame&, Time) noexcept override {
+    constexpr int kPassive = 128;  // ISO 11898-1, fault confinement
+    if (!to_the_end_ && bus_.error_counters(device_).transmit >= kPassive) return bus::FrameFate::deliver();
+    touch();
+    constexpr int kInTheIdentifier = 5;
+    return bus::FrameFate::corrupt(kInTheIdentifier);
+  }
+
+ private:
+  const bus::CanBus& bus_;
+  const bus::Participant& device_;
+  bool to_the_end_;
+};
+
+class NoAcknowledge final : public FrameFault {
+ public:
+  explicit NoAcknowledge(const FrameFault& base) : FrameFault(base) {}
+  [[nodiscard]] bus::FrameFate begins(const can::Frame&, Time) noexcept override {
+    touch();
+    return bus::FrameFate::no_acknowledge();
+  }
+};
+
+/// Loses the frames of one function of a device.
+class LostFunction final : public FrameFault {
+ public:
+  LostFunction(const FrameFault& base, std::uint32_t function) : FrameFault(base), function_(function) {}
+  [[nodiscard]] bool ends(can::Frame& frame, Time) noexcept override {
+    if (function_of(frame) != function_) return true;
+    touch();
+    return false;
+  }
+
+ private:
+  std::uint32_t function_;
+};
+
+/// TPDOs keep the bytes of the first that comes.
+class FrozenPdos final : public FrameFault {
+ public:
+  explicit FrozenPdos(const FrameFault& base) : FrameFault(base) {}
+  [[nodiscard]] bool ends(can::Frame& frame, Time) noexcept override {
+    const int number = tpdo_of(frame);
+    if (number == 0) return true;
+    auto& kept = kept_[static_cast<std::size_t>(number - 1)];
+    if (!kept) kept = frame;
+    if (kept->length == frame.length && !(*kept == frame)) touch();
+    frame = *kept;
+    return true;
+  }
+
+ private:
+  std::array<std::optional<can::Frame>, 4> kept_;
+};
+
+}  // namespace
+
+bool FrameFault::concerns(const can::Frame& frame) const noexcept {
+  if (frame.error) return false;
+  if (node_ == 0) return true;
+  if (frame.extended || (frame.id & kNodeBits) != node_) return false;
+  return direction_ == Direction::kBoth || is_to_device(frame) == (direction_ == Direction::kTo);
+}
+
+BusFaults::BusFaults(bus::CanBus& bus) : bus_(bus) {
+  bus.set_fault_port([this](const can::Frame& frame, Time now) {
+    bus::FrameFate fate = bus::FrameFate::deliver();
+    for (FrameFault* fault : active_) {
+      if (!fault->concerns(frame)) continue;
+      if (const bus::FrameFate wanted = fault->begins(frame, now);
+          wanted.kind != bus::FrameFate::Kind::kDeliver)
+        fate = wanted;
+    }
+    return fate;
+  });
+  bus.set_filter([this](can::Frame& frame, Time now) {
+    bool passes = true;
+    for (FrameFault* fault : active_)
+      if (passes && fault->concerns(frame)) passes = fault->ends(frame, now);
+    return passes;
+  });
+}
+
+void BusFaults::step(Time now) noexcept {
+  for (FrameFault* fault : active_) fault->step(now);
+}
+
+std::unique_ptr<FrameFault> BusFaults::make(const Injection& injection, std::uint8_t node,
+                                            const bus::Participant* participant) {
+  const std::string_view name = injection.kind->name;
+  const auto value = [&](std::string_view parameter) { return injection.value(parameter); };
+  const auto seconds = [](double s) { return Time(static_cast<std::int64_t>(s * 1e9)); };
+  const auto port = [this]() -> bus::ComputerPort& {
+    if (port_ == nullptr) port_ = &bus_.add_port();
+    return *port_;
+  };
+  const bool own_frames = injection.kind->target == Target::kDevice;
+  const FrameFault base(node, own_frames ? Direction::kFrom : injection.direction);
+  if (name == "frame-drop") return std::make_unique<Drop>(base, injection.seed, value("share"));
+  if (name == "frame-burst-loss") return std::make_unique<BurstLoss>(base, value("frames"));
+  if (name == "frame-delay")
+    return std::make_unique<Queueing>(base, Queueing::How::kLater, bus_, seconds(value("delay")),
+                                      injection.seed, value("share"));
+  if (name == "frame-duplicate")
+    return std::make_unique<Queueing>(base, Queueing::How::kTwice, bus_, Time{}, injection.seed,
+                                      value("share"));
+  if (name == "frame-reorder")
+    return std::make_unique<Queueing>(base, Queueing::How::kBehindTheNext, bus_, Time{}, injection.seed,
+                                      value("share"));
+  if (name == "payload-bitflip")
+    return std::make_unique<BitFlip>(base, static_cast<int>(value("bits")), injection.seed, value("share"));
+  if (name == "wrong-length")
+    return std::make_unique<WrongLength>(base, static_cast<int>(value("bytes")), injection.seed,
+                                         value("share"));
+  if (name == "babbling-idiot")
+    return std::make_unique<Babble>(base, port(), static_cast<std::uint32_t>(value("id")), value("rate"));
+  if (name == "no-acknowledge") return std::make_unique<NoAcknowledge>(base);
+  if (name == "heartbeat-loss") return std::make_unique<LostFunction>(base, kErrorControl);
+  if (name == "sdo-timeout") return std::make_unique<LostFunction>(base, kSdoResponse);
+  if (name == "pdo-frozen") return std::make_unique<FrozenPdos>(base);
+  if (participant != nullptr && (name == "bus-off" || name == "error-passive"))
+    return std::make_unique<Broken>(base, bus_, *participant, name == "bus-off");
+  return nullptr;
+}
+
+}  // namespace walkman::faults

@@ -1,0 +1,63 @@
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <random>
+#include <vector>
+
+#include "emulator/bus/can_bus.h"
+#include "emulator/faults/fault_plan.h"
+
+namespace walkman::faults {
+
+/// What one fault does to frames. No member but the constructors allocates or throws.
+class FrameFault {
+ public:
+  /// Of the frames of node `node` (0: of the whole bus) in a direction.
+  FrameFault(std::uint8_t node, Direction direction) : node_(node), direction_(direction) {}
+  virtual ~FrameFault() = default;
+
+  /// An attempt to send a frame begins.
+  [[nodiscard]] virtual bus::FrameFate begins(const can::Frame& /*frame*/, Time /*now*/) noexcept {
+    return bus::FrameFate::deliver();
+  }
+  /// A frame is through; it may be altered. False: nobody gets it.
+  [[nodiscard]] virtual bool ends(can::Frame& /*frame*/, Time /*now*/) noexcept { return true; }
+  /// A physics step has begun.
+  virtual void step(Time /*now*/) noexcept {}
+
+  /// Whether a frame is one of its.
+  [[nodiscard]] bool concerns(const can::Frame& frame) const noexcept;
+  /// Frames that are not what they would have been.
+  [[nodiscard]] std::uint64_t touched() const noexcept { return touched_; }
+
+ protected:
+  void touch() noexcept { ++touched_; }
+
+ private:
+  std::uint8_t node_;
+  Direction direction_;
+  std::uint64_t touched_ = 0;
+};
+
+/// The frame faults of one bus: the only one that uses the bus's hooks. `bus` must outlive it.
+class BusFaults {
+ public:
+  explicit BusFaults(bus::CanBus& bus);
+  BusFaults(const BusFaults&) = delete;
+  BusFaults& operator=(const BusFaults&) = delete;
+
+  /// `node` and `participant` of a device; 0 and null: all of the bus.
+  [[nodiscard]] std::unique_ptr<FrameFault> make(const Injection& injection, std::uint8_t node,
+                                                 const bus::Participant* participant);
+  void add(FrameFault& fault) { active_.push_back(&fault); }
+  void remove(const FrameFault& fault) { std::erase(active_, &fault); }
+  void step(Time now) noexcept;
+
+ private:
+  bus::CanBus& bus_;
+  bus::ComputerPort* port_ = nullptr;  // of what is sent besides, when there is
+  std::vector<FrameFault*> active_;
+};
+
+}  // namespace walkman::faults

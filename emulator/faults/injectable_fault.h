@@ -1,0 +1,46 @@
+#pragma once
+
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace walkman::faults {
+
+/// What a fault is done to.
+enum class Target {
+  kFrames,       ///< of a bus, or of one device on it
+  kDevice,       ///< any device on a bus
+  kDrive,        ///< a joint's or a hand's drive
+  kForceTorque,  ///< a force/torque sensor
+  kCamera,
+};
+
+/// One number that says how large or how a fault is.
+struct Parameter {
+  std::string_view name;
+  std::string_view unit;  ///< empty: a plain number
+  double least = 0, most = 0;
+  double standard = 0;  ///< when it is not given
+  std::string_view what;
+};
+
+/// One way in which the robot can fail.
+struct InjectableFault {
+  std::string_view name;  ///< words joined by hyphens
+  Target target{};
+  std::string_view what;  ///< happens
+  std::string_view seen;  ///< by the drivers
+  std::vector<Parameter> parameters;
+};
+
+/// All kinds, in the order of where they act: wire, nodes, sensors, actuators, camera.
+[[nodiscard]] std::span<const InjectableFault> injectable_faults();
+
+/// By its name, with hyphens or underscores; null when there is none.
+[[nodiscard]] const InjectableFault* find_fault(std::string_view name);
+
+/// In one word, for tables and programs.
+[[nodiscard]] std::string_view to_word(Target target);
+
+}  // namespace walkman::faults

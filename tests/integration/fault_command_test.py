@@ -1,0 +1,126 @@
+#!/usr/bin/env python3
+"""walkman-hil fault, and plans of faults, from outside. Usage: fault_command_test.py PROGRAM SOURCE_TREE"""
+
+import json
+import os
+import stat
+import subprocess
+import sys
+import tempfile
+import time
+from pathlib import Path
+
+PROGRAM, TREE = sys.argv[1], Path(sys.argv[2])
+failures = 0
+
+
+def check(holds, what):
+    global failures
+    if not holds:
+        print("FAILED:", what)
+        failures += 1
+
+
+def run(*arguments):
+    return subprocess.run([PROGRAM, *arguments], capture_output=True, text=True, check=False)
+
+
+def refused(done, what):
+    check(done.returncode == 2 and done.stderr.count("\n") == 1, f"{what}: {done.returncode} {done.stderr}")
+    return done.stderr
+
+
+def kinds():
+    listed = json.loads(run("fault", "list", "--json").stdout)["faults"]
+    check(len(listed) >= 30, f"{len(listed)} kinds are listed")
+    text = run("fault", "list").stdout
+    for kind in listed:
+        check(kind["fault"] in text, f"{kind['fault']} is in the text, too")
+        check(kind["seen"] and kind["what"] and kind["target"], f"{kind['fault']} says what it is")
+        for parameter in kind["parameters"]:
+            check(parameter["least"] <= parameter["standard"] <= parameter["most"], f"{kind['fault']} {parameter}")
+    return listed
+
+
+def plans(folder):
+    wrong = {
+        "faults:\n  - fault: joint-loked\n    target: RElbj\n    at_s: 1\n": ":2: ",
+        "faults:\n  - fault: joint-locked\n    target: RElb\n    at_s: 1\n": "did you mean \"RElbj\"",
+        "faults:\n  - fault: joint-locked\n    target: r_arm_ft\n    at_s: 1\n": "no drive",
+        "faults:\n  - fault: joint-locked\n    target: RElbj\n": "either at_s or in_phase",
+        "faults:\n  - fault: joint-locked\n    target: RElbj\n    in_phase: {phase: lit}\n": "did you mean \"lift\"",
+        "faults:\n  - fault: frame-drop\n    target: rarm\n    at_s: 1\n    share: 1.5\n": ":5: ",
+        "faults:\n  - fault: frame-drop\n    target: rarm\n    at_s: 1\n    torque: 1\n": "no such parameter",
+        "faults:\n  - fault: frame-drop\n    target: rarm\n    at_s: 1\n    every_s: 1\n": "lasts_s",
+        "faults:\n  - fault: cloud-missing\n    target: RElbj\n    at_s: 1\n": "no target",
+        "faults: 3\n": "faults",
+        "faults:\n  - {fault: cloud-missing, name: a, at_s: 0}\n  - {fault: cloud-missing, name: a, at_s: 1}\n": "\"a\"",
+    }
+    for text, expected in wrong.items():
+        plan = folder / "plan.yaml"
+        plan.write_text(text)
+        message = refused(run("experiment", "1", "--faults", str(plan), "--out", str(folder / "out")), text)
+        check("plan.yaml" in message and expected in message, f"{expected!r} in {message!r}")
+    refused(run("experiment", "1", "--faults", str(folder / "none.yaml")), "a plan that is not there")
+    check(not (folder / "out").exists(), "nothing was run or written")
+
+    out = folder / "jammed"
+    plan = TREE / "examples/faults/elbow_jams_in_the_lift.yaml"
+    done = run("experiment", "1", "--faults", str(plan), "--json", "--out", str(out))
+    check(done.returncode == 1, f"a jammed elbow fails the experiment: {done.returncode} {done.stderr}")
+    result = json.loads(done.stdout)["repetitions"][0]
+    check(result["outcome"] == "stopped" and "RElbj" in result["reason"] and "does not follow" in result["reason"],
+          f"it stopped for the elbow: {result['outcome']} {result.get('reason')}")
+    jam, drops = result["faults"]
+    check(jam["times"] == 1 and drops["frames"] > 100, f"both were there: {jam} {drops}")
+
+
+def live(folder):
+    socket = folder / "faults.sock"
+    emulator = subprocess.Popen([PROGRAM, "emulate", "--camera", "127.77.3.1", "--fault-socket", str(socket)],
+                                stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
+    try:
+        for _ in range(200):
+            if socket.exists():
+                break
+            time.sleep(0.05)
+        check(stat.S_IMODE(os.stat(socket).st_mode) == 0o600, "its owner alone may write to the socket")
+        at = ("--socket", str(socket))
+        done = run("fault", "inject", "RElbj", "encoder-stuck", "--for", "250ms", *at)
+        check(done.stdout == "RElbj-encoder-stuck\n", f"a fault is told by its name: {done.stdout} {done.stderr}")
+        check(run("fault", "inject", "frame-drop", "rarm", "share=0.5", *at).returncode == 0, "in either order")
+        states = {}
+        for _ in range(100):
+            states = {one["name"]: one for one in json.loads(run("fault", "active", *at).stdout)["active"]}
+            if states["RElbj-encoder-stuck"]["stage"] == "over":
+                break
+            time.sleep(0.05)
+        check(states["RElbj-encoder-stuck"]["stage"] == "over", f"it is over after its time: {states}")
+        check(states["rarm-frame-drop"]["stage"] == "active", f"and the other is not: {states}")
+        check(run("fault", "clear", "all", *at).stdout == "2 cleared\n", "all are cleared")
+        refused(run("fault", "clear", "rarm-frame-drop", *at), "there is nothing to clear")
+        refused(run("fault", "inject", "RElbj", "encoder-stuk", *at), "an unknown fault")
+        refused(run("fault", "inject", "RElb", "encoder-stuck", *at), "an unknown device")
+        refused(run("fault", "inject", "RElbj", "encoder-stuck", "--for", "soon", *at), "no time")
+        check(json.loads(run("fault", "active", *at).stdout) == {"active": []}, "nothing of that is there")
+    finally:
+        emulator.terminate()
+        told = emulator.communicate(timeout=30)[1]
+    check("faults are taken" in told and "fault injected: RElbj encoder-stuck" in told, f"the emulator tells: {told}")
+    check(not socket.exists(), "the socket goes with the emulator")
+    done = run("fault", "active", "--socket", str(socket))
+    check(done.returncode == 3 and done.stderr.count("\n") == 1, "without an emulator one sentence says so")
+
+
+def main():
+    listed = kinds()
+    told = (TREE / "docs/faults.md").read_text()
+    for kind in listed:
+        check(f"| `{kind['fault']}` |" in told, f"docs/faults.md has {kind['fault']}")
+    with tempfile.TemporaryDirectory() as folder:
+        plans(Path(folder))
+        live(Path(folder))
+    sys.exit(failures != 0)
+
+
+main()

@@ -1,0 +1,321 @@
+// Every fault that can be injected, on the whole robot in rest and in motion: what the drivers say, of whom,
+// and how soon.
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <filesystem>
+#include <numbers>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "drivers/robot/robot.h"
+#include "emulator/emulator.h"
+#include "emulator/faults/fault_plan.h"
+#include "urdf/reader/device_table.h"
+
+namespace walkman {
+namespace {
+
+using namespace std::chrono_literals;
+using robot::FaultKind;
+
+constexpr Time kCycle = 5ms;
+
+/// The robot of Experiment 1, held by its base, its drives commanded to stay or to sway.
+struct Rig {
+  explicit Rig(bool moves) : moving(moves) {
+    scene.base = BaseKind::kFixed;
+    options.actuators = tree / "emulator/plant/actuators";
+    emulator.emplace(model, devices, scene, options);
+    robot.emplace(model, devices, emulator->interfaces());
+    emulator->advance(kCycle);
+    while (!robot->boot(emulator->now())) emulator->advance(emulator->now() + kCycle);
+    static_cast<void>(robot->read(emulator->now()));
+    for (const auto& joint : robot->joints()) start.push_back(joint.link_position);
+    began = emulator->now();
+    run(500ms);
+  }
+
+  /// Until a fault is latched or the time is over; the time that took.
+  Time run(Time limit) {
+    const Time from = emulator->now();
+    std::vector<robot::JointCommand> commands(start.size());
+    while (emulator->now() - from < limit && !robot->fault()) {
+      const double t = std::chrono::duration<double>(emulator->now() - began).count();
+      for (std::size_t i = 0; i < commands.size(); ++i)
+        commands[i].link_position = start[i] + (moving && robot->joint_names()[i].starts_with("R") &&
+                                                        (robot->joint_names()[i] == "RShSag" ||
+                                                         robot->joint_names()[i].starts_with("RElb") ||
+                                                         robot->joint_names()[i].starts_with("RWr"))
+                                                    ? 0.1 * std::sin(2 * std::numbers::pi * 0.5 * t)
+                                                    : 0);
+      robot->write(commands);
+      robot->sync(emulator->now());
+      emulator->advance(emulator->now() + kCycle);
+      static_cast<void>(robot->read(emulator->now()));
+      for (const std::string& warning : robot->new_warnings()) warnings.push_back(warning);
+    }
+    return emulator->now() - from;
+  }
+
+  bool moving;
+  std::filesystem::path tree = WALKMAN_SOURCE_TREE;
+  Scene scene = load_scene(tree / "urdf/scenes/experiment_1.yaml");
+  RobotModel model = load_robot_model(scene.robot.urdf);
+  DeviceTable devices = load_device_table(scene.robot.device_table, model);
+  EmulatorOptions options;
+  std::optional<Emulator> emulator;
+  std::optional<robot::Robot> robot;
+  std::vector<double> start;
+  std::vector<std::string> warnings;
+  Time began{};
+};
+
+/// What the drivers show of a fault: a kind, of whom, within which time from its beginning.
+struct Seen {
+  FaultKind kind;
+  const char* device;
+  Time within;
+};
+
+struct Case {
+  std::string name;
+  std::vector<std::string> words;  // as on the command line
+  std::optional<Seen> in_rest, in_motion;
+};
+
+void PrintTo(const Case& one, std::ostream* out) { *out << one.name; }
+
+/// As `docs/faults.md` has them. The elbow moves with up to 0.3 rad/s.
+std::vector<Case> cases() {
+  const auto both = [](FaultKind kind, const char* device, Time within) {
+    return std::pair(std::optional(Seen{kind, device, within}), std::optional(Seen{kind, device, within}));
+  };
+  const auto [stale, stale_too] = both(FaultKind::kDataStale, "RElbj", 30ms);
+  const auto [emergency, emergency_too] = both(FaultKind::kEmergency, "RElbj", 10ms);
+  const auto [stuck, stuck_too] = both(FaultKind::kDataStale, "RElbj", 250ms);
+  const auto [jump, jump_too] = both(FaultKind::kNotFinite, "RElbj", 15ms);
+  const Seen astray{FaultKind::kNotFollowing, "RElbj", 250ms};
+  const std::optional<Seen> nothing;
+  return {
+      {"FrameDrop", {"frame-drop", "RElbj", "share=1"}, stale, stale_too},
+      {"SomeFrames", {"frame-drop", "RElbj", "share=0.02"}, nothing, nothing},
+      {"LostSetPoints", {"frame-drop", "RElbj", "share=1", "direction=to"}, nothing, astray},
+      {"ShortBurst", {"frame-burst-loss", "RElbj", "frames=5"}, nothing, nothing},
+      {"LongBurst", {"frame-burst-loss", "RElbj", "frames=50"}, stale, stale_too},
+      {"Delay", {"frame-delay", "RElbj", "delay=0.02"}, stale, stale_too},
+      {"Duplicates", {"frame-duplicate", "rarm"}, nothing, nothing},
+      {"OtherOrder", {"frame-reorder", "rarm"}, nothing, nothing},
+      {"WrongLength", {"wrong-length", "RElbj"}, stale, stale_too},
+      {"Babbler",
+       {"babbling-idiot", "rarm"},
+       Seen{FaultKind::kBusFlooded, "can_rarm", 30ms},
+       Seen{FaultKind::kBusFlooded, "can_rarm", 30ms}},
+      {"BusOff", {"bus-off", "RElbj"}, stale, stale_too},
+      {"ErrorPassive", {"error-passive", "RElbj"}, emergency, emergency_too},
+      {"NoAcknowledge", {"no-acknowledge", "RElbj"}, stale, stale_too},
+      {"HeartbeatLoss",
+       {"heartbeat-loss", "RElbj"},
+       Seen{FaultKind::kHeartbeatLost, "RElbj", 260ms},
+       Seen{FaultKind::kHeartbeatLost, "RElbj", 260ms}},
+      {"SilentReboot",
+       {"silent-reboot", "RElbj"},
+       Seen{FaultKind::kUnexpectedBootUp, "RElbj", 15ms},
+       Seen{FaultKind::kUnexpectedBootUp, "RElbj", 15ms}},
+      {"PreOperational", {"nmt-preop-drop", "RElbj"}, stale, stale_too},
+      {"FrozenDrive", {"pdo-frozen", "RElbj"}, stuck, stuck_too},
+      {"FrozenSensor",
+       {"pdo-frozen", "r_arm_ft"},
+       Seen{FaultKind::kDataStale, "r_arm_ft", 30ms},
+       Seen{FaultKind::kDataStale, "r_arm_ft", 30ms}},
+      {"MotorEncoderJump", {"encoder-offset", "RElbj", "offset=0.05", "side=0"}, jump, jump_too},
+      {"LinkEncoderJump", {"encoder-offset", "RElbj", "offset=0.05", "side=1"}, jump, jump_too},
+      {"MotorEncoderStuck", {"encoder-stuck", "RElbj", "side=0"}, nothing, astray},
+      {"LinkEncoderStuck",
+       {"encoder-stuck", "RElbj", "side=1"},
+       nothing,
+       Seen{FaultKind::kNotFollowing, "RElbj", 500ms}},
+      {"HotWinding", {"temperature-high", "RElbj"}, emergency, emergency_too},
+      {"TorqueLoss", {"torque-loss", "RElbj"}, Seen{FaultKind::kNotFollowing, "RElbj", 150ms}, astray},
+      {"LockedJoint", {"joint-locked", "RElbj"}, nothing, astray},
+      {"DraggingBrake", {"brake-drag", "RElbj", "torque=20"}, nothing, nothing},
+      {"OverCurrent", {"overcurrent-trip", "RElbj"}, emergency, emergency_too},
+      {"UnderVoltage", {"undervoltage", "RElbj"}, emergency, emergency_too},
+  };
+}
+
+class InjectedFault : public testing::TestWithParam<Case> {};
+
+TEST_P(InjectedFault, IsSeenOnTheRightDeviceInItsTime) {
+  const Case one = GetParam();
+  for (const bool moving : {false, true}) {
+    SCOPED_TRACE(moving ? "in motion" : "in rest");
+    Rig rig(moving);
+    ASSERT_FALSE(rig.robot->fault()) << rig.robot->fault()->text;
+    rig.emulator->inject(faults::parse_fault(one.words));
+    const Time took = rig.run(2s);
+    const auto& seen = moving ? one.in_motion : one.in_rest;
+    const auto& fault = rig.robot->fault();
+    EXPECT_EQ(fault.has_value(), seen.has_value()) << (fault ? fault->text : "nothing was seen");
+    EXPECT_EQ(rig.emulator->injections().front().times, 1);
+    if (!seen || !fault) continue;
+    EXPECT_EQ(fault->kind, seen->kind) << fault->text;
+    EXPECT_EQ(fault->device, seen->device) << fault->text;
+    EXPECT_LE(took, seen->within) << fault->text;
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(All, InjectedFault, testing::ValuesIn(cases()),
+                         [](const auto& one) { return one.param.name; });
+
+/// Flipped bits may say anything: they are never taken for a robot that is well.
+TEST(InjectedBitFlips, EndInAFaultOfTheirDevice) {
+  for (std::uint64_t seed = 1; seed <= 5; ++seed) {
+    Rig rig(false);
+    faults::Injection flips = faults::parse_fault({"payload-bitflip", "RElbj", "share=0.2"});
+    flips.seed = seed;
+    rig.emulator->inject(flips);
+    rig.run(2s);
+    ASSERT_TRUE(rig.robot->fault()) << seed;
+    EXPECT_EQ(rig.robot->fault()->device, "RElbj") << rig.robot->fault()->text;
+  }
+}
+
+TEST(InjectedSdoTimeout, EndsTheBootWithTheObjectsName) {
+  Rig rig(false);
+  rig.emulator->inject(faults::parse_fault({"sdo-timeout", "RElbj"}));
+  rig.run(500ms);
+  EXPECT_FALSE(rig.robot->fault()) << "no request is under way";
+  rig.robot->stop();
+  rig.robot->sync(rig.emulator->now());
+  try {
+    for (int i = 0; i < 4000; ++i) {
+      rig.emulator->advance(rig.emulator->now() + kCycle);
+      if (rig.robot->boot(rig.emulator->now())) break;
+    }
+    ADD_FAILURE() << "it booted";
+  } catch (const std::runtime_error& e) {
+    EXPECT_THAT(e.what(), testing::HasSubstr("RElbj"));
+  }
+}
+
+/// The load on a wrist's sensor stays; what it reads does not.
+TEST(InjectedSensorFault, IsInTheReadingsAndGoesAway) {
+  const auto reading = [](Rig& rig) {
+    rig.run(200ms);
+    const auto names = rig.robot->sensor_names();
+    const auto place = std::find(names.begin(), names.end(), "r_arm_ft") - names.begin();
+    return rig.robot->sensors()[static_cast<std::size_t>(place)].F_So_S;
+  };
+  Rig rig(false);
+  rig.run(3s);  // until nothing sways any more
+  const Wrench sound = reading(rig);
+  ASSERT_GT(sound.force.norm(), 3.0);
+  const auto broken = [&](const std::vector<std::string>& words) {
+    const faults::Injection injection = faults::parse_fault(words);
+    rig.emulator->inject(injection);
+    const Wrench read = reading(rig);
+    EXPECT_TRUE(rig.emulator->clear_fault(injection.name));
+    EXPECT_LT((reading(rig).force - sound.force).norm(), 1.0) << "mended";
+    return read;
+  };
+  EXPECT_LT((broken({"ft-gain", "r_arm_ft", "gain=1.5"}).force - 1.5 * sound.force).norm(), 1.0);
+  const Wrench turned = broken({"ft-sign", "r_arm_ft", "axis=0"});
+  EXPECT_NEAR(turned.force.x(), -sound.force.x(), 1.0);
+  EXPECT_NEAR(turned.force.y(), sound.force.y(), 1.0);
+  const Wrench drifted = broken({"ft-bias-drift", "r_arm_ft", "force=50", "torque=2"});
+  EXPECT_NEAR(drifted.force.z() - sound.force.z(), 50 * 0.2, 1.5);
+  EXPECT_NEAR(drifted.torque.z() - sound.torque.z(), 2 * 0.2, 0.1);
+  EXPECT_FALSE(rig.robot->fault()) << rig.robot->fault()->text;
+}
+
+TEST(InjectedCameraFault, IsInTheFrames) {
+  Rig rig(false);
+  MultiSense& camera = rig.emulator->camera();
+  const auto frame = [&] {
+    rig.run(200ms);
+    MultiSense::Frame out;
+    camera.render(camera.exposure(), false, out);
+    return out;
+  };
+  const auto matched = [](const MultiSense::Frame& f) {
+    return std::count_if(f.disparity.pixels.begin(), f.disparity.pixels.end(), [](auto d) { return d > 0; });
+  };
+  const auto sound = matched(frame());
+  rig.emulator->inject(faults::parse_fault({"cloud-dropout", "share=0.25"}));
+  EXPECT_NEAR(static_cast<double>(matched(frame())) / static_cast<double>(sound), 0.75, 0.02);
+  rig.emulator->clear_fault("cloud-dropout");
+  const Eigen::Isometry3d X_WC = camera.exposure().X_WC;
+  rig.emulator->inject(faults::parse_fault({"extrinsic-error", "shift=0.02", "turn=0.1"}));
+  static_cast<void>(frame());
+  const Eigen::Isometry3d X_CF = X_WC.inverse() * camera.exposure().X_WC;
+  EXPECT_NEAR(X_CF.translation().x(), 0.02, 2e-3);
+  EXPECT_NEAR(Eigen::AngleAxisd(X_CF.linear()).angle(), 0.1, 2e-3);
+  rig.emulator->inject(faults::parse_fault({"cloud-missing"}));
+  const std::uint64_t last = camera.exposure().frame;
+  rig.run(500ms);
+  EXPECT_EQ(camera.exposure().frame, last);
+}
+
+TEST(InjectedFaults, AreNotThereBeforeTheirTimeAndAreOverAfterIt) {
+  Rig rig(false);
+  faults::Injection drops = faults::parse_fault({"frame-drop", "RElbj", "share=1"});
+  drops.at = std::chrono::duration<double>(rig.emulator->now()).count() + 0.3;
+  drops.lasts = 0.01;  // two SYNCs: no fault
+  drops.every = 0.1;
+  rig.emulator->inject(drops);
+  rig.run(295ms);
+  EXPECT_EQ(rig.emulator->injections().front().touched, 0U);
+  rig.run(1s);
+  EXPECT_FALSE(rig.robot->fault()) << rig.robot->fault()->text;
+  const auto state = rig.emulator->injections().front();
+  EXPECT_EQ(state.times, 10);
+  EXPECT_GT(state.touched, 20U);
+  EXPECT_LT(state.touched, 100U);
+  EXPECT_TRUE(rig.emulator->clear_fault(state.injection.name));
+  EXPECT_FALSE(rig.emulator->clear_fault(state.injection.name));
+  EXPECT_TRUE(rig.emulator->injections().empty());
+}
+
+TEST(InjectedFaults, OneMoreChangesNoOther) {
+  const auto run = [](bool more) {
+    Rig rig(false);
+    faults::Injection drops = faults::parse_fault({"frame-drop", "RElbj", "share=0.05"});
+    drops.seed = 7;
+    rig.emulator->inject(drops);
+    if (more) rig.emulator->inject(faults::parse_fault({"frame-drop", "LElbj", "share=0.05"}));
+    rig.run(1s);
+    return rig.emulator->injections().front().touched;
+  };
+  EXPECT_EQ(run(false), run(true));
+}
+
+TEST(InjectedFaults, AreRefusedWhereTheyCannotBe) {
+  Rig rig(false);
+  const auto refusal = [&](const std::vector<std::string>& words) -> std::string {
+    try {
+      rig.emulator->inject(faults::parse_fault(words));
+    } catch (const std::runtime_error& e) {
+      return e.what();
+    }
+    return "";
+  };
+  using testing::HasSubstr;
+  EXPECT_THAT(refusal({"encoder-stuk", "RElbj"}), HasSubstr("there is no fault"));
+  EXPECT_THAT(refusal({"encoder-stuck", "RElb"}), HasSubstr("there is no device \"RElb\""));
+  EXPECT_THAT(refusal({"encoder-stuck", "r_arm_ft"}), HasSubstr("r_arm_ft is no drive"));
+  EXPECT_THAT(refusal({"ft-gain", "RElbj"}), HasSubstr("RElbj is no force-torque"));
+  EXPECT_THAT(refusal({"frame-drop", "RElbj", "share=2"}), HasSubstr("expected 0 to 1"));
+  EXPECT_THAT(refusal({"frame-drop", "RElbj", "part=1"}), HasSubstr("there is no parameter"));
+  EXPECT_THAT(refusal({"frame-drop"}), HasSubstr("no target"));
+  EXPECT_EQ(refusal({"joint-locked", "RElbj"}), "");
+  EXPECT_THAT(refusal({"joint-locked", "RElbj"}), HasSubstr("\"RElbj-joint-locked\" already"));
+}
+
+}  // namespace
+}  // namespace walkman
