@@ -42,6 +42,7 @@ struct Emulator::Impl {
   std::vector<std::unique_ptr<bus::CanBus>> buses;
   std::vector<std::unique_ptr<EmulatedDevice>> devices;  // in the order of the device table
   std::vector<std::string> names;                        // the same
+  std::vector<std::size_t> node_counts;                  // of each bus
   std::vector<faults::Breakable> breakable;              // the same
   std::optional<faults::FaultInjector> injector;         // when something is to be broken
   Time now{};
@@ -81,6 +82,7 @@ Emulator::Impl::Impl(const RobotModel& robot, const DeviceTable& table, const Sc
     buses.push_back(std::make_unique<bus::CanBus>(
         wiring.name, wiring.interface,
         bus::BusOptions{wiring.bit_rate, wiring.fd, wiring.data_bit_rate, options.bus_timing}));
+    node_counts.push_back(0);
     for (const Device& device : wiring.devices) {
       devices.push_back(make_device(surroundings, device, static_cast<std::uint16_t>(buses.size())));
       names.push_back(device.name);
@@ -88,6 +90,11 @@ Emulator::Impl::Impl(const RobotModel& robot, const DeviceTable& table, const Sc
       nodes::CanopenSlave& node = devices.back()->node();
       if (wiring.fd) node.use_fd();
       buses.back()->attach(node);
+      if (options.absent.contains(device.name)) {
+        buses.back()->cut(node);
+      } else {
+        ++node_counts.back();
+      }
     }
   }
 }
@@ -162,6 +169,8 @@ std::vector<can::Interface*> Emulator::interfaces() {
 MultiSense& Emulator::camera() { return impl_->multisense; }
 
 const MultiSense& Emulator::camera() const { return impl_->multisense; }
+
+const std::vector<std::size_t>& Emulator::node_counts() const { return impl_->node_counts; }
 
 std::vector<bus::CanBus*> Emulator::buses() {
   std::vector<bus::CanBus*> all;

@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <memory>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -26,6 +27,7 @@ struct EmulatorOptions {
   std::filesystem::path camera;  ///< YAML of its parameters; empty: beside `actuators`
   std::uint64_t seed = 1;        ///< of the sensors' noise
   bool bus_timing = true;        ///< false: frames take no time on the buses
+  std::set<std::string> absent;  ///< devices whose nodes are somebody else's; their brakes stay on
 };
 
 /// The robot that is not there: plant, drives, sensors and buses, behind CAN interfaces and a camera.
@@ -66,6 +68,9 @@ class Emulator {
   [[nodiscard]] std::vector<can::Interface*> interfaces();
   [[nodiscard]] MultiSense& camera();
   [[nodiscard]] const MultiSense& camera() const;
+
+  /// Nodes that are emulated on each bus, in the same order.
+  [[nodiscard]] const std::vector<std::size_t>& node_counts() const;
 
   /// The buses themselves, for logs and for losing frames on purpose.
   [[nodiscard]] std::vector<bus::CanBus*> buses();

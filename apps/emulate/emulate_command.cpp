@@ -38,7 +38,7 @@ struct Options {
   std::string stalls = "drop";
   std::optional<int> ready_descriptor;
   bool free_run = false;
-  std::string faults;
+  std::string faults, only, without;
   std::optional<std::string> fault_socket;  ///< empty: where `fault` looks for it
   bool faults_on_hardware = false;
   MasterOptions master;            ///< of a free run
@@ -68,6 +68,8 @@ constexpr std::array kNotForAll = {Contradiction{"--can", kAlone},
                                    Contradiction{"--camera", kAlone},
                                    Contradiction{"--ready-fd", kAlone},
                                    Contradiction{"--fault-socket", kAlone},
+                                   Contradiction{"--only", kAlone},
+                                   Contradiction{"--without", kAlone},
                                    Contradiction{"--lockstep", kOwnClock},
                                    Contradiction{"--realtime", kOwnClock},
                                    Contradiction{"--stalls", kOwnClock},
@@ -91,6 +93,8 @@ WorldOptions world_options(const Options& options) {
   if (options.seed) out.seed = static_cast<std::uint64_t>(*options.seed);
   out.bus_timing = options.timing == "bus";
   out.faults = options.faults;
+  out.only = options.only;
+  out.without = options.without;
   return out;
 }
 
@@ -152,6 +156,16 @@ int run_free(const Options& options, StopSignals& signals) {
   return summary.ending == FreeRunEnding::kStopped ? kTaskFailed : kOk;
 }
 
+/// What waits for a phase of a task that nobody tells of would never happen.
+void require_no_phases(const std::string& plan) {
+  if (plan.empty()) return;
+  for (const faults::Injection& injection : faults::load_fault_plan(plan))
+    if (injection.phase)
+      throw std::runtime_error(
+          fmt::format("{}: in_phase: an emulator does not know what its master is doing, expected at_s",
+                      injection.where));
+}
+
 /// Faults are for emulated buses: what else is on a wire could be somebody's robot.
 void require_virtual(const Emulation& emulation, const Options& options) {
   if ((options.faults.empty() && !options.fault_socket) || options.faults_on_hardware) return;
@@ -169,6 +183,7 @@ void require_virtual(const Emulation& emulation, const Options& options) {
 int run_emulate(const Options& options) {
   StopSignals signals;  // before any thread
   require_free_of_contradictions(options);
+  require_no_phases(options.faults);
   if (options.free_run) return run_free(options, signals);
   require_open(options.ready_descriptor);
   if (options.pacing == Pacing::kLockstep && options.can.empty()) {
@@ -253,6 +268,12 @@ void add_emulate_command(CLI::App& app, std::function<int()>& run) {
       ->add_option("--seed", options->seed,
                    "Seed of the object's pose and of the sensors' noise (default: the scene's)")
       ->check(CLI::Range(std::int64_t{0}, std::int64_t{1} << 53));
+  CLI::Option* only = command->add_option(
+      "--only", options->only,
+      "Buses and devices whose nodes are emulated, as rarm or RElbj,r_arm_ft; the others are somebody else's "
+      "on the same interfaces");
+  command->add_option("--without", options->without, "Those that are not emulated, all others are")
+      ->excludes(only);
   command->add_option("--faults", options->faults,
                       "YAML plan of what is to break, and when; `walkman-hil fault list` has the kinds");
   command

@@ -157,7 +157,7 @@ pacing::PacerEvents Emulation::Impl::events() {
 bool Emulation::Impl::all_booted() {
   const std::vector<bus::CanBus*> buses = world.emulator.buses();
   for (std::size_t i = 0; i < buses.size(); ++i) {
-    if (buses[i]->counters().frames < world.robot.devices.buses[i].devices.size()) return false;
+    if (buses[i]->counters().frames < world.emulator.node_counts()[i]) return false;
   }
   return true;
 }
@@ -256,7 +256,7 @@ EmulationSummary Emulation::summary() const {
   for (bus::CanBus* bus : self.world.emulator.buses()) {
     BusSummary summary;
     summary.name = bus->name();
-    summary.nodes = self.world.robot.devices.buses[out.buses.size()].devices.size();
+    summary.nodes = self.world.emulator.node_counts()[out.buses.size()];
     summary.bus = bus->counters();
     summary.load_now = bus->load();
     if (out.emulated_seconds > 0) {

@@ -77,6 +77,7 @@ std::string to_json_text(const EmulationSummary& s) {
   for (const BusSummary& bus : s.buses) {
     json["buses"].push_back(
         {{"name", bus.name},
+         {"nodes", bus.nodes},
          {"interface", bus.interface_name.empty() ? nlohmann::json() : nlohmann::json(bus.interface_name)},
          {"frames", bus.bus.frames},
          {"mean_load", rounded(bus.load)},

@@ -1,7 +1,14 @@
 #include "apps/shared/emulated_world.h"
 
+#include <algorithm>
+#include <sstream>
+#include <stdexcept>
+
+#include <fmt/format.h>
+
 #include "apps/shared/scene_reach.h"
 #include "emulator/scene/standing_base.h"
+#include "urdf/reader/nearest_name.h"
 
 namespace walkman::apps {
 namespace {
@@ -28,12 +35,47 @@ const Scene& placed(Scene& scene, const KnownRobot& robot, const TrueRobot& trut
   return scene;
 }
 
-EmulatorOptions emulator_options(const WorldOptions& options, const TrueRobot& truth, std::uint64_t seed) {
+/// The devices that a list of buses and devices means.
+std::set<std::string> devices_of(const std::string& list, const char* option, const DeviceTable& table) {
+  std::set<std::string> out;
+  std::istringstream stream(list);
+  for (std::string name; std::getline(stream, name, ',');) {
+    const std::size_t before = out.size();
+    std::vector<std::string> names;
+    for (const Bus& bus : table.buses) {
+      names.push_back(bus.name);
+      for (const Device& device : bus.devices) {
+        names.push_back(device.name);
+        if (name == bus.name || name == device.name) out.insert(device.name);
+      }
+    }
+    if (std::find(names.begin(), names.end(), name) == names.end())
+      throw std::runtime_error(
+          fmt::format("{}: there is no bus or device \"{}\"{}", option, name, did_you_mean(name, names)));
+    if (out.size() == before)
+      throw std::runtime_error(fmt::format("{}: \"{}\" is there twice", option, name));
+  }
+  return out;
+}
+
+std::set<std::string> absent_of(const WorldOptions& options, const DeviceTable& table) {
+  if (options.only.empty()) return devices_of(options.without, "--without", table);
+  const std::set<std::string> present = devices_of(options.only, "--only", table);
+  std::set<std::string> absent;
+  for (const Bus& bus : table.buses)
+    for (const Device& device : bus.devices)
+      if (!present.contains(device.name)) absent.insert(device.name);
+  return absent;
+}
+
+EmulatorOptions emulator_options(const WorldOptions& options, const TrueRobot& truth, std::uint64_t seed,
+                                 const DeviceTable& table) {
   EmulatorOptions out;
   out.actuators = options.actuators;
   out.robot_errors = truth.errors;
   out.seed = seed;
   out.bus_timing = options.bus_timing;
+  out.absent = absent_of(options, table);
   return out;
 }
 
@@ -45,7 +87,7 @@ DrawnWorld::DrawnWorld(const WorldOptions& options)
 EmulatedWorld::EmulatedWorld(const WorldOptions& options)
     : DrawnWorld(options),
       emulator(truth.model, robot.devices, placed(scene, robot, truth, options),
-               emulator_options(options, truth, scene.seed)) {
+               emulator_options(options, truth, scene.seed, robot.devices)) {
   if (options.faults.empty()) return;
   for (const faults::Injection& injection : faults::load_fault_plan(options.faults))
     emulator.inject(injection);

@@ -22,6 +22,8 @@ struct WorldOptions {
   std::optional<std::uint64_t>
       seed;  ///< true robot, object pose and sensor noise; the scene's own if not given
   bool bus_timing = true;
+  std::string only;     ///< buses and devices that are emulated, separated by commas; all when empty
+  std::string without;  ///< those that are not; not both
   std::optional<bool> camera_noise;  ///< in place of the scene's
   bool within_reach = false;         ///< refuse a scene that the right arm cannot work on
 };

@@ -345,7 +345,7 @@ void JointDrive::check_motion() noexcept {
   if (at == checked_at_) return;
   const Time period = settings().cycle * sync_divider();
   check_.take(sample_.motor_position, sample_.torque, set_point_, (at - checked_at_ + period / 2) / period,
-              period, limits_.velocity, spring_constant_mnm_ * kMilli);
+              period, limits_.velocity, spring_constant_mnm_ * kMilli, limits_.effort);
   checked_at_ = at;
 }
 

@@ -11,8 +11,10 @@ constexpr double kRounding = 1e-5;  // rad, of positions in µrad
 }  // namespace
 
 void MotionCheck::take(double motor_position, double torque, double set_point, std::int64_t periods,
-                       Time period, double most_velocity, double spring_constant) noexcept {
+                       Time period, double most_velocity, double spring_constant,
+                       double most_torque) noexcept {
   const Time elapsed = period * std::max<std::int64_t>(1, periods);
+  still_ = samples_ >= 1 && motor_position == position_ ? still_ + elapsed : Time{};
   const double seconds = std::chrono::duration<double>(elapsed).count();
   const double velocity = (motor_position - position_) / seconds;
   if (samples_ == 2 && !cause_) {
@@ -24,19 +26,21 @@ void MotionCheck::take(double motor_position, double torque, double set_point, s
     const double step = torque - torque_;
     if (std::abs(step) > spring_constant * most_velocity * seconds) cause_ = canopen::cause::TorqueJump{step};
   }
-  if (samples_ == 2) follow(motor_position, set_point_before_, elapsed);
+  if (samples_ == 2) follow(motor_position, set_point, elapsed, std::abs(torque) > kPushed * most_torque);
   samples_ = std::min(samples_ + 1, 2);
   position_ = motor_position;
   velocity_ = velocity;
   torque_ = torque;
-  set_point_before_ = set_point_;
-  set_point_ = set_point;
+  set_points_ = {set_points_[1], set_point};
 }
 
-void MotionCheck::follow(double motor_position, double set_point, Time elapsed) noexcept {
-  const double error = motor_position - set_point;
+void MotionCheck::follow(double motor_position, double set_point, Time elapsed, bool loaded) noexcept {
+  const auto [least, most] = std::minmax({set_points_[0], set_points_[1], set_point});
+  const double error = motor_position - std::clamp(motor_position, least, most);
+  if (astray_ == Time{}) pushed_ = loaded;
   astray_ = std::abs(error) > kFollowingWindow ? astray_ + elapsed : Time{};
-  if (astray_ > kFollowingTime && !cause_) cause_ = canopen::cause::NotFollowing{error, astray_};
+  if (astray_ > (pushed_ && still_ < kFollowingTime ? kPushedTime : kFollowingTime) && !cause_)
+    cause_ = canopen::cause::NotFollowing{error, astray_};
 }
 
 }  // namespace walkman::cia402

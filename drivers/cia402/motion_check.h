@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <optional>
 
@@ -25,26 +26,35 @@ class MotionCheck {
   /// handle.
   static constexpr double kFollowingWindow = 0.01;  // rad
   static constexpr Time kFollowingTime = std::chrono::milliseconds(50);
+  /// Of a motor that was pushed off: its spring carried this share of the joint's effort limit by then, more
+  /// than the weakest motor can (41 of 60 N·m). A push that the robot stands through gives it back before
+  /// this time.
+  /// One that does not move at all is pushed by nobody.
+  static constexpr Time kPushedTime = std::chrono::milliseconds(200);
+  static constexpr double kPushed = 0.6;
 
   /// Values sampled `periods` SYNC periods of `period` after the last ones. `set_point`: the last sent, motor
-  /// position in rad. `most_velocity` in rad/s; `spring_constant` in N·m/rad, 0 where it is not known.
+  /// position in rad. `most_velocity` in rad/s; `spring_constant` in N·m/rad, 0 where it is not known;
+  /// `most_torque` in N·m.
   void take(double motor_position, double torque, double set_point, std::int64_t periods, Time period,
-            double most_velocity, double spring_constant) noexcept;
+            double most_velocity, double spring_constant, double most_torque) noexcept;
   /// Begins anew: out of operation, or after a fault was dealt with.
   void restart() noexcept { *this = {}; }
 
   [[nodiscard]] const std::optional<canopen::FaultCause>& cause() const noexcept { return cause_; }
 
  private:
-  void follow(double motor_position, double set_point, Time elapsed) noexcept;
+  void follow(double motor_position, double set_point, Time elapsed, bool loaded) noexcept;
 
   std::optional<canopen::FaultCause> cause_;
   int samples_ = 0;  // up to 2
   double position_ = 0, velocity_ = 0, torque_ = 0;
-  // A set-point is taken with the SYNC after it, and reached with the next: the last but one is what a
-  // position answers to.
-  double set_point_ = 0, set_point_before_ = 0;
-  Time astray_{};  // for so long
+  // The last two. One is taken with the SYNC after it, and reached with the next; a drive may be a SYNC
+  // faster.
+  std::array<double, 2> set_points_{};
+  bool pushed_ = false;  // when that began
+  Time still_{};         // the very same position for so long
+  Time astray_{};        // for so long
 };
 
 }  // namespace walkman::cia402

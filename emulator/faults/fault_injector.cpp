@@ -1,7 +1,6 @@
 #include "emulator/faults/fault_injector.h"
 
 #include <algorithm>
-#include <array>
 #include <stdexcept>
 
 #include <fmt/format.h>
@@ -86,13 +85,19 @@ std::vector<InjectionState> FaultInjector::states() const {
 }
 
 void FaultInjector::begin(Entry& entry) {
-  if (entry.effect.frames) faults_of(entry.effect.bus).add(*entry.effect.frames);
+  if (entry.effect.frames) {
+    entry.effect.frames->start();
+    faults_of(entry.effect.bus).add(*entry.effect.frames);
+  }
   if (entry.effect.once) entry.effect.once();
   put_together(entry.effect);
 }
 
 void FaultInjector::end(Entry& entry) {
-  if (entry.effect.frames) faults_of(entry.effect.bus).remove(*entry.effect.frames);
+  if (entry.effect.frames) {
+    faults_of(entry.effect.bus).remove(*entry.effect.frames);
+    entry.effect.frames->finish();
+  }
   entry.state.stage = InjectionState::Stage::kOver;
   put_together(entry.effect);
 }

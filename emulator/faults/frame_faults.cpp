@@ -64,7 +64,8 @@ class Drop final : public FrameFault {
 class BurstLoss final : public FrameFault {
  public:
   BurstLoss(const FrameFault& base, double frames)
-      : FrameFault(base), left_(static_cast<std::uint64_t>(frames)) {}
+      : FrameFault(base), frames_(static_cast<std::uint64_t>(frames)) {}
+  void start() noexcept override { left_ = frames_; }
   [[nodiscard]] bool ends(can::Frame&, Time) noexcept override {
     if (left_ == 0) return true;
     --left_;
@@ -73,7 +74,7 @@ class BurstLoss final : public FrameFault {
   }
 
  private:
-  std::uint64_t left_;
+  std::uint64_t frames_, left_ = 0;
 };
 
 /// A controller that gives frames later, twice or in another order.
@@ -99,6 +100,10 @@ class Queueing final : public FrameFault {
     }
     static_cast<void>(held_.push({now + delay_, frame, &bus_.sender()}));
     return false;
+  }
+  /// What is held back comes after all.
+  void finish() noexcept override {
+    while (!held_.empty()) release();
   }
   void step(Time now) noexcept override {
     while (how_ == How::kLater && !held_.empty() && held_.front().due <= now) release();
@@ -222,6 +227,7 @@ class LostFunction final : public FrameFault {
 class FrozenPdos final : public FrameFault {
  public:
   explicit FrozenPdos(const FrameFault& base) : FrameFault(base) {}
+  void start() noexcept override { kept_ = {}; }
   [[nodiscard]] bool ends(can::Frame& frame, Time) noexcept override {
     const int number = tpdo_of(frame);
     if (number == 0) return true;

@@ -23,6 +23,9 @@ class FrameFault {
   }
   /// A frame is through; it may be altered. False: nobody gets it.
   [[nodiscard]] virtual bool ends(can::Frame& /*frame*/, Time /*now*/) noexcept { return true; }
+  /// The fault begins, maybe not for the first time, or is over.
+  virtual void start() noexcept {}
+  virtual void finish() noexcept {}
   /// A physics step has begun.
   virtual void step(Time /*now*/) noexcept {}
 

@@ -3,7 +3,7 @@
 
 Usage: examples_test.py PROGRAM SOURCE_TREE [unittest arguments]
 
-python_can runs against a whole emulator in real time. bus.yml is checked against exported data sheets and the device
+python_can and the pytest fixture of faults run against a whole emulator in real time. bus.yml is checked against exported data sheets and the device
 table, since ROS 2 is not in Debian; python_canopen is only compiled, for the same reason.
 """
 import configparser
@@ -173,6 +173,16 @@ class PythonCan(unittest.TestCase):
             finally:
                 emulator.send_signal(signal.SIGINT)
                 emulator.communicate(timeout=60)
+
+
+class Faults(unittest.TestCase):
+    def test_the_fixture_starts_breaks_and_ends_an_emulator(self):
+        done = subprocess.run(
+            [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", os.path.join(TREE, "examples/faults")],
+            stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, timeout=240,
+            env={**os.environ, "WALKMAN_HIL": PROGRAM, "PYTHONDONTWRITEBYTECODE": "1"})
+        self.assertEqual(done.returncode, 0, done.stdout)
+        self.assertIn("4 passed", done.stdout)
 
 
 class PythonCanopen(unittest.TestCase):

@@ -64,6 +64,10 @@ def plans(folder):
     refused(run("experiment", "1", "--faults", str(folder / "none.yaml")), "a plan that is not there")
     check(not (folder / "out").exists(), "nothing was run or written")
 
+    plan = folder / "phase.yaml"
+    plan.write_text("faults:\n  - {fault: cloud-missing, in_phase: {phase: lift}}\n")
+    refused(run("emulate", "--duration", "1", "--faults", str(plan)), "an emulator knows no phases")
+
     out = folder / "jammed"
     plan = TREE / "examples/faults/elbow_jams_in_the_lift.yaml"
     done = run("experiment", "1", "--faults", str(plan), "--json", "--out", str(out))
@@ -112,6 +116,25 @@ def live(folder):
     check(done.returncode == 3 and done.stderr.count("\n") == 1, "without an emulator one sentence says so")
 
 
+def part_of_a_bus():
+    """Nodes that are not emulated are silent; the others are all there."""
+    def booted(*options):
+        done = run("emulate", "--camera", "127.77.3.2", "--duration", "0.5", "--json", *options)
+        check(done.returncode == 0, f"{options}: {done.stderr}")
+        buses = json.loads(done.stdout)["buses"]
+        return {bus["name"]: bus["nodes"] for bus in buses}, done.stderr
+
+    everything, _ = booted()
+    some, told = booted("--only", "RElbj,r_arm_ft,larm")
+    check(some == {**{name: 0 for name in everything}, "rarm": 2, "larm": everything["larm"]}, f"{some}")
+    check(f"ready, {2 + everything['larm']} nodes" in told, f"those have booted: {told}")
+    rest, _ = booted("--without", "RElbj,torso")
+    check(rest == {**everything, "rarm": everything["rarm"] - 1, "torso": 0}, f"{rest}")
+    check('did you mean "RElbj"' in refused(run("emulate", "--only", "RElb"), "an unknown device"), "its name is told")
+    refused(run("emulate", "--only", "rarm,RElbj"), "a device that is there twice")
+    refused(run("emulate", "--only", "rarm", "--without", "larm"), "both at once")
+
+
 def main():
     listed = kinds()
     told = (TREE / "docs/faults.md").read_text()
@@ -120,6 +143,7 @@ def main():
     with tempfile.TemporaryDirectory() as folder:
         plans(Path(folder))
         live(Path(folder))
+    part_of_a_bus()
     sys.exit(failures != 0)
 
 

@@ -139,7 +139,7 @@ std::vector<Case> cases() {
       {"LinkEncoderStuck",
        {"encoder-stuck", "RElbj", "side=1"},
        nothing,
-       Seen{FaultKind::kNotFollowing, "RElbj", 500ms}},
+       Seen{FaultKind::kNotFollowing, "RElbj", 650ms}},
       {"HotWinding", {"temperature-high", "RElbj"}, emergency, emergency_too},
       {"TorqueLoss", {"torque-loss", "RElbj"}, Seen{FaultKind::kNotFollowing, "RElbj", 150ms}, astray},
       {"LockedJoint", {"joint-locked", "RElbj"}, nothing, astray},
@@ -280,6 +280,17 @@ TEST(InjectedFaults, AreNotThereBeforeTheirTimeAndAreOverAfterIt) {
   EXPECT_TRUE(rig.emulator->clear_fault(state.injection.name));
   EXPECT_FALSE(rig.emulator->clear_fault(state.injection.name));
   EXPECT_TRUE(rig.emulator->injections().empty());
+}
+
+TEST(InjectedFaults, ThatComeAgainBeginAnew) {
+  Rig rig(false);
+  faults::Injection burst =
+      faults::parse_fault({"frame-burst-loss", "RElbj", "frames=4", "for=0.05", "every=0.1"});
+  rig.emulator->inject(burst);
+  rig.run(995ms);
+  EXPECT_FALSE(rig.robot->fault()) << rig.robot->fault()->text;
+  EXPECT_EQ(rig.emulator->injections().front().times, 10);
+  EXPECT_EQ(rig.emulator->injections().front().touched, 40U);
 }
 
 TEST(InjectedFaults, OneMoreChangesNoOther) {

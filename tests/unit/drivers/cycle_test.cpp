@@ -28,6 +28,12 @@ class CycleTest : public ::testing::Test {
     const auto texts = rig.bus.sent_with(0x30B);
     return texts.size() == 1 ? texts.front() : std::to_string(texts.size()) + " frames";
   }
+  /// The same of a drive that does what it is told: the next TPDO2 has RPDO2's position and velocity.
+  std::string followed(double link_position) {
+    const std::string rpdo = command(link_position, 0);
+    rig.drive_tpdo2 = "28B" + rpdo.substr(3);
+    return rpdo;
+  }
   Rig rig;
 };
 
@@ -76,17 +82,44 @@ TEST_F(CycleTest, TargetCompensatesTheSpring) {
 
 TEST_F(CycleTest, StepsFasterThanTheLimitAreShortened) {
   // 6 rad/s for 5 ms = 30 mrad a cycle: 530000 = 81650h at 6000000 = 5B8D80h.
-  EXPECT_EQ(command(1.0, 0), "30B#50 16 08 00 80 8D 5B 00");
-  EXPECT_EQ(command(1.0, 0), "30B#80 8B 08 00 80 8D 5B 00");
-  rig.cycles(15);
-  EXPECT_EQ(command(1.0, 0), "30B#40 42 0F 00 00 00 00 00");
-  EXPECT_FALSE(rig.robot->fault());
+  EXPECT_EQ(followed(1.0), "30B#50 16 08 00 80 8D 5B 00");
+  EXPECT_EQ(followed(1.0), "30B#80 8B 08 00 80 8D 5B 00");
+  for (int i = 0; i < 15; ++i) followed(1.0);
+  EXPECT_EQ(followed(1.0), "30B#40 42 0F 00 00 00 00 00");
+  EXPECT_FALSE(rig.robot->fault()) << rig.fault_text();
 }
 
 TEST_F(CycleTest, PositionsJustOutsideTheLimitAreClampedSilently) {
-  for (int i = 0; i < 40; ++i) command(1.509, 0);
-  EXPECT_EQ(command(1.509, 0), "30B#60 E3 16 00 00 00 00 00");  // 1500000
-  EXPECT_FALSE(rig.robot->fault());
+  for (int i = 0; i < 40; ++i) followed(1.509);
+  EXPECT_EQ(followed(1.509), "30B#60 E3 16 00 00 00 00 00");  // 1500000
+  EXPECT_FALSE(rig.robot->fault()) << rig.fault_text();
+}
+
+TEST_F(CycleTest, ADriveThatDoesNotFollowIsAFaultAfterItsTime) {
+  int cycles = 0;
+  for (; cycles < 100 && !rig.robot->fault(); ++cycles) command(0.52, 0);
+  ASSERT_TRUE(rig.robot->fault());
+  EXPECT_EQ(rig.robot->fault()->kind, FaultKind::kNotFollowing);
+  EXPECT_EQ(
+      rig.fault_text(),
+      "drive RShSag (node 11 on can_rarm): does not follow: its motor has been off its set-point for 55 ms, "
+      "now by -0.0200 rad");
+  EXPECT_LE(cycles, 20);
+}
+
+TEST_F(CycleTest, ATorqueThatStepsFasterThanTheSpringCanIsAFault) {
+  command(0.497, 30);
+  rig.drive_tpdo1 = "18B#37 12 08 F2 03";  // 1010 per mille: 91 N·m more
+  command(0.497, 30);
+  EXPECT_TRUE(rig.cycle()) << rig.fault_text();  // 10 000 N·m/rad by 30 mrad are 300 N·m
+  rig.drive_tpdo1 = "18B#37 12 08 0E F4";        // -3058 per mille
+  rig.cycles(2);
+  ASSERT_TRUE(rig.robot->fault());
+  EXPECT_EQ(rig.robot->fault()->kind, FaultKind::kNotFinite);
+  EXPECT_EQ(
+      rig.fault_text(),
+      "drive RShSag (node 11 on can_rarm): torque jumped by -488.2 N·m between two samples, faster than its "
+      "spring can");
 }
 
 TEST_F(CycleTest, PositionsFarOutsideTheLimitAreAFault) {
