@@ -71,7 +71,9 @@ void Rig::script_drive() {
       .await("20B#07 00 08 00 00")
       .each_sync({"18B#33 02 08 FA 00", drive_tpdo2})
       .await("20B#0F 00 08 00 00")
-      .each_sync([this](int) { return FakeNode::Frames{frame(drive_tpdo1), frame(drive_tpdo2)}; });
+      .each_sync([this](int) {
+        return FakeNode::Frames{frame(drive_tpdo1), frame(drive_tpdo2)};
+      });
 }
 
 void Rig::script_sensor() {
