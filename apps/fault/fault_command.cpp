@@ -101,7 +101,7 @@ void add_fault_command(CLI::App& app, std::function<int()>& run) {
   CLI::App* command =
       app.add_subcommand("fault", "What can be broken on purpose, and breaking it while it is emulated");
   command->require_subcommand(1);
-  const auto add = [&](const char* name, const char* what, std::function<int(const Options&)> job) {
+  const auto add = [&](const char* name, const char* what, const std::function<int(const Options&)>& job) {
     CLI::App* verb = command->add_subcommand(name, what);
     verb->callback([&run, options, job] { run = [options, job] { return job(*options); }; });
     return verb;

@@ -376,7 +376,7 @@ std::optional<canopen::FaultCause> JointDrive::judge_values(Time /*now*/) const 
     return cause::CounterStuck{cycle_counter_, counter_stuck_for_};
   }
   if (implausible_step_ != 0) return cause::PositionJump{implausible_step_};
-  if (check_.cause()) return check_.cause();
+  if (const auto found = check_.cause()) return found;
   const bool below = sample_.motor_position < limits_.lower - kReachMargin;
   if (below || sample_.motor_position > limits_.upper + kReachMargin) {
     return cause::BeyondReach{sample_.motor_position, below ? limits_.lower : limits_.upper};

@@ -17,14 +17,20 @@ void MotionCheck::take(double motor_position, double torque, double set_point, s
   still_ = samples_ >= 1 && motor_position == position_ ? still_ + elapsed : Time{};
   const double seconds = std::chrono::duration<double>(elapsed).count();
   const double velocity = (motor_position - position_) / seconds;
-  if (samples_ == 2 && !cause_) {
+  if (samples_ == 2 && found_ == Found::kNothing) {
     const double change = (velocity - velocity_) * seconds;
     const double most = std::max(kMostAcceleration * seconds, most_velocity) * seconds + kRounding;
-    if (std::abs(change) > most) cause_ = canopen::cause::PositionJump{change};
+    if (std::abs(change) > most) {
+      found_ = Found::kPositionJump;
+      amount_ = change;
+    }
   }
-  if (samples_ >= 1 && !cause_ && spring_constant > 0) {
+  if (samples_ >= 1 && found_ == Found::kNothing && spring_constant > 0) {
     const double step = torque - torque_;
-    if (std::abs(step) > spring_constant * most_velocity * seconds) cause_ = canopen::cause::TorqueJump{step};
+    if (std::abs(step) > spring_constant * most_velocity * seconds) {
+      found_ = Found::kTorqueJump;
+      amount_ = step;
+    }
   }
   if (samples_ == 2) follow(motor_position, set_point, elapsed, std::abs(torque) > kPushed * most_torque);
   samples_ = std::min(samples_ + 1, 2);
@@ -39,8 +45,25 @@ void MotionCheck::follow(double motor_position, double set_point, Time elapsed, 
   const double error = motor_position - std::clamp(motor_position, least, most);
   if (astray_ == Time{}) pushed_ = loaded;
   astray_ = std::abs(error) > kFollowingWindow ? astray_ + elapsed : Time{};
-  if (astray_ > (pushed_ && still_ < kFollowingTime ? kPushedTime : kFollowingTime) && !cause_)
-    cause_ = canopen::cause::NotFollowing{error, astray_};
+  const Time limit = pushed_ && still_ < kFollowingTime ? kPushedTime : kFollowingTime;
+  if (astray_ <= limit || found_ != Found::kNothing) return;
+  found_ = Found::kNotFollowing;
+  amount_ = error;
+  since_ = astray_;
+}
+
+std::optional<canopen::FaultCause> MotionCheck::cause() const noexcept {
+  switch (found_) {
+    case Found::kPositionJump:
+      return canopen::cause::PositionJump{amount_};
+    case Found::kTorqueJump:
+      return canopen::cause::TorqueJump{amount_};
+    case Found::kNotFollowing:
+      return canopen::cause::NotFollowing{amount_, since_};
+    case Found::kNothing:
+      break;
+  }
+  return std::nullopt;
 }
 
 }  // namespace walkman::cia402

@@ -41,12 +41,16 @@ class MotionCheck {
   /// Begins anew: out of operation, or after a fault was dealt with.
   void restart() noexcept { *this = {}; }
 
-  [[nodiscard]] const std::optional<canopen::FaultCause>& cause() const noexcept { return cause_; }
+  [[nodiscard]] std::optional<canopen::FaultCause> cause() const noexcept;
 
  private:
   void follow(double motor_position, double set_point, Time elapsed, bool loaded) noexcept;
 
-  std::optional<canopen::FaultCause> cause_;
+  enum class Found { kNothing, kPositionJump, kTorqueJump, kNotFollowing };
+
+  Found found_ = Found::kNothing;  // the first
+  double amount_ = 0;              // rad or N·m
+  Time since_{};
   int samples_ = 0;  // up to 2
   double position_ = 0, velocity_ = 0, torque_ = 0;
   // The last two. One is taken with the SYNC after it, and reached with the next; a drive may be a SYNC
