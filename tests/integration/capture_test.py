@@ -3,26 +3,13 @@
 Usage: capture_test.py PROGRAM"""
 
 import struct
-import subprocess
-import sys
 import tempfile
 import zlib
 from pathlib import Path
 
-PROGRAM = sys.argv[1]
+from checks import check, end, run
+
 URDF = Path(__file__).resolve().parents[2] / "urdf"
-failures = 0
-
-
-def check(holds, what):
-    global failures
-    if not holds:
-        print("FAILED:", what)
-        failures += 1
-
-
-def run(*arguments):
-    return subprocess.run([PROGRAM, *arguments], capture_output=True, text=True, check=False)
 
 
 def paeth(a, b, c):
@@ -156,7 +143,7 @@ def main():
         check(len(apart) > 5000, f"laser and camera see the same: {len(apart)} points")
         median = sorted(apart)[len(apart) // 2]
         check(median < 0.002, f"and have it in the same place: {1e3 * median:.2f} mm apart in the median")
-    sys.exit(failures != 0)
+    end()
 
 
 main()

@@ -10,19 +10,9 @@ import tempfile
 import time
 from pathlib import Path
 
-PROGRAM, TREE = sys.argv[1], Path(sys.argv[2])
-failures = 0
+from checks import PROGRAM, check, end, run
 
-
-def check(holds, what):
-    global failures
-    if not holds:
-        print("FAILED:", what)
-        failures += 1
-
-
-def run(*arguments):
-    return subprocess.run([PROGRAM, *arguments], capture_output=True, text=True, check=False)
+TREE = Path(sys.argv[2])
 
 
 def refused(done, what):
@@ -144,7 +134,7 @@ def main():
         plans(Path(folder))
         live(Path(folder))
     part_of_a_bus()
-    sys.exit(failures != 0)
+    end()
 
 
 main()

@@ -7,22 +7,14 @@ import math
 import random
 import struct
 import subprocess
-import sys
 import tempfile
 from pathlib import Path
 
-PROGRAM = sys.argv[1]
+from checks import PROGRAM, check, end
+
 SIZE, FOCAL = 400, 368.0
 HEIGHT = 0.7  # of the camera above the table, m
 PITCH = math.atan2(HEIGHT, 0.5)
-failures = 0
-
-
-def check(holds, what):
-    global failures
-    if not holds:
-        print("FAILED:", what)
-        failures += 1
 
 
 def table_point(right, away, up):
@@ -190,7 +182,7 @@ def main():
     write(cloud, image(tube(0, 0.5, 0.6, 0.010)))
     code, thin = result(cloud)
     check(code == 1 and not thin["handles"], "too thin for the hand")
-    sys.exit(1 if failures else 0)
+    end()
 
 
 main()
