@@ -48,9 +48,11 @@ struct Kind {
   FaultKind operator()(const cause::DriveState&) const { return FaultKind::kDriveFault; }
   FaultKind operator()(const cause::MeasuringStatus&) const { return FaultKind::kSensorInvalid; }
   FaultKind operator()(const cause::OutOfRange&) const { return FaultKind::kNotFinite; }
+  FaultKind operator()(const cause::ReadingsFrozen&) const { return FaultKind::kDataStale; }
   FaultKind operator()(const cause::BeyondReach&) const { return FaultKind::kNotFinite; }
   FaultKind operator()(const cause::PositionJump&) const { return FaultKind::kNotFinite; }
   FaultKind operator()(const cause::TorqueJump&) const { return FaultKind::kNotFinite; }
+  FaultKind operator()(const cause::LinkStands&) const { return FaultKind::kNotFinite; }
   FaultKind operator()(const cause::NotFollowing&) const { return FaultKind::kNotFollowing; }
   FaultKind operator()(const cause::RequestFailed&) const { return FaultKind::kRequestFailed; }
   FaultKind operator()(const cause::CommandNotFinite&) const { return FaultKind::kNotFinite; }
@@ -108,6 +110,10 @@ struct Sentence {
   std::string operator()(const cause::OutOfRange&) const {
     return "measured value at the limit of its 16-bit range";
   }
+  std::string operator()(const cause::ReadingsFrozen& c) const {
+    return fmt::format("channels {} to {} have been the same for {} samples, without any noise", c.channel,
+                       c.channel + 2, c.samples);
+  }
   std::string operator()(const cause::BeyondReach& c) const {
     return fmt::format("motor position {:.4f} rad is beyond what the joint can reach ({:.4f} rad)",
                        c.position, c.limit);
@@ -117,6 +123,9 @@ struct Sentence {
   }
   std::string operator()(const cause::TorqueJump& c) const {
     return fmt::format("torque jumped by {:.1f} N·m between two samples, faster than its spring can", c.step);
+  }
+  std::string operator()(const cause::LinkStands& c) const {
+    return fmt::format("link encoder stands still although the motor has moved by {:.4f} rad", c.moved);
   }
   std::string operator()(const cause::NotFollowing& c) const {
     return fmt::format(

@@ -69,6 +69,10 @@ struct MeasuringStatus {
   std::uint8_t status = 0;  ///< 6150h
 };
 struct OutOfRange {};  ///< a raw value that is the least or the greatest of its 16 bits
+struct ReadingsFrozen {
+  int channel = 0;  ///< the first of three, from 1
+  int samples = 0;  ///< the same so often
+};
 struct BeyondReach {
   double position = 0;  ///< rad
   double limit = 0;     ///< rad, the one it passed
@@ -78,6 +82,9 @@ struct PositionJump {
 };
 struct TorqueJump {
   double step = 0;  ///< N·m
+};
+struct LinkStands {
+  double moved = 0;  ///< the motor meanwhile, rad
 };
 struct NotFollowing {
   double error = 0;  ///< motor position less set-point, rad
@@ -136,11 +143,11 @@ struct CycleLate {
 using FaultCause =
     std::variant<cause::NoTpdo, cause::CounterStuck, cause::NoHeartbeat, cause::BootUp,
                  cause::LeftOperational, cause::Emcy, cause::DriveState, cause::MeasuringStatus,
-                 cause::OutOfRange, cause::BeyondReach, cause::PositionJump, cause::TorqueJump,
-                 cause::NotFollowing, cause::RequestFailed, cause::CommandNotFinite,
-                 cause::CommandBeyondLimit, cause::CommandCount, cause::NoSuchHand, cause::InterfaceDown,
-                 cause::BusOff, cause::FrameRefused, cause::QueueFull, cause::ReceiveOverflow,
-                 cause::BusFlooded, cause::BusSilent, cause::CycleLate>;
+                 cause::OutOfRange, cause::ReadingsFrozen, cause::BeyondReach, cause::PositionJump,
+                 cause::TorqueJump, cause::LinkStands, cause::NotFollowing, cause::RequestFailed,
+                 cause::CommandNotFinite, cause::CommandBeyondLimit, cause::CommandCount, cause::NoSuchHand,
+                 cause::InterfaceDown, cause::BusOff, cause::FrameRefused, cause::QueueFull,
+                 cause::ReceiveOverflow, cause::BusFlooded, cause::BusSilent, cause::CycleLate>;
 
 [[nodiscard]] FaultKind kind_of(const FaultCause& cause) noexcept;
 

@@ -1,11 +1,18 @@
 #include "drivers/canopen/node_settings.h"
 
+#include <algorithm>
+
+#include <fmt/format.h>
+
 #include "drivers/canopen/objects.h"
 
 namespace walkman::canopen {
 namespace {
 
 using Kind = SdoStep::Kind;
+
+constexpr std::uint8_t kEventTimer = 5;  // sub-index of 1400h to 1403h
+constexpr int kLeastPeriods = 4;         // of an RPDO; after three the computer calls its own cycle late
 
 std::uint32_t milliseconds_of(Time time) {
   return static_cast<std::uint32_t>(std::chrono::ceil<std::chrono::milliseconds>(time).count());
@@ -40,6 +47,16 @@ std::vector<SdoStep> supervision_steps(const NodeSettings& settings) {
        milliseconds_of(settings.heartbeat_producer),
        "heartbeat producer time, ms"},
       {Kind::kWrite, {object::kConsumerHeartbeat, 1}, 4, consumer, "consumer heartbeat time"}};
+  for (std::size_t i = 0; i < settings.pdos.receive.size(); ++i) {
+    const PdoSettings& pdo = settings.pdos.receive[i];
+    if (!pdo.enabled || pdo.event_ms) continue;
+    const Time period = settings.cycle * (pdo.cyclic() ? pdo.type : 1);
+    steps.push_back({Kind::kWrite,
+                     {static_cast<std::uint16_t>(object::kRpdoCommunication + i), kEventTimer},
+                     2,
+                     milliseconds_of(std::max(settings.rpdo_timeout, kLeastPeriods * period)),
+                     fmt::format("RPDO{} deadline, ms", i + 1)});
+  }
   if (settings.sync_overflow != 0) {
     steps.push_back({Kind::kWrite,
                      {object::kSyncCounterOverflow, 0},

@@ -38,7 +38,10 @@ struct NodeSettings {
   Time heartbeat_producer = std::chrono::milliseconds(100);  ///< 1017h of the node
   Time heartbeat_timeout =
       std::chrono::milliseconds(250);  ///< 1016h of the node, and the longest gap in its own
-  int stale_after_cycles = 3;          ///< a TPDO that comes with SYNC may be this many of its periods old
+  /// Deadline of every RPDO (1400h to 1403h, sub-index 5), where the layout has none, and at least four of
+  /// the periods in which it is sent.
+  Time rpdo_timeout = std::chrono::milliseconds(100);
+  int stale_after_cycles = 3;  ///< a TPDO that comes with SYNC may be this many of its periods old
   ExpectedIdentity identity;
   DevicePdos pdos;
   bool fd = false;                 ///< its PDOs may come in CAN FD frames
@@ -50,7 +53,8 @@ struct NodeSettings {
 [[nodiscard]] std::vector<SdoStep> identity_steps(const NodeSettings& settings, std::uint32_t device_type,
                                                   std::uint32_t* vendor);
 
-/// Heartbeat producer and consumer (1017h; 1016h:1, the master's), and the SYNC counter where there is one.
+/// Heartbeat producer and consumer (1017h; 1016h:1, the master's), the RPDOs' deadlines, and the SYNC counter
+/// where there is one.
 [[nodiscard]] std::vector<SdoStep> supervision_steps(const NodeSettings& settings);
 
 /// Appends `more` to `steps`.

@@ -15,6 +15,8 @@ inline constexpr std::uint16_t kProducerHeartbeat = 0x1017;
 inline constexpr std::uint16_t kIdentity = 0x1018;
 inline constexpr std::uint16_t kSyncCounterOverflow = 0x1019;
 inline constexpr std::uint16_t kErrorBehaviour = 0x1029;
+inline constexpr std::uint16_t kRpdoCommunication = 0x1400;  // of RPDO1, the others behind it
+inline constexpr std::uint16_t kTpdoCommunication = 0x1800;
 
 inline constexpr std::uint16_t kImpedance = 0x2010;
 inline constexpr std::uint16_t kSeriesElastic = 0x2020;

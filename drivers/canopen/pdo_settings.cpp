@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include "drivers/canopen/node_settings.h"
+#include "drivers/canopen/objects.h"
 
 namespace walkman::canopen {
 namespace {
@@ -20,7 +21,8 @@ class PdoWriter {
  public:
   PdoWriter(PdoDirection direction, int number)
       : transmit_(direction == PdoDirection::kTransmit),
-        communication_(static_cast<std::uint16_t>((transmit_ ? 0x1800 : 0x1400) + number - 1)),
+        communication_(static_cast<std::uint16_t>(
+            (transmit_ ? object::kTpdoCommunication : object::kRpdoCommunication) + number - 1)),
         mapping_(static_cast<std::uint16_t>(communication_ + 0x200)),
         name_(fmt::format("{}PDO{}", transmit_ ? "T" : "R", number)) {}
 

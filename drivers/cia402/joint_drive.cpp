@@ -345,7 +345,9 @@ void JointDrive::check_motion() noexcept {
   if (at == checked_at_) return;
   const Time period = settings().cycle * sync_divider();
   check_.take(sample_.motor_position, sample_.torque, set_point_, (at - checked_at_ + period / 2) / period,
-              period, limits_.velocity, spring_constant_mnm_ * kMilli, limits_.effort);
+              period,
+              {limits_.velocity, spring_constant_mnm_ * kMilli, limits_.effort,
+               kPermille * (rated_torque_mnm_ * kMilli)});
   checked_at_ = at;
 }
 

@@ -12,9 +12,9 @@ namespace walkman::cia402 {
 /// Whether what a drive in operation reports is what its motor and its spring can do, and what it was told.
 ///
 /// - The motor's speed changes by no more than `kMostAcceleration` lets it, or a set-point may in one step:
-/// else
-///   its encoder has jumped.
+///   else its encoder has jumped.
 /// - The spring is deflected no faster than the joint can turn: else torque or link encoder have jumped.
+/// - Where the motor goes the link goes, if only a little: else its encoder stands still.
 /// - The motor is where it was told to be: else it is locked or too weak, its encoder stands still, or the
 ///   set-points do not reach it.
 class MotionCheck {
@@ -33,11 +33,22 @@ class MotionCheck {
   static constexpr Time kPushedTime = std::chrono::milliseconds(200);
   static constexpr double kPushed = 0.6;
 
+  /// How far a motor goes without its link: twice the window above. A link that something solid holds gives
+  /// way with it, by more than two steps of what the drive reports of it.
+  static constexpr double kAlone = 2 * kFollowingWindow;  // rad
+
+  /// What does not change in operation.
+  struct Joint {
+    double most_velocity = 0;    ///< rad/s
+    double spring_constant = 0;  ///< N·m/rad, 0 where it is not known
+    double most_torque = 0;      ///< N·m
+    double torque_step = 0;      ///< of what is reported, N·m
+  };
+
   /// Values sampled `periods` SYNC periods of `period` after the last ones. `set_point`: the last sent, motor
-  /// position in rad. `most_velocity` in rad/s; `spring_constant` in N·m/rad, 0 where it is not known;
-  /// `most_torque` in N·m.
+  /// position in rad.
   void take(double motor_position, double torque, double set_point, std::int64_t periods, Time period,
-            double most_velocity, double spring_constant, double most_torque) noexcept;
+            const Joint& joint) noexcept;
   /// Begins anew: out of operation, or after a fault was dealt with.
   void restart() noexcept { *this = {}; }
 
@@ -45,8 +56,9 @@ class MotionCheck {
 
  private:
   void follow(double motor_position, double set_point, Time elapsed, bool loaded) noexcept;
+  void watch_link(double motor_position, double torque, const Joint& joint) noexcept;
 
-  enum class Found { kNothing, kPositionJump, kTorqueJump, kNotFollowing };
+  enum class Found { kNothing, kPositionJump, kTorqueJump, kLinkStands, kNotFollowing };
 
   Found found_ = Found::kNothing;  // the first
   double amount_ = 0;              // rad or N·m
@@ -59,6 +71,8 @@ class MotionCheck {
   bool pushed_ = false;  // when that began
   Time still_{};         // the very same position for so long
   Time astray_{};        // for so long
+  // Where link and motor were when the link last moved.
+  double link_stands_ = 0, motor_then_ = 0;
 };
 
 }  // namespace walkman::cia402

@@ -31,6 +31,7 @@ canopen::DevicePdos MeasuringDevice::vector_pdos() {
 
 void MeasuringDevice::on_begin_boot() noexcept {
   channels_.reset();
+  for (RepeatWatch& vector : vectors_) vector.restart();
   out_of_range_ = false;
   reset_sample();
 }
@@ -39,6 +40,8 @@ void MeasuringDevice::on_tpdo(int number, const can::StampedFrame& stamped) noex
   if (!channels_.take(number, stamped)) return;
   out_of_range_ = !decode(channels_);
   for (std::size_t i = 0; i < count_; ++i) out_of_range_ = out_of_range_ || channels_.out_of_range(i);
+  for (std::size_t i = 0; i < vectors_.size(); ++i)
+    vectors_[i].take({channels_.raw(3 * i), channels_.raw(3 * i + 1), channels_.raw(3 * i + 2)});
   MeasuringSample& sample = newest();
   sample.sample_counter = channels_.counter();
   sample.status = channels_.status();
@@ -50,6 +53,11 @@ void MeasuringDevice::poll(Time now) noexcept {
   newest().age = canopen::age_of(channels_.at(), now);
 }
 
+void MeasuringDevice::clear_events() noexcept {
+  RemoteNode::clear_events();
+  for (RepeatWatch& vector : vectors_) vector.restart();
+}
+
 std::optional<canopen::FaultCause> MeasuringDevice::judge_values(Time now) const noexcept {
   const Time age = canopen::age_of(channels_.at(), now);
   if (age > settings().cycle * settings().stale_after_cycles * sync_divider()) {
@@ -57,6 +65,9 @@ std::optional<canopen::FaultCause> MeasuringDevice::judge_values(Time now) const
   }
   if (channels_.status() != 0) return cause::MeasuringStatus{channels_.status()};
   if (out_of_range_) return cause::OutOfRange{};
+  for (std::size_t i = 0; i < vectors_.size(); ++i)
+    if (const int samples = vectors_[i].frozen(); samples > 0)
+      return cause::ReadingsFrozen{static_cast<int>(3 * i) + 1, samples};
   return std::nullopt;
 }
 

@@ -1,9 +1,11 @@
 #pragma once
 
+#include <array>
 #include <cstdint>
 
 #include "drivers/canopen/remote_node.h"
 #include "drivers/cia404/channel_sample.h"
+#include "drivers/cia404/repeat_watch.h"
 
 namespace walkman::cia404 {
 
@@ -23,6 +25,7 @@ struct MeasuringSample {
 class MeasuringDevice : public canopen::RemoteNode {
  public:
   void poll(Time now) noexcept override;
+  void clear_events() noexcept override;
   /// A complete sample has come.
   [[nodiscard]] bool in_operation() const noexcept override { return channels_.at() != Time::min(); }
   [[nodiscard]] std::string_view error_text(std::uint16_t code) const noexcept override;
@@ -53,6 +56,7 @@ class MeasuringDevice : public canopen::RemoteNode {
 
   std::size_t count_;
   ChannelSample channels_;
+  std::array<RepeatWatch, 2> vectors_;  // of the first six channels
   bool out_of_range_ = false;
 };
 

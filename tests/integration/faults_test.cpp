@@ -99,13 +99,14 @@ std::vector<Case> cases() {
   const auto [stale, stale_too] = both(FaultKind::kDataStale, "RElbj", 30ms);
   const auto [emergency, emergency_too] = both(FaultKind::kEmergency, "RElbj", 10ms);
   const auto [stuck, stuck_too] = both(FaultKind::kDataStale, "RElbj", 250ms);
+  const auto [deadline, deadline_too] = both(FaultKind::kEmergency, "RElbj", 120ms);
   const auto [jump, jump_too] = both(FaultKind::kNotFinite, "RElbj", 15ms);
   const Seen astray{FaultKind::kNotFollowing, "RElbj", 250ms};
   const std::optional<Seen> nothing;
   return {
       {"FrameDrop", {"frame-drop", "RElbj", "share=1"}, stale, stale_too},
       {"SomeFrames", {"frame-drop", "RElbj", "share=0.02"}, nothing, nothing},
-      {"LostSetPoints", {"frame-drop", "RElbj", "share=1", "direction=to"}, nothing, astray},
+      {"LostSetPoints", {"frame-drop", "RElbj", "share=1", "direction=to"}, deadline, deadline_too},
       {"ShortBurst", {"frame-burst-loss", "RElbj", "frames=5"}, nothing, nothing},
       {"LongBurst", {"frame-burst-loss", "RElbj", "frames=50"}, stale, stale_too},
       {"Delay", {"frame-delay", "RElbj", "delay=0.02"}, stale, stale_too},
@@ -139,7 +140,7 @@ std::vector<Case> cases() {
       {"LinkEncoderStuck",
        {"encoder-stuck", "RElbj", "side=1"},
        nothing,
-       Seen{FaultKind::kNotFollowing, "RElbj", 650ms}},
+       Seen{FaultKind::kNotFinite, "RElbj", 250ms}},
       {"HotWinding", {"temperature-high", "RElbj"}, emergency, emergency_too},
       {"TorqueLoss", {"torque-loss", "RElbj"}, Seen{FaultKind::kNotFollowing, "RElbj", 150ms}, astray},
       {"LockedJoint", {"joint-locked", "RElbj"}, nothing, astray},
