@@ -139,7 +139,6 @@ class EmulatedDrive final : public EmulatedDevice {
     const double torque = node_.control(feedback(plant_.readings(drive_)), dt);
     plant_.advance_drive(drive_, torque, node_.brake_engaged());
   }
-  [[nodiscard]] bool is_drive() const noexcept override { return true; }
   void set_actuator_fault(const plant::ActuatorFault& fault) override {
     plant_.set_actuator_fault(drive_, fault);
   }
@@ -161,11 +160,14 @@ class EmulatedForceTorque final : public EmulatedDevice {
 
   [[nodiscard]] nodes::CanopenSlave& node() noexcept override { return node_; }
   void sample() noexcept override { node_.sample(plant_.F_So_S(sensor_)); }
-  [[nodiscard]] bool is_force_torque() const noexcept override { return true; }
   void set_sensor_fault(const SensorFaultEvent& fault) override {
     nodes::ReadingFault::Parameters parameters;
     parameters.matrix = fault.matrix;
     parameters.drift = fault.drift;
+    parameters.noise = fault.noise;
+    parameters.end = fault.end;
+    parameters.forces_stuck = fault.forces_stuck;
+    parameters.torques_stuck = fault.torques_stuck;
     parameters.seed = stream_();
     if (fault.bit)
       parameters.bit = {static_cast<std::size_t>(fault.bit->channel), fault.bit->number, fault.bit->stuck,

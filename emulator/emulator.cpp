@@ -36,6 +36,7 @@ struct Emulator::Impl {
 
   void step();
   void pass_on(const SensorFaultEvent& fault);
+  [[nodiscard]] faults::BreakableWorld breakable_world();
   const RobotModel& model;
   plant::Plant plant;
   MultiSense multisense;
@@ -44,6 +45,9 @@ struct Emulator::Impl {
   std::vector<std::string> names;                        // the same
   std::vector<std::size_t> node_counts;                  // of each bus
   std::vector<faults::Breakable> breakable;              // the same
+  std::vector<std::string> objects;                      // of the scene
+  std::map<std::string, int> weights;                    // and which object each is on
+  std::vector<faults::KnownTarget> targets;              // of faults
   std::optional<faults::FaultInjector> injector;         // when something is to be broken
   Time now{};
 };
@@ -77,6 +81,12 @@ Emulator::Impl::Impl(const RobotModel& robot, const DeviceTable& table, const Sc
       multisense(robot, scene, robot.link_index(scene.robot.optical_frame), camera_of(scene, options),
                  options.seed) {
   require_sensors(scene, table);
+  for (const SceneObject& object : scene.objects) {
+    for (const AttachedWeight& weight : object.weights)
+      weights.emplace(weight.name, static_cast<int>(objects.size()));
+    objects.push_back(object.name);
+  }
+  targets = faults::known_targets(robot, table, scene);
   const DeviceSurroundings surroundings{table, robot, options, actuators, hash_of(scene.robot.urdf), plant};
   for (const Bus& wiring : table.buses) {
     buses.push_back(std::make_unique<bus::CanBus>(
@@ -104,6 +114,12 @@ void Emulator::Impl::pass_on(const SensorFaultEvent& fault) {
     if (names[i] == fault.sensor) devices[i]->set_sensor_fault(fault);
 }
 
+faults::BreakableWorld Emulator::Impl::breakable_world() {
+  std::vector<bus::CanBus*> all;
+  for (const auto& bus : buses) all.push_back(bus.get());
+  return {all, breakable, multisense, plant, model, objects, weights, targets};
+}
+
 void Emulator::Impl::step() {
   const Time next = now + kPhysicsStep;
   if (injector) injector->step(now);
@@ -128,7 +144,7 @@ Emulator::Emulator(const RobotModel& robot, const DeviceTable& devices, const Sc
 Emulator::~Emulator() = default;
 
 void Emulator::inject(const faults::Injection& injection) {
-  if (!impl_->injector) impl_->injector.emplace(buses(), impl_->breakable, impl_->multisense);
+  if (!impl_->injector) impl_->injector.emplace(impl_->breakable_world());
   impl_->injector->add(injection, impl_->now);
 }
 
@@ -139,6 +155,8 @@ bool Emulator::clear_fault(const std::string& name) {
 std::vector<faults::InjectionState> Emulator::injections() const {
   return impl_->injector ? impl_->injector->states() : std::vector<faults::InjectionState>{};
 }
+
+Time Emulator::take_stall() { return impl_->injector ? impl_->injector->take_stall() : Time{}; }
 
 void Emulator::begin_phase(std::string_view phase) {
   impl_->plant.begin_phase(phase);

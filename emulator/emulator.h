@@ -54,6 +54,9 @@ class Emulator {
   /// Ends a fault and forgets it; false when there is none of that name.
   bool clear_fault(const std::string& name);
   [[nodiscard]] std::vector<faults::InjectionState> injections() const;
+  /// For how long a fault keeps the control program from being run, from now on: to be asked once a cycle by
+  /// whoever runs it in this process.
+  [[nodiscard]] Time take_stall();
   /// An onlooker sees the robot begin a phase of its task; a scene's events may wait for it.
   void begin_phase(std::string_view phase);
   [[nodiscard]] Time now() const;

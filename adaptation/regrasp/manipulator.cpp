@@ -108,6 +108,7 @@ void Manipulator::start() {
   take_over(session_.link_positions());
   while (!motion_->balanced()) cycle();
   settle();
+  session_.require_sound_encoders();
   X_TH_start_ = motion_->X_WH();
 }
 

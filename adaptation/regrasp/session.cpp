@@ -23,6 +23,10 @@ constexpr double kForAMinute = 1.1;
 constexpr double kStillThere = 0.1;
 constexpr double kLedBackIn = 2;  // s
 
+// rad that an encoder may be off: it moves the hand of a stretched arm by the 2 cm that the method tells
+// grasps apart by.
+constexpr double kSoundEncoder = 0.03;
+
 constexpr int kMostRecoveries = 3;    // per run; what fails more often is broken
 constexpr int kRecoveryAttempts = 2;  // each as long as a boot may take
 
@@ -68,6 +72,7 @@ Session::Session(const KnownRobot& known, robot::Robot& robot, robot::Cycle& cyc
       observer_(observer),
       measured_(known.model, robot.joint_names()),
       q_(Eigen::VectorXd::Zero(measured_.dof())),
+      mean_torques_(Eigen::VectorXd::Zero(measured_.dof())),
       camera_link_(known.model.link_index(known.description.optical_frame)) {
   use(known.description.working_hands().front());
   const auto& stance = known.description.stance;
@@ -91,7 +96,7 @@ void Session::use(const HandParts& hand) {
   sensor_link_ = model.link_index(hand.force_torque);
   efforts_.clear();
   for (const auto& [joint, torque] : hand.continuous_torque)
-    efforts_.push_back({place_of(robot_.joint_names(), joint, "joint"), 0, kForAMinute * torque});
+    efforts_.push_back({place_of(robot_.joint_names(), joint, "joint"), kForAMinute * torque});
   hand_travel_ = model.joints[static_cast<std::size_t>(model.joint_index(hand.motor))].limits.upper;
   observer_.on_hand(parts_);
 }
@@ -107,6 +112,8 @@ void Session::boot() {
   } catch (const std::runtime_error& e) {
     throw RunStopped(e.what());
   }
+  for (const std::string& joint : joint_names())
+    spring_constants_.push_back(robot_.find<cia402::JointDrive>(joint)->spring_constant());
   read();
   find_stance();
 }
@@ -245,14 +252,42 @@ void Session::pose_kinematics() {
 
 void Session::watch_efforts() {
   const auto joints = robot_.joints();
-  for (Effort& effort : efforts_)
-    effort.mean += std::min(1.0, period_ / kEffortTime) * (joints[effort.joint].torque - effort.mean);
+  const double share = std::min(1.0, period_ / kEffortTime);
+  for (std::size_t i = 0; i < joints.size(); ++i) {
+    double& mean = mean_torques_[static_cast<Eigen::Index>(i)];
+    mean += share * (joints[i].torque - mean);
+  }
+}
+
+void Session::require_sound_encoders() const {
+  Eigen::VectorXd expected(measured_.dof());
+  measured_.gravity_torques(expected);
+  Eigen::MatrixXd J(6, measured_.dof());
+  for (std::size_t i = 0; stance_ && i < foot_sensors_.size(); ++i) {
+    const Eigen::Matrix3d& R_TS = measured_.X_WL(foot_sensor_links_[i]).linear();
+    const Wrench& load = robot_.sensors()[foot_sensors_[i]].F_So_S;
+    measured_.jacobian(foot_sensor_links_[i], Eigen::Vector3d::Zero(), J);
+    expected -= J.topRows<3>().transpose() * (R_TS * load.torque) +
+                J.bottomRows<3>().transpose() * (R_TS * load.force);
+  }
+  for (Eigen::Index i = 0; i < expected.size(); ++i) {
+    const double spring = spring_constants_[static_cast<std::size_t>(i)];
+    if (spring <= 0) continue;
+    const double off = (mean_torques_[i] - expected[i]) / spring;
+    if (std::abs(off) <= kSoundEncoder) continue;
+    throw RunStopped(fmt::format(
+        "joint {}: by its encoders its spring carries {:.1f} N·m, by the posture {:.1f}: one of them is off "
+        "by {:.3f} rad, expected at most {:g}",
+        joint_names()[static_cast<std::size_t>(i)], mean_torques_[i], expected[i], std::abs(off),
+        kSoundEncoder));
+  }
 }
 
 std::optional<Session::Overload> Session::overload() const {
   for (const Effort& effort : efforts_)
-    if (std::abs(effort.mean) > effort.most)
-      return Overload{joint_names()[effort.joint], std::abs(effort.mean), effort.most};
+    if (const double mean = std::abs(mean_torques_[static_cast<Eigen::Index>(effort.joint)]);
+        mean > effort.most)
+      return Overload{joint_names()[effort.joint], mean, effort.most};
   return std::nullopt;
 }
 

@@ -68,6 +68,9 @@ class Session {
   };
   /// By the mean torque of the last tenths of a second.
   [[nodiscard]] std::optional<Overload> overload() const;
+  /// Of a robot at rest: throws RunStopped when a joint's spring carries another torque than the posture and
+  /// the ground make. Both of the joint's encoders make that torque, so one of them is off.
+  void require_sound_encoders() const;
   [[nodiscard]] const Wrench& F_So_S() const;  ///< raw reading of the wrist sensor S
   [[nodiscard]] double hand_closure() const;   ///< of the fingers, 0 open .. 1 closed
   /// Measured poses of the hand's grasp frame H, the wrist sensor S and the camera's optical frame C.
@@ -102,12 +105,14 @@ class Session {
   std::vector<int> foot_sensor_links_;
   int inertial_link_ = -1;
   Eigen::VectorXd q_;
-  /// A joint of the arm in use: torques in N·m, what it gives in the mean and may.
+  /// A joint of the arm in use, and what it may give in the mean, N·m.
   struct Effort {
     std::size_t joint = 0;
-    double mean = 0, most = 0;
+    double most = 0;
   };
   std::vector<Effort> efforts_;
+  Eigen::VectorXd mean_torques_;          // of all joints, N·m
+  std::vector<double> spring_constants_;  // of all joints, N·m/rad; 0: unknown
   std::size_t hand_ = 0, sensor_ = 0;
   int grasp_link_ = -1, sensor_link_ = -1, camera_link_;
   double hand_travel_ = 1;                      // rad of the synergy motor

@@ -156,14 +156,16 @@ int run_free(const Options& options, StopSignals& signals) {
   return summary.ending == FreeRunEnding::kStopped ? kTaskFailed : kOk;
 }
 
-/// What waits for a phase of a task that nobody tells of would never happen.
-void require_no_phases(const std::string& plan) {
+/// What waits for a phase of a task that nobody tells of would never happen, nor what is another program's.
+void require_plan(const std::string& plan) {
   if (plan.empty()) return;
-  for (const faults::Injection& injection : faults::load_fault_plan(plan))
+  for (const faults::Injection& injection : faults::load_fault_plan(plan)) {
+    faults::require_of_emulator(injection);
     if (injection.phase)
       throw std::runtime_error(
           fmt::format("{}: in_phase: an emulator does not know what its master is doing, expected at_s",
                       injection.where));
+  }
 }
 
 /// Faults are for emulated buses: what else is on a wire could be somebody's robot.
@@ -183,7 +185,7 @@ void require_virtual(const Emulation& emulation, const Options& options) {
 int run_emulate(const Options& options) {
   StopSignals signals;  // before any thread
   require_free_of_contradictions(options);
-  require_no_phases(options.faults);
+  require_plan(options.faults);
   if (options.free_run) return run_free(options, signals);
   require_open(options.ready_descriptor);
   if (options.pacing == Pacing::kLockstep && options.can.empty()) {

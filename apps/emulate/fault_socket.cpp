@@ -113,6 +113,7 @@ std::string FaultSocket::answer(const std::vector<std::string>& request) {
   const std::vector<std::string> words(request.begin() + 1, request.end());
   if (request.front() == "inject") {
     const faults::Injection injection = faults::parse_fault(words);
+    faults::require_of_emulator(injection);
     emulator.inject(injection);
     say(fmt::format("fault injected: {}", fmt::join(words, " ")));
     return injection.name;

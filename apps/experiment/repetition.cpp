@@ -264,7 +264,7 @@ void require_valid(const RepetitionOptions& options) {
     const std::vector<faults::Injection> plan = faults::load_fault_plan(options.faults);
     require_phases(plan, "faults");
     for (const faults::Injection& injection : plan)
-      faults::require_target(injection, faults::known_targets(robot.devices));
+      faults::require_target(injection, faults::known_targets(robot.model, robot.devices, scene));
   }
   static_cast<void>(load_method_parameters(options.parameters));
 }

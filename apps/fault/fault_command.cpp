@@ -24,6 +24,8 @@ std::string_view target_of(faults::Target target) {
   switch (target) {
     case faults::Target::kFrames:
       return "bus or device";
+    case faults::Target::kBus:
+      return "bus";
     case faults::Target::kDevice:
       return "device";
     case faults::Target::kDrive:
@@ -32,6 +34,14 @@ std::string_view target_of(faults::Target target) {
       return "force/torque sensor";
     case faults::Target::kCamera:
       return "the camera";
+    case faults::Target::kObject:
+      return "object";
+    case faults::Target::kWeight:
+      return "weight";
+    case faults::Target::kLink:
+      return "link";
+    case faults::Target::kHost:
+      return "control computer";
   }
   return "";
 }
@@ -51,6 +61,7 @@ json list_json() {
                    {"target", target_of(kind.target)},
                    {"what", kind.what},
                    {"seen", kind.seen},
+                   {"embedded_only", kind.embedded_only},
                    {"parameters", parameters}});
   }
   return {{"faults", out}};
@@ -61,6 +72,8 @@ std::string list_text() {
   for (const faults::InjectableFault& kind : faults::injectable_faults()) {
     out += fmt::format("{:<18} {:<20} {}\n{:<18} seen: {}\n", kind.name, target_of(kind.target), kind.what,
                        "", kind.seen);
+    if (!kind.embedded_only.empty())
+      out += fmt::format("{:<18} not of a running emulator: {}\n", "", kind.embedded_only);
     for (const faults::Parameter& p : kind.parameters)
       out += fmt::format("{:<18}   {} {:g} to {:g}{}{} ({:g}): {}\n", "", p.name, p.least, p.most,
                          p.unit.empty() ? "" : " ", p.unit, p.standard, p.what);

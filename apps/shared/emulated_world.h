@@ -56,6 +56,7 @@ class LockstepCycle : public robot::Cycle {
 
   Time next() override {
     emulator_.advance(emulator_.now() + period_);
+    if (const Time stall = emulator_.take_stall(); stall > Time{}) emulator_.advance(emulator_.now() + stall);
     return emulator_.now();
   }
 

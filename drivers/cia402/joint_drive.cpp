@@ -344,10 +344,9 @@ void JointDrive::check_motion() noexcept {
   }
   if (at == checked_at_) return;
   const Time period = settings().cycle * sync_divider();
-  check_.take(sample_.motor_position, sample_.torque, set_point_, (at - checked_at_ + period / 2) / period,
-              period,
-              {limits_.velocity, spring_constant_mnm_ * kMilli, limits_.effort,
-               kPermille * (rated_torque_mnm_ * kMilli)});
+  check_.take(
+      sample_.motor_position, sample_.torque, set_point_, (at - checked_at_ + period / 2) / period, period,
+      {limits_.velocity, spring_constant(), limits_.effort, kPermille * (rated_torque_mnm_ * kMilli)});
   checked_at_ = at;
 }
 
@@ -363,7 +362,7 @@ void JointDrive::on_counter(std::uint16_t counter, Time at) noexcept {
 }
 
 double JointDrive::deflection(double torque) const noexcept {
-  return spring_constant_mnm_ > 0 ? torque / (spring_constant_mnm_ * kMilli) : 0.0;
+  return spring_constant_mnm_ > 0 ? torque / spring_constant() : 0.0;
 }
 
 std::optional<canopen::FaultCause> JointDrive::judge_state() const noexcept {

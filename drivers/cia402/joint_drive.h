@@ -64,6 +64,8 @@ class JointDrive final : public canopen::RemoteNode {
   void limit_torque(std::uint16_t permille) noexcept { wanted_max_torque_ = permille; }
 
   [[nodiscard]] const DriveSample& sample() const noexcept { return sample_; }
+  /// Of the series spring, N·m/rad, as the drive has it (2020h:3); 0 before the boot.
+  [[nodiscard]] double spring_constant() const noexcept { return spring_constant_mnm_ * 1e-3; }
   [[nodiscard]] State state() const noexcept { return state_of(sample_.statusword); }
 
   void poll(Time now) noexcept override;

@@ -6,7 +6,10 @@ namespace walkman::bus {
 
 can::SendResult ComputerPort::send(const can::Frame& frame) noexcept {
   if ((frame.fd && !fd_) || !is_sendable(frame)) return can::SendResult::kInvalid;
-  if (state_ == can::LinkState::kBusOff) return can::SendResult::kInterfaceDown;
+  if (link() == can::LinkState::kBusOff || link() == can::LinkState::kDown)
+    return can::SendResult::kInterfaceDown;
+  if (host_ == HostSide::kDeserted) return can::SendResult::kQueued;
+  if (host_ == HostSide::kFull) return can::SendResult::kQueueFull;
   if (transmit_.push(frame)) return can::SendResult::kQueued;
   ++transmit_overflows_;
   return can::SendResult::kQueueFull;
@@ -19,7 +22,15 @@ bool ComputerPort::receive(can::StampedFrame& out) noexcept {
   return true;
 }
 
+void ComputerPort::set_host_side(HostSide host) noexcept {
+  host_ = host;
+  if (host != HostSide::kDown) return;
+  while (transmit_.size() > 1) transmit_.pop_newest();  // the oldest may be on the wire
+  while (!receive_.empty()) receive_.pop();
+}
+
 void ComputerPort::receive(const can::Frame& frame, Time now) noexcept {
+  if (host_ == HostSide::kDown) return;
   if (!receive_.push({now, frame})) ++receive_overflows_;
 }
 

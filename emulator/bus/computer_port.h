@@ -34,6 +34,7 @@ class Ring {
     head_ = head_ + 1 == slots_.size() ? 0 : head_ + 1;
     --size_;
   }
+  void pop_newest() noexcept { --size_; }
 
  private:
   std::vector<T> slots_;
@@ -55,6 +56,14 @@ struct ControllerOptions {
   bool one_shot = false;  ///< a frame that did not go through is not sent again
 };
 
+/// What may be wrong on the computer's side of a controller.
+enum class HostSide {
+  kSound,
+  kDown,      ///< the interface is down
+  kFull,      ///< the transmit queue is full and does not empty
+  kDeserted,  ///< whoever sent is there no longer: what is still sent gets nowhere
+};
+
 /// A computer's CAN controller on an emulated bus: a participant on the wire's side, a `can::Interface` on
 /// the computer's. As with SocketCAN, its transmit queue is first-in first-out: only the oldest frame takes
 /// part in arbitration. Its link is error-active when a computer powers on, and follows its error counters.
@@ -69,14 +78,19 @@ class ComputerPort final : public Participant, public can::Interface {
   void configure(const ControllerOptions& options) noexcept { options_ = options; }
   [[nodiscard]] const ControllerOptions& options() const noexcept { return options_; }
 
+  /// From now on. Down, what is queued either way is gone.
+  void set_host_side(HostSide host) noexcept;
+
   /// Leaves bus-off: asks the controller to come back on the bus. Without effect in any other state.
   void restart() noexcept { restart_ = state_ == can::LinkState::kBusOff; }
 
   /// kInvalid: an FD frame on a classical bus, a payload length without a code, an identifier too long, an
-  /// error report. kInterfaceDown: in bus-off.
+  /// error report. kInterfaceDown: in bus-off, or down.
   [[nodiscard]] can::SendResult send(const can::Frame& frame) noexcept override;
   [[nodiscard]] bool receive(can::StampedFrame& out) noexcept override;
-  [[nodiscard]] can::LinkState link() const noexcept override { return state_; }
+  [[nodiscard]] can::LinkState link() const noexcept override {
+    return host_ == HostSide::kDown ? can::LinkState::kDown : state_;
+  }
   [[nodiscard]] std::uint64_t receive_overflows() const noexcept override { return receive_overflows_; }
   [[nodiscard]] std::string_view name() const noexcept override { return name_; }
 
@@ -100,6 +114,7 @@ class ComputerPort final : public Participant, public can::Interface {
   Ring<can::Frame> transmit_;
   Ring<can::StampedFrame> receive_;
   can::LinkState state_ = can::LinkState::kActive;
+  HostSide host_ = HostSide::kSound;
   bool restart_ = false;
   Time restart_at_ = Time::max();
   std::uint64_t transmit_overflows_ = 0;

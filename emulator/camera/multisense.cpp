@@ -84,6 +84,7 @@ void MultiSense::advance(Time now, const plant::Plant& plant) {
   exposure_.X_WC = plant.X_WL(optical_link_) * fault_.X_CF;
   exposure_.dropout = fault_.dropout;
   exposure_.dropout_seed = fault_.seed;
+  exposure_.phantom = fault_.phantom;
   note_poses(plant, exposure_.poses);
 }
 
@@ -129,6 +130,20 @@ void MultiSense::set_mode(const Mode& mode) {
   camera_ = std::make_unique<sensors::StereoCamera>(options);
 }
 
+void MultiSense::match_nothing(const CameraFault::Phantom& phantom) {
+  const sensors::StereoOptions& camera = optics();
+  const auto d = static_cast<float>(camera.focal_px * camera.baseline / phantom.distance);
+  const auto middle = [&](int length) {
+    return std::pair(std::max(0, (length - phantom.size) / 2), std::min(length, (length + phantom.size) / 2));
+  };
+  const auto [left, right] = middle(camera.width);
+  const auto [top, bottom] = middle(camera.height);
+  for (int row = top; row < bottom; ++row) {
+    const auto first = disparity_.begin() + static_cast<std::ptrdiff_t>(row) * camera.width;
+    std::fill(first + left, first + right, d);
+  }
+}
+
 void MultiSense::render(const Exposure& exposure, bool images, Frame& out) {
   rays_.update(exposure.poses);
   camera_->capture(rays_, exposure.X_WC, seed_, exposure.frame, disparity_, images ? &images_ : nullptr);
@@ -143,6 +158,7 @@ void MultiSense::render(const Exposure& exposure, bool images, Frame& out) {
     for (float& d : disparity_)
       if (lost(generator)) d = 0;
   }
+  if (exposure.phantom) match_nothing(*exposure.phantom);
   std::transform(disparity_.begin(), disparity_.end(), disparity.pixels.begin(), [](float d) {
     const float steps = d / multisense::Disparity::kStep + 0.5F;
     return static_cast<std::uint16_t>(std::min<float>(steps, multisense::Disparity::kLargest));

@@ -2,6 +2,7 @@
 
 #include <atomic>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -26,6 +27,12 @@ struct CameraFault {
   std::uint64_t seed = 1;  ///< of which these are
   Eigen::Isometry3d X_CF =
       Eigen::Isometry3d::Identity();  ///< where the left camera is, in where it should be
+  /// A square in the middle of the image that is matched at a distance where nothing is.
+  struct Phantom {
+    int size = 0;         ///< px
+    double distance = 0;  ///< m
+  };
+  std::optional<Phantom> phantom;
 };
 
 /// Where everything was when the camera exposed: enough to render the frame at any later time.
@@ -37,6 +44,7 @@ struct Exposure {
   double spindle_angle = 0;              ///< rad
   double dropout = 0;                    ///< share of the pixels that a fault leaves without a match
   std::uint64_t dropout_seed = 1;
+  std::optional<CameraFault::Phantom> phantom;
 };
 
 /// The head's stereo camera: exposes the plant at its frame rate and matches what it saw.
@@ -95,6 +103,7 @@ class MultiSense {
   [[nodiscard]] const multisense::LidarCalibration* laser_calibration() const;
 
  private:
+  void match_nothing(const CameraFault::Phantom& phantom);
   /// A weight of an object, which may be moved along it or taken off.
   struct Weight {
     int object;

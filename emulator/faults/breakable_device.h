@@ -15,14 +15,10 @@ class BreakableDevice {
 
   [[nodiscard]] virtual nodes::CanopenSlave& node() noexcept = 0;
 
-  /// Whether its readings can have faults, and be mended.
-  [[nodiscard]] virtual bool is_force_torque() const noexcept { return false; }
   /// From now on its readings have this fault. Force/torque sensors only.
   virtual void set_sensor_fault(const SensorFaultEvent& /*fault*/) {}
   virtual void mend() {}
 
-  /// Whether it has an actuator, and power electronics.
-  [[nodiscard]] virtual bool is_drive() const noexcept { return false; }
   /// From now on its actuator has this fault. Drives only.
   virtual void set_actuator_fault(const plant::ActuatorFault& /*fault*/) {}
   /// Its electronics find a fault (CiA 402 error code, bits of 1001h). Drives only.

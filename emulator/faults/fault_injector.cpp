@@ -15,18 +15,18 @@ constexpr double kJammed = 1e6;                           // N·m, more than any
 
 Time time_of(double seconds) { return Time(static_cast<std::int64_t>(seconds * 1e9)); }
 
+/// A second device of a node-ID, as it comes from its box: it boots, and answers what is asked of that ID.
+class Twin final : public nodes::CanopenSlave {
+ public:
+  explicit Twin(std::uint8_t node_id) : CanopenSlave({node_id, 0, "twin", 1, 0xFFFF}) {
+    configure_pdos({}, {});
+  }
+};
+
 }  // namespace
 
-FaultInjector::FaultInjector(std::vector<bus::CanBus*> buses, std::vector<Breakable> devices,
-                             MultiSense& camera)
-    : buses_(std::move(buses)), devices_(std::move(devices)), camera_(camera) {}
-
 void FaultInjector::add(const Injection& injection, Time now) {
-  std::vector<KnownTarget> known;
-  for (const bus::CanBus* bus : buses_) known.push_back({bus->name(), true, false, false});
-  for (const Breakable& one : devices_)
-    known.push_back({one.name, false, one.device->is_drive(), one.device->is_force_torque()});
-  require_target(injection, known);
+  require_target(injection, world_.known);
   for (const Entry& entry : entries_)
     if (entry.state.injection.name == injection.name)
       throw std::runtime_error(fmt::format("there is a fault \"{}\" already", injection.name));
@@ -65,6 +65,7 @@ void FaultInjector::step(Time now) {
       state.stage = injection.every ? Stage::kWaiting : Stage::kOver;
       if (injection.every) state.begins += time_of(*injection.every);
     }
+    if (state.stage == Stage::kActive && entry.effect.during) entry.effect.during();
     if (state.stage == Stage::kWaiting && now >= state.begins) {
       state.stage = Stage::kActive;
       if (++state.times == 1) state.first = now;
@@ -90,6 +91,8 @@ void FaultInjector::begin(Entry& entry) {
     faults_of(entry.effect.bus).add(*entry.effect.frames);
   }
   if (entry.effect.once) entry.effect.once();
+  if (entry.effect.during) entry.effect.during();
+  if (entry.effect.switched) entry.effect.switched(true);
   put_together(entry.effect);
 }
 
@@ -98,6 +101,7 @@ void FaultInjector::end(Entry& entry) {
     faults_of(entry.effect.bus).remove(*entry.effect.frames);
     entry.effect.frames->finish();
   }
+  if (entry.effect.switched) entry.effect.switched(false);
   entry.state.stage = InjectionState::Stage::kOver;
   put_together(entry.effect);
 }
@@ -106,11 +110,13 @@ void FaultInjector::put_together(const Effect& changed) {
   plant::ActuatorFault actuator;
   SensorFaultEvent sensor;
   CameraFault camera;
+  plant::ObjectFault object;
   bool sensor_broken = false;
   for (const Entry& entry : entries_) {
     const Effect& effect = entry.effect;
     if (entry.state.stage != InjectionState::Stage::kActive) continue;
     if (effect.camera) effect.camera(camera);
+    if (effect.on_object && effect.object == changed.object) effect.on_object(object);
     if (effect.device != changed.device) continue;
     if (effect.actuator) effect.actuator(actuator);
     if (effect.sensor) {
@@ -118,7 +124,8 @@ void FaultInjector::put_together(const Effect& changed) {
       sensor_broken = true;
     }
   }
-  if (changed.camera) camera_.set_fault(camera);
+  if (changed.camera) world_.camera.set_fault(camera);
+  if (changed.on_object) world_.plant.set_object_fault(changed.object, object);
   if (changed.actuator) changed.device->set_actuator_fault(actuator);
   if (!changed.sensor) return;
   if (sensor_broken) {
@@ -129,85 +136,159 @@ void FaultInjector::put_together(const Effect& changed) {
 }
 
 BusFaults& FaultInjector::faults_of(std::size_t bus) {
-  return bus_faults_.try_emplace(bus, *buses_[bus]).first->second;
+  return bus_faults_.try_emplace(bus, *world_.buses[bus]).first->second;
 }
 
 const Breakable& FaultInjector::device_of(const Injection& injection) const {
-  return *std::find_if(devices_.begin(), devices_.end(),
+  return *std::find_if(world_.devices.begin(), world_.devices.end(),
                        [&](const Breakable& one) { return one.name == injection.target; });
 }
 
+std::size_t FaultInjector::bus_of(const Injection& injection) const {
+  const auto found = std::find_if(world_.buses.begin(), world_.buses.end(),
+                                  [&](const bus::CanBus* bus) { return bus->name() == injection.target; });
+  return static_cast<std::size_t>(found - world_.buses.begin());
+}
+
 FaultInjector::Effect FaultInjector::make(const Injection& injection) {
-  if (injection.kind->target == Target::kCamera) return make_on_camera(injection);
-  Effect effect;
-  if (injection.kind->target == Target::kFrames) {
-    for (std::size_t i = 0; i < buses_.size(); ++i) {
-      if (buses_[i]->name() != injection.target) continue;
-      effect.bus = i;
-      effect.frames = faults_of(i).make(injection, 0, nullptr);
-      return effect;
-    }
+  switch (injection.kind->target) {
+    case Target::kCamera:
+      return make_on_camera(injection);
+    case Target::kObject:
+    case Target::kWeight:
+    case Target::kLink:
+      return make_on_world(injection);
+    case Target::kHost:
+      return make_on_computer(injection);
+    case Target::kFrames:
+    case Target::kBus:
+      break;
+    case Target::kDevice:
+    case Target::kDrive:
+    case Target::kForceTorque:
+      return make_on_device(injection);
   }
-  return make_on_device(injection);
+  const std::size_t bus = bus_of(injection);
+  if (bus == world_.buses.size()) return make_on_device(injection);
+  Effect effect;
+  effect.bus = bus;
+  effect.frames = faults_of(bus).make(injection, 0, nullptr);
+  return effect.frames ? std::move(effect) : make_on_computer(injection);
 }
 
 FaultInjector::Effect FaultInjector::make_on_device(const Injection& injection) {
   const Breakable& target = device_of(injection);
+  nodes::CanopenSlave& node = target.device->node();
   Effect effect;
+  if (injection.kind->target == Target::kDrive) effect = make_on_drive(injection);
+  if (injection.kind->target == Target::kForceTorque) effect = make_on_sensor(injection);
   effect.device = target.device;
   effect.bus = target.bus;
-  nodes::CanopenSlave& node = target.device->node();
   effect.frames = faults_of(target.bus).make(injection, target.node_id, &node);
-  if (effect.frames) return effect;
-
   const std::string_view name = injection.kind->name;
-  const auto value = [&](std::string_view parameter) { return injection.value(parameter); };
-  const auto on_encoder = [&](auto change) {
-    const bool link = value("side") != 0;
-    effect.actuator = [link, change](plant::ActuatorFault& fault) {
-      change(link ? fault.link : fault.motor);
-    };
-  };
   if (name == "silent-reboot") effect.once = [&node] { node.restart(); };
   if (name == "nmt-preop-drop") effect.once = [&node] { node.leave_operational(); };
   if (name == "overcurrent-trip")
     effect.once = [device = target.device] {
       device->trip(kContinuousOverCurrent, nodes::error_register::kCurrent);
     };
-  if (name == "encoder-offset")
-    on_encoder(
-        [offset = value("offset")](plant::ActuatorFault::Encoder& encoder) { encoder.offset += offset; });
-  if (name == "encoder-stuck")
-    on_encoder([](plant::ActuatorFault::Encoder& encoder) { encoder.stuck = true; });
-  if (name == "temperature-high")
-    effect.actuator = [rise = value("rise")](plant::ActuatorFault& fault) { fault.winding_rise += rise; };
-  if (name == "torque-loss")
-    effect.actuator = [share = value("share")](plant::ActuatorFault& fault) { fault.torque_share *= share; };
-  if (name == "joint-locked") effect.actuator = [](plant::ActuatorFault& fault) { fault.drag = kJammed; };
-  if (name == "brake-drag")
-    effect.actuator = [torque = value("torque")](plant::ActuatorFault& fault) { fault.drag += torque; };
-  if (name == "undervoltage")
-    effect.actuator = [volts = value("voltage")](plant::ActuatorFault& fault) {
-      fault.supply_voltage = volts;
+  if (name == "duplicate-node") {
+    // Made now and on the bus from the beginning: who attaches it, switches it on.
+    nodes::CanopenSlave& twin = *twins_.emplace_back(std::make_unique<Twin>(target.node_id));
+    bus::CanBus& bus = *world_.buses[target.bus];
+    effect.switched = [&twin, &bus, attached = false](bool on) mutable {
+      if (!on) return bus.cut(twin);
+      if (!std::exchange(attached, true)) return bus.attach(twin);
+      bus.reconnect(twin);
+      twin.restart();
     };
-  if (name == "ft-bias-drift")
-    effect.sensor = [force = value("force"), torque = value("torque")](SensorFaultEvent& fault) {
-      fault.drift.head<3>().array() += force;
-      fault.drift.tail<3>().array() += torque;
-    };
-  if (name == "ft-sign")
-    effect.sensor = [axis = static_cast<Eigen::Index>(value("axis"))](SensorFaultEvent& fault) {
-      fault.matrix.row(axis) *= -1;
-    };
-  if (name == "ft-gain")
-    effect.sensor = [gain = value("gain")](SensorFaultEvent& fault) { fault.matrix *= gain; };
+  }
   return effect;
 }
 
-FaultInjector::Effect FaultInjector::make_on_camera(const Injection& injection) const {
+FaultInjector::Effect FaultInjector::make_on_drive(const Injection& injection) {
+  using plant::ActuatorFault;
   Effect effect;
   const std::string_view name = injection.kind->name;
   const auto value = [&](std::string_view parameter) { return injection.value(parameter); };
+  const auto on_encoder = [&](auto change) {
+    const bool link = value("side") != 0;
+    effect.actuator = [link, change](ActuatorFault& fault) { change(link ? fault.link : fault.motor); };
+  };
+  if (name == "encoder-offset")
+    on_encoder([offset = value("offset")](ActuatorFault::Encoder& encoder) { encoder.offset += offset; });
+  if (name == "encoder-stuck") on_encoder([](ActuatorFault::Encoder& encoder) { encoder.stuck = true; });
+  if (name == "torque-dropout") effect.actuator = [](ActuatorFault& fault) { fault.torque_lost = true; };
+  if (name == "temperature-high")
+    effect.actuator = [rise = value("rise")](ActuatorFault& fault) { fault.winding_rise += rise; };
+  if (name == "torque-loss")
+    effect.actuator = [share = value("share")](ActuatorFault& fault) { fault.torque_share *= share; };
+  if (name == "joint-locked") effect.actuator = [](ActuatorFault& fault) { fault.drag = kJammed; };
+  if (name == "brake-drag")
+    effect.actuator = [torque = value("torque")](ActuatorFault& fault) { fault.drag += torque; };
+  if (name == "runaway")
+    effect.actuator = [torque = value("torque")](ActuatorFault& fault) {
+      fault.torque_share = 0;
+      fault.own_torque += torque;
+    };
+  if (name == "backlash")
+    effect.actuator = [play = value("play")](ActuatorFault& fault) { fault.play += play; };
+  if (name == "undervoltage")
+    effect.actuator = [volts = value("voltage")](ActuatorFault& fault) { fault.supply_voltage = volts; };
+  return effect;
+}
+
+FaultInjector::Effect FaultInjector::make_on_sensor(const Injection& injection) {
+  Effect effect;
+  const std::string_view name = injection.kind->name;
+  const auto value = [&](std::string_view parameter) { return injection.value(parameter); };
+  const auto axis = [&](std::string_view parameter) { return static_cast<Eigen::Index>(value(parameter)); };
+  const auto of_both = [&](auto change) {
+    effect.sensor = [force = value("force"), torque = value("torque"), change](SensorFaultEvent& fault) {
+      change(fault, force, torque);
+    };
+  };
+  if (name == "ft-bias-drift")
+    of_both([](SensorFaultEvent& fault, double force, double torque) {
+      fault.drift.head<3>().array() += force;
+      fault.drift.tail<3>().array() += torque;
+    });
+  if (name == "ft-noise")
+    of_both([](SensorFaultEvent& fault, double force, double torque) {
+      fault.noise.head<3>().setConstant(force);
+      fault.noise.tail<3>().setConstant(torque);
+    });
+  if (name == "ft-saturation")
+    of_both([](SensorFaultEvent& fault, double force, double torque) {
+      fault.end.head<3>().setConstant(force);
+      fault.end.tail<3>().setConstant(torque);
+    });
+  if (name == "ft-sign")
+    effect.sensor = [axis = axis("axis")](SensorFaultEvent& fault) { fault.matrix.row(axis) *= -1; };
+  if (name == "ft-swap")
+    effect.sensor = [axis = axis("axis"), other = axis("other")](SensorFaultEvent& fault) {
+      fault.matrix.row(axis).swap(fault.matrix.row(other));
+    };
+  if (name == "ft-gain")
+    effect.sensor = [gain = value("gain")](SensorFaultEvent& fault) { fault.matrix *= gain; };
+  if (name == "ft-stuck")
+    effect.sensor = [part = axis("part")](SensorFaultEvent& fault) {
+      fault.forces_stuck = fault.forces_stuck || part != 1;
+      fault.torques_stuck = fault.torques_stuck || part != 0;
+    };
+  return effect;
+}
+
+FaultInjector::Effect FaultInjector::make_on_camera(const Injection& injection) {
+  Effect effect;
+  const std::string_view name = injection.kind->name;
+  const auto value = [&](std::string_view parameter) { return injection.value(parameter); };
+  const auto moved = [&](const Eigen::Isometry3d& X) {
+    effect.camera = [X](CameraFault& fault) { fault.X_CF = fault.X_CF * X; };
+  };
+  const auto turned = [](double angle, const Eigen::Vector3d& axis) {
+    return Eigen::Isometry3d(Eigen::AngleAxisd(angle, axis));
+  };
   if (name == "cloud-missing") effect.camera = [](CameraFault& fault) { fault.blind = true; };
   if (name == "cloud-dropout")
     effect.camera = [share = value("share"), seed = injection.seed](CameraFault& fault) {
@@ -215,10 +296,59 @@ FaultInjector::Effect FaultInjector::make_on_camera(const Injection& injection) 
       fault.seed = seed;
     };
   if (name == "extrinsic-error")
-    effect.camera = [shift = value("shift"), turn = value("turn")](CameraFault& fault) {
-      fault.X_CF =
-          fault.X_CF * Eigen::Translation3d(shift, 0, 0) * Eigen::AngleAxisd(turn, Eigen::Vector3d::UnitZ());
+    moved(Eigen::Translation3d(value("shift"), 0, 0) * turned(value("turn"), Eigen::Vector3d::UnitZ()));
+  if (name == "plane-misfit") moved(turned(value("tilt"), Eigen::Vector3d::UnitX()));
+  if (name == "phantom-points")
+    effect.camera = [size = static_cast<int>(value("size")),
+                     distance = value("distance")](CameraFault& fault) {
+      fault.phantom = {size, distance};
     };
+  return effect;
+}
+
+FaultInjector::Effect FaultInjector::make_on_world(const Injection& injection) {
+  Effect effect;
+  const std::string_view name = injection.kind->name;
+  const auto value = [&](std::string_view parameter) { return injection.value(parameter); };
+  if (name == "push") {
+    effect.during = [this, link = world_.robot.link_index(injection.target),
+                     force = Eigen::Vector3d(value("x"), value("y"), value("z"))] {
+      world_.plant.push(link, force);
+    };
+    return effect;
+  }
+  if (name == "weight-removed") {
+    effect.object = world_.weights.at(injection.target);
+    effect.on_object = [weight = injection.target](plant::ObjectFault& fault) {
+      fault.lost_weights.push_back(weight);
+    };
+    return effect;
+  }
+  const auto object = std::find(world_.objects.begin(), world_.objects.end(), injection.target);
+  effect.object = static_cast<int>(object - world_.objects.begin());
+  if (name == "slip")
+    effect.on_object = [share = value("friction")](plant::ObjectFault& fault) { fault.friction *= share; };
+  if (name == "payload")
+    effect.on_object = [mass = value("mass")](plant::ObjectFault& fault) { fault.extra_mass += mass; };
+  return effect;
+}
+
+FaultInjector::Effect FaultInjector::make_on_computer(const Injection& injection) {
+  Effect effect;
+  const std::string_view name = injection.kind->name;
+  if (name == "scheduler-stall") {
+    effect.once = [this, stall = time_of(injection.value("stall"))] { stall_ = stall; };
+    return effect;
+  }
+  std::vector<bus::CanBus*> buses = world_.buses;
+  bus::HostSide host = bus::HostSide::kDeserted;
+  if (name != "driver-kill") {
+    buses = {world_.buses[bus_of(injection)]};
+    host = name == "interface-down" ? bus::HostSide::kDown : bus::HostSide::kFull;
+  }
+  effect.switched = [buses, host](bool on) {
+    for (bus::CanBus* bus : buses) bus->computer_port().set_host_side(on ? host : bus::HostSide::kSound);
+  };
   return effect;
 }
 

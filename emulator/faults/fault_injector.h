@@ -4,12 +4,14 @@
 #include <map>
 #include <memory>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "emulator/camera/multisense.h"
 #include "emulator/faults/breakable_device.h"
 #include "emulator/faults/fault_plan.h"
 #include "emulator/faults/frame_faults.h"
+#include "emulator/plant/plant.h"
 
 namespace walkman::faults {
 
@@ -21,12 +23,25 @@ struct Breakable {
   BreakableDevice* device = nullptr;
 };
 
-/// Breaks what is emulated, on purpose: the only one that reaches into buses, devices and camera for that.
-/// Each fault has a random stream of its own, so one more changes no other.
+/// All that can be broken, and what it is called.
+struct BreakableWorld {
+  std::vector<bus::CanBus*> buses;
+  std::vector<Breakable> devices;
+  MultiSense& camera;
+  plant::Plant& plant;
+  const RobotModel& robot;
+  std::vector<std::string> objects;  ///< in the plant's order
+  /// Of each weight: its object.
+  std::map<std::string, int> weights;
+  std::vector<KnownTarget> known;
+};
+
+/// Breaks what is emulated, on purpose: the only one that reaches into buses, devices, camera and plant for
+/// that. Each fault has a random stream of its own, so one more changes no other.
 class FaultInjector {
  public:
-  /// All must outlive it.
-  FaultInjector(std::vector<bus::CanBus*> buses, std::vector<Breakable> devices, MultiSense& camera);
+  /// All that `world` refers to must outlive it.
+  explicit FaultInjector(BreakableWorld world) : world_(std::move(world)) {}
 
   /// Throws std::runtime_error when there is no such target, or it cannot have the fault, or its name is
   /// taken.
@@ -40,13 +55,19 @@ class FaultInjector {
   void step(Time now);
 
   [[nodiscard]] std::vector<InjectionState> states() const;
+  /// For how long the control program is not run from now on; asked once, it is over.
+  [[nodiscard]] Time take_stall() noexcept { return std::exchange(stall_, Time{}); }
 
  private:
   /// What an injection does; what it does not need is empty.
   struct Effect {
     BreakableDevice* device = nullptr;
     std::unique_ptr<FrameFault> frames;
-    std::function<void()> once;  // when it begins
+    std::function<void()> once;          // when it begins
+    std::function<void()> during;        // in every step
+    std::function<void(bool)> switched;  // when it begins, and when it ends
+    int object = -1;                     // of the plant
+    std::function<void(plant::ObjectFault&)> on_object;
     std::function<void(plant::ActuatorFault&)> actuator;
     std::function<void(SensorFaultEvent&)> sensor;
     std::function<void(CameraFault&)> camera;
@@ -59,17 +80,23 @@ class FaultInjector {
 
   [[nodiscard]] Effect make(const Injection& injection);
   [[nodiscard]] Effect make_on_device(const Injection& injection);
-  [[nodiscard]] Effect make_on_camera(const Injection& injection) const;
+  [[nodiscard]] static Effect make_on_drive(const Injection& injection);
+  [[nodiscard]] static Effect make_on_sensor(const Injection& injection);
+  [[nodiscard]] static Effect make_on_camera(const Injection& injection);
+  [[nodiscard]] Effect make_on_world(const Injection& injection);
+  [[nodiscard]] Effect make_on_computer(const Injection& injection);
   [[nodiscard]] const Breakable& device_of(const Injection& injection) const;
+  /// Its number; as many as there are when the target is none.
+  [[nodiscard]] std::size_t bus_of(const Injection& injection) const;
   [[nodiscard]] BusFaults& faults_of(std::size_t bus);
   void begin(Entry& entry);
   void end(Entry& entry);
   /// Gives device and camera what all active entries together make of them.
   void put_together(const Effect& changed);
 
-  std::vector<bus::CanBus*> buses_;
-  std::vector<Breakable> devices_;
-  MultiSense& camera_;
+  BreakableWorld world_;
+  std::vector<std::unique_ptr<nodes::CanopenSlave>> twins_;  // of nodes
+  Time stall_{};
   std::map<std::size_t, BusFaults> bus_faults_;  // of buses that have had one
   std::vector<Entry> entries_;
   std::map<std::string, int> phases_;  // how often each has begun

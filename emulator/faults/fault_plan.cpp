@@ -48,9 +48,10 @@ Injection read_fault(const YamlMap& map, std::size_t index) {
     if (map.has(key)) out.values[i] = map.number(key, parameter.least, parameter.most);
   }
   out.name = map.has("name") ? map.text("name") : fmt::format("{}-{}", out.kind->name, index + 1);
-  if (out.kind->target == Target::kCamera) {
+  if (is_single(out.kind->target)) {
     if (map.has("target"))
-      map.fail("target", fmt::format("\"{}\" is of the camera, expected no target", kind));
+      map.fail("target",
+               fmt::format("\"{}\" is of the {}, expected no target", kind, to_word(out.kind->target)));
   } else {
     out.target = map.text("target");
   }
@@ -152,37 +153,70 @@ std::vector<Injection> load_fault_plan(const std::filesystem::path& file) {
   return out;
 }
 
-std::vector<KnownTarget> known_targets(const DeviceTable& devices) {
+std::vector<KnownTarget> known_targets(const RobotModel& robot, const DeviceTable& devices,
+                                       const Scene& scene) {
   std::vector<KnownTarget> all;
   for (const Bus& bus : devices.buses) {
-    all.push_back({bus.name, true, false, false});
-    for (const Device& device : bus.devices)
-      all.push_back({device.name, false,
-                     device.kind == DeviceKind::kJointDrive || device.kind == DeviceKind::kHandDrive,
-                     device.kind == DeviceKind::kForceTorque});
+    all.push_back({bus.name, Target::kBus});
+    for (const Device& device : bus.devices) {
+      const bool drive = device.kind == DeviceKind::kJointDrive || device.kind == DeviceKind::kHandDrive;
+      const bool force_torque = device.kind == DeviceKind::kForceTorque;
+      all.push_back({device.name, drive          ? Target::kDrive
+                                  : force_torque ? Target::kForceTorque
+                                                 : Target::kDevice});
+    }
   }
+  for (const SceneObject& object : scene.objects) {
+    all.push_back({object.name, Target::kObject});
+    for (const AttachedWeight& weight : object.weights) all.push_back({weight.name, Target::kWeight});
+  }
+  for (const Link& link : robot.links) all.push_back({link.name, Target::kLink});
   return all;
 }
 
+namespace {
+
+bool is_device(Target kind) {
+  return kind == Target::kDevice || kind == Target::kDrive || kind == Target::kForceTorque;
+}
+
+/// Whether a target may have a fault that is done to `wanted`.
+bool suits(Target wanted, Target kind) {
+  if (wanted == Target::kDevice) return is_device(kind);
+  if (wanted == Target::kFrames) return is_device(kind) || kind == Target::kBus;
+  return wanted == kind;
+}
+
+}  // namespace
+
 void require_target(const Injection& injection, const std::vector<KnownTarget>& known) {
   const Target wanted = injection.kind->target;
-  if (wanted == Target::kCamera) return;
+  if (is_single(wanted)) return;
   const auto refuse = [&](const std::string& why) {
     throw std::runtime_error(fmt::format("{}{}{}: {}", injection.where, injection.where.empty() ? "" : ": ",
                                          injection.kind->name, why));
   };
   std::vector<std::string> names;
+  bool is_another = false;
   for (const KnownTarget& one : known) {
-    if (one.is_bus && wanted != Target::kFrames) continue;
-    names.push_back(one.name);
+    const bool fits = suits(wanted, one.kind);
+    if (fits) names.push_back(one.name);
     if (one.name != injection.target) continue;
-    if ((wanted == Target::kDrive && !one.is_drive) ||
-        (wanted == Target::kForceTorque && !one.is_force_torque))
-      refuse(fmt::format("{} is no {}", one.name, to_word(wanted)));
-    return;
+    if (fits) return;
+    is_another = is_another || (is_device(wanted) && is_device(one.kind));
   }
-  refuse(fmt::format("there is no {} \"{}\"{}", wanted == Target::kFrames ? "bus or device" : "device",
+  if (is_another) refuse(fmt::format("{} is no {}", injection.target, to_word(wanted)));
+  refuse(fmt::format("there is no {} \"{}\"{}",
+                     wanted == Target::kFrames ? "bus or device"
+                     : is_device(wanted)       ? "device"
+                                               : to_word(wanted),
                      injection.target, did_you_mean(injection.target, names)));
+}
+
+void require_of_emulator(const Injection& injection) {
+  if (injection.kind->embedded_only.empty()) return;
+  throw std::runtime_error(fmt::format("{}{}{}: {}", injection.where, injection.where.empty() ? "" : ": ",
+                                       injection.kind->name, injection.kind->embedded_only));
 }
 
 Injection parse_fault(const std::vector<std::string>& words) {
@@ -200,11 +234,12 @@ Injection parse_fault(const std::vector<std::string>& words) {
   if (out.kind == nullptr)
     throw std::runtime_error(names.empty() ? "expected a fault, its target and parameters as NAME=VALUE"
                                            : unknown_kind(names.back()));
-  const bool wants_target = out.kind->target != Target::kCamera;
+  const bool wants_target = !is_single(out.kind->target);
   if (names.size() != (wants_target ? 1U : 0U))
-    throw std::runtime_error(fmt::format("{}: {} given, expected {}", out.kind->name,
-                                         names.empty() ? "no target" : fmt::format("\"{}\"", names.back()),
-                                         wants_target ? "one target" : "no target: it is the camera's"));
+    throw std::runtime_error(fmt::format(
+        "{}: {} given, expected {}", out.kind->name,
+        names.empty() ? "no target" : fmt::format("\"{}\"", names.back()),
+        wants_target ? "one target" : fmt::format("no target: it is of the {}", to_word(out.kind->target))));
   if (wants_target) out.target = names.front();
   out.name =
       out.target.empty() ? std::string(out.kind->name) : fmt::format("{}-{}", out.target, out.kind->name);

@@ -8,7 +8,7 @@
 
 #include "drivers/time.h"
 #include "emulator/faults/injectable_fault.h"
-#include "emulator/scene/scene_event.h"
+#include "emulator/scene/scene.h"
 #include "urdf/reader/device_table.h"
 
 namespace walkman::faults {
@@ -20,7 +20,7 @@ enum class Direction { kBoth, kFrom, kTo };
 struct Injection {
   std::string name;  ///< no other of the plan has
   const InjectableFault* kind = nullptr;
-  std::string target;  ///< name of a bus or of a device; empty: the camera
+  std::string target;  ///< name of a bus, device, object and so on; empty: of what there is one of
   Direction direction = Direction::kBoth;
   std::vector<double> values;       ///< of the kind's parameters, in their order
   double at = 0;                    ///< s of the emulated clock; without a phase
@@ -51,17 +51,22 @@ struct InjectionState {
 /// for what is no fault, no parameter of it, or out of range.
 [[nodiscard]] std::vector<Injection> load_fault_plan(const std::filesystem::path& file);
 
-/// Something that a fault may name.
+/// Something that a fault may name; a drive and a sensor are devices as well.
 struct KnownTarget {
   std::string name;
-  bool is_bus = false, is_drive = false, is_force_torque = false;
+  Target kind{};
 };
 
-/// Buses and devices of a robot.
-[[nodiscard]] std::vector<KnownTarget> known_targets(const DeviceTable& devices);
+/// Buses, devices and links of a robot, objects and weights of a scene.
+[[nodiscard]] std::vector<KnownTarget> known_targets(const RobotModel& robot, const DeviceTable& devices,
+                                                     const Scene& scene);
 
 /// Throws std::runtime_error when the target is not one of `known`, or cannot have the fault.
 void require_target(const Injection& injection, const std::vector<KnownTarget>& known);
+
+/// Throws std::runtime_error for what is only to be had where the control program runs in the emulator's own
+/// process, with what to do instead.
+void require_of_emulator(const Injection& injection);
 
 /// A fault as the command line has it: its kind and its target, in either order, and NAME=VALUE: a parameter,
 /// `direction`, `for` and `every` in s, `seed`. It begins at once. Throws std::runtime_error.

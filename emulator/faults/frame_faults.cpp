@@ -2,10 +2,13 @@
 
 #include <algorithm>
 #include <array>
+#include <initializer_list>
 #include <optional>
 #include <utility>
 
 #include "drivers/canopen/cob_id.h"
+#include "drivers/canopen/little_endian.h"
+#include "drivers/canopen/objects.h"
 
 namespace walkman::faults {
 namespace {
@@ -162,23 +165,77 @@ class WrongLength final : public FrameFault {
   Draw draw_;
 };
 
+/// A frame that nobody asked for, over and over, or once.
 class Babble final : public FrameFault {
  public:
-  Babble(const FrameFault& base, bus::ComputerPort& port, std::uint32_t id, double rate)
-      : FrameFault(base), port_(port), rate_(rate) {
-    frame_.id = id;
-    frame_.length = 8;
-  }
+  static constexpr double kOnce = 0;
+
+  Babble(const FrameFault& base, bus::ComputerPort& port, const can::Frame& frame, double rate)
+      : FrameFault(base), port_(port), frame_(frame), rate_(rate) {}
+  void start() noexcept override { owed_ = 1; }
   void step(Time) noexcept override {
-    owed_ += rate_ * 1e-3;  // a physics step is a millisecond
     for (; owed_ >= 1; owed_ -= 1)
       if (port_.send(frame_) == can::SendResult::kQueued) touch();
+    owed_ += rate_ * 1e-3;  // a physics step is a millisecond
   }
 
  private:
   bus::ComputerPort& port_;
   can::Frame frame_;
   double rate_, owed_ = 0;
+};
+
+can::Frame frame_of(std::uint32_t id, std::initializer_list<std::uint8_t> bytes) {
+  can::Frame frame;
+  frame.id = id;
+  frame.length = static_cast<std::uint8_t>(bytes.size());
+  std::copy(bytes.begin(), bytes.end(), frame.data.begin());
+  return frame;
+}
+
+/// What a foreign master does, by the number that `rogue-master` has for it.
+can::Frame foreign_command(int command) {
+  constexpr std::uint8_t kAllNodes = 0;
+  switch (command) {
+    case 1:
+      return frame_of(canopen::cob_id::kSync, {});
+    case 2:
+      return frame_of(canopen::cob_id::kNmt,
+                      {static_cast<std::uint8_t>(canopen::NmtCommand::kResetNode), kAllNodes});
+    default:
+      return frame_of(canopen::cob_id::kNmt,
+                      {static_cast<std::uint8_t>(canopen::NmtCommand::kStop), kAllNodes});
+  }
+}
+
+/// Answers of an SDO server about one object are others (CiA 301, 7.2.4.3).
+class AlteredAnswer final : public FrameFault {
+ public:
+  /// `abort`: with this code, whatever was asked; without one, the value read is another.
+  AlteredAnswer(const FrameFault& base, std::uint16_t index, std::optional<std::uint8_t> sub,
+                std::optional<std::uint32_t> abort)
+      : FrameFault(base), index_(index), sub_(sub), abort_(abort) {}
+  [[nodiscard]] bool ends(can::Frame& frame, Time) noexcept override {
+    if (function_of(frame) != kSdoResponse || frame.length != 8) return true;
+    if (canopen::get<std::uint16_t>(frame.data.data() + 1) != index_) return true;
+    if (sub_ && frame.data[3] != *sub_) return true;
+    if (abort_) {
+      constexpr std::uint8_t kAbort = 0x80;
+      frame.data[0] = kAbort;
+      canopen::put(frame.data.data() + 4, *abort_);
+    } else {
+      constexpr std::uint8_t kUploadExpedited = 0x43, kCommand = 0xE3;
+      if ((frame.data[0] & kCommand) != kUploadExpedited) return true;
+      frame.data[4] = static_cast<std::uint8_t>(frame.data[4] + 1);
+    }
+    touch();
+    return true;
+  }
+
+ private:
+  std::uint16_t index_;
+  std::optional<std::uint8_t> sub_;
+  std::optional<std::uint32_t> abort_;
 };
 
 /// Every frame of a device ends in an error frame, or as many as keep its controller error-passive.
@@ -302,7 +359,28 @@ std::unique_ptr<FrameFault> BusFaults::make(const Injection& injection, std::uin
     return std::make_unique<WrongLength>(base, static_cast<int>(value("bytes")), injection.seed,
                                          value("share"));
   if (name == "babbling-idiot")
-    return std::make_unique<Babble>(base, port(), static_cast<std::uint32_t>(value("id")), value("rate"));
+    return std::make_unique<Babble>(
+        base, port(), frame_of(static_cast<std::uint32_t>(value("id")), {0, 0, 0, 0, 0, 0, 0, 0}),
+        value("rate"));
+  if (name == "rogue-master") {
+    const int command = static_cast<int>(value("command"));
+    return std::make_unique<Babble>(base, port(), foreign_command(command),
+                                    command == 1 ? value("rate") : Babble::kOnce);
+  }
+  if (name == "emergency-storm") {
+    const auto code = static_cast<std::uint16_t>(value("code"));
+    return std::make_unique<Babble>(
+        base, port(),
+        frame_of(canopen::cob_id::emcy(node),
+                 {static_cast<std::uint8_t>(code), static_cast<std::uint8_t>(code >> 8U), 1, 0, 0, 0, 0, 0}),
+        value("rate"));
+  }
+  if (name == "sdo-abort")
+    return std::make_unique<AlteredAnswer>(base, static_cast<std::uint16_t>(value("index")), std::nullopt,
+                                           static_cast<std::uint32_t>(value("code")));
+  if (name == "wrong-identity")
+    return std::make_unique<AlteredAnswer>(base, canopen::object::kIdentity,
+                                           static_cast<std::uint8_t>(value("sub")), std::nullopt);
   if (name == "no-acknowledge") return std::make_unique<NoAcknowledge>(base);
   if (name == "heartbeat-loss") return std::make_unique<LostFunction>(base, kErrorControl);
   if (name == "sdo-timeout") return std::make_unique<LostFunction>(base, kSdoResponse);

@@ -10,11 +10,21 @@ namespace walkman::faults {
 /// What a fault is done to.
 enum class Target {
   kFrames,       ///< of a bus, or of one device on it
+  kBus,          ///< a bus
   kDevice,       ///< any device on a bus
   kDrive,        ///< a joint's or a hand's drive
   kForceTorque,  ///< a force/torque sensor
   kCamera,
+  kObject,  ///< of the scene
+  kWeight,  ///< on an object of the scene
+  kLink,    ///< of the robot
+  kHost,    ///< the control computer
 };
+
+/// There is one of it, so a fault of it names none.
+[[nodiscard]] constexpr bool is_single(Target target) noexcept {
+  return target == Target::kCamera || target == Target::kHost;
+}
 
 /// One number that says how large or how a fault is.
 struct Parameter {
@@ -32,9 +42,12 @@ struct InjectableFault {
   std::string_view what;  ///< happens
   std::string_view seen;  ///< by the drivers
   std::vector<Parameter> parameters;
+  /// Of what the control program meets in its own process or machine: there only, not where it is another
+  /// program's. Why, one sentence; empty for all others.
+  std::string_view embedded_only = {};
 };
 
-/// All kinds, in the order of where they act: wire, nodes, sensors, actuators, camera.
+/// All kinds, in the order of where they act: wire, nodes, sensors, actuators, camera, world, host.
 [[nodiscard]] std::span<const InjectableFault> injectable_faults();
 
 /// By its name, with hyphens or underscores; null when there is none.

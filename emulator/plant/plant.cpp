@@ -77,6 +77,25 @@ std::vector<std::string> names_of(const DeviceTable& devices, DeviceKind kind) {
   return names;
 }
 
+/// What a fault makes of an object.
+SceneObject broken(SceneObject object, const ObjectFault& fault) {
+  std::erase_if(object.weights, [&](const AttachedWeight& weight) {
+    return std::find(fault.lost_weights.begin(), fault.lost_weights.end(), weight.name) !=
+           fault.lost_weights.end();
+  });
+  for (Link& link : object.model.links) link.surface.friction *= fault.friction;
+  if (fault.extra_mass <= 0) return object;
+  // A point at the centre of mass, joined to the first link.
+  Link& link = object.model.links.front();
+  const Eigen::Vector3d arm = object.p_OOcm() - link.p_LLcm;
+  const double mass = link.mass + fault.extra_mass;
+  link.I_LLcm_L += link.mass * fault.extra_mass / mass *
+                   (arm.squaredNorm() * Eigen::Matrix3d::Identity() - arm * arm.transpose());
+  link.p_LLcm += fault.extra_mass / mass * arm;
+  link.mass = mass;
+  return object;
+}
+
 }  // namespace
 
 struct Plant::Impl {
@@ -95,7 +114,9 @@ struct Plant::Impl {
   std::unique_ptr<Multibody> body;
   std::vector<std::unique_ptr<StaticBody>> fixed;
   std::vector<std::unique_ptr<Multibody>> objects;
-  std::vector<SceneObject> object_models;  // with their weights of now
+  std::vector<SceneObject> object_models;  // with their weights of now, and what is not as it should be
+  std::vector<SceneObject> sound_objects;  // without the latter
+  std::vector<ObjectFault> object_faults;
   std::unique_ptr<Hoist> hoist;
   std::unique_ptr<EventPlayer> events;
   long steps = 0;
@@ -110,6 +131,12 @@ struct Plant::Impl {
   std::vector<int> sub_steps;  // taken since the last step, per drive
   double time = 0;
   double gravity = kGravity;
+
+  void rebuild(std::size_t object) {
+    object_models[object] = broken(sound_objects[object], object_faults[object]);
+    rebuild_object(world, object_models[object], objects[object]);
+    for (HandDrive& drive : hands) drive.slips[object].follow(*objects[object]);
+  }
 
   void add_robot(const Scene& scene, const DeviceTable& devices,
                  const std::map<std::string, double>& posture);
@@ -290,6 +317,8 @@ Plant::Plant(const RobotModel& robot, const Scene& scene, const DeviceTable& dev
   for (const SceneObject& object : scene.objects) {
     p.objects.push_back(make_object(p.world, object));
     p.object_models.push_back(object);
+    p.sound_objects.push_back(object);
+    p.object_faults.emplace_back();
     for (HandDrive& drive : p.hands) drive.slips.emplace_back(*p.body, drive.palm_link, *p.objects.back());
   }
   p.set_posture(posture);
@@ -297,9 +326,8 @@ Plant::Plant(const RobotModel& robot, const Scene& scene, const DeviceTable& dev
   if (scene.base == BaseKind::kHoisted) p.hoist = std::make_unique<Hoist>(scene, robot, *p.body);
   p.events = std::make_unique<EventPlayer>(
       scene, robot, *p.body, kStep, [&p](std::size_t object, const std::vector<AttachedWeight>& weights) {
-        p.object_models[object].weights = weights;
-        rebuild_object(p.world, p.object_models[object], p.objects[object]);
-        for (HandDrive& drive : p.hands) drive.slips[object].follow(*p.objects[object]);
+        p.sound_objects[object].weights = weights;
+        p.rebuild(object);
       });
 }
 
@@ -336,6 +364,17 @@ void Plant::set_actuator_fault(int drive, const ActuatorFault& fault) {
   } else {
     impl_->joints[index].actuator.set_fault(fault);
   }
+}
+
+void Plant::set_object_fault(int object, const ObjectFault& fault) {
+  const auto index = static_cast<std::size_t>(object);
+  impl_->object_faults[index] = fault;
+  impl_->rebuild(index);
+}
+
+void Plant::push(int robot_link, const Eigen::Vector3d& force_W) {
+  Multibody& body = *impl_->body;
+  body.push_at(body.tree().group_of(robot_link), force_W, body.X_WL(robot_link).translation());
 }
 
 void Plant::turn_spindle(double rate) {

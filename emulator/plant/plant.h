@@ -33,6 +33,13 @@ struct AllowedOverlap {
   std::string reason;          ///< adjacent, compound joint, same hand, touch at zero or touch at start
 };
 
+/// What is not as it should be of an object.
+struct ObjectFault {
+  double friction = 1;                    ///< share that its surfaces keep
+  double extra_mass = 0;                  ///< at its centre of mass, kg
+  std::vector<std::string> lost_weights;  ///< that are on it no longer
+};
+
 /// Something starts inside something else; what() is one sentence.
 class StartsInside : public std::runtime_error {
  public:
@@ -68,6 +75,10 @@ class Plant {
   void advance_drive(int drive, double wanted_torque, bool locked);
   /// What is broken of a drive's actuator from now on.
   void set_actuator_fault(int drive, const ActuatorFault& fault);
+  /// What is not as it should be of an object from now on, in place of the fault before.
+  void set_object_fault(int object, const ObjectFault& fault);
+  /// A force at the origin of a robot's link, for the next step.
+  void push(int robot_link, const Eigen::Vector3d& force_W);
   /// Rate at which the camera's laser is to turn, rad/s; nothing for a camera without.
   void turn_spindle(double rate);
   /// An onlooker sees the robot begin a phase of its task: what the scene has for then is played.
@@ -90,7 +101,7 @@ class Plant {
   [[nodiscard]] double gravity() const;  ///< m/s²
   [[nodiscard]] Eigen::Isometry3d X_WL(int robot_link) const;
   [[nodiscard]] Eigen::Isometry3d X_WO(int object) const;
-  /// An object with the weights it carries now.
+  /// An object with the weights it carries now, as it is.
   [[nodiscard]] const SceneObject& object(int index) const;
   /// Pull of a hoisted base's rope, N; 0 when it is slack or there is none.
   [[nodiscard]] double hoist_tension() const;

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <limits>
 #include <optional>
 #include <string>
 #include <variant>
@@ -39,6 +40,11 @@ struct SensorFaultEvent {
   /// Reading over what it should be; then the drift adds up, per s.
   Eigen::Matrix<double, 6, 6> matrix = Eigen::Matrix<double, 6, 6>::Identity();
   Eigen::Matrix<double, 6, 1> drift = Eigen::Matrix<double, 6, 1>::Zero();
+  Eigen::Matrix<double, 6, 1> noise = Eigen::Matrix<double, 6, 1>::Zero();  ///< standard deviation, besides
+  /// Where each channel ends, on either side of zero.
+  Eigen::Matrix<double, 6, 1> end =
+      Eigen::Matrix<double, 6, 1>::Constant(std::numeric_limits<double>::infinity());
+  bool forces_stuck = false, torques_stuck = false;  ///< at what they read last
   /// A bit of a channel's integer on the wire.
   struct Bit {
     int channel = 0;

@@ -32,7 +32,9 @@ struct Rig {
     scene.base = BaseKind::kFixed;
     options.actuators = tree / "emulator/plant/actuators";
     emulator.emplace(model, devices, scene, options);
-    robot.emplace(model, devices, emulator->interfaces());
+    robot::RobotOptions master;
+    master.identities = robot::load_identities(tree / "urdf/walkman.identities.yaml");
+    robot.emplace(model, devices, emulator->interfaces(), master);
     emulator->advance(kCycle);
     while (!robot->boot(emulator->now())) emulator->advance(emulator->now() + kCycle);
     static_cast<void>(robot->read(emulator->now()));
@@ -57,6 +59,8 @@ struct Rig {
       robot->write(commands);
       robot->sync(emulator->now());
       emulator->advance(emulator->now() + kCycle);
+      if (const Time stall = emulator->take_stall(); stall > Time{})
+        emulator->advance(emulator->now() + stall);
       static_cast<void>(robot->read(emulator->now()));
       for (const std::string& warning : robot->new_warnings()) warnings.push_back(warning);
     }
@@ -100,6 +104,8 @@ std::vector<Case> cases() {
   const auto [emergency, emergency_too] = both(FaultKind::kEmergency, "RElbj", 10ms);
   const auto [stuck, stuck_too] = both(FaultKind::kDataStale, "RElbj", 250ms);
   const auto [deadline, deadline_too] = both(FaultKind::kEmergency, "RElbj", 120ms);
+  const auto [down, down_too] = both(FaultKind::kInterfaceDown, "can_rarm", 30ms);
+  const auto [stopped, stopped_too] = both(FaultKind::kBusSilent, "can_rarm", 30ms);
   const auto [jump, jump_too] = both(FaultKind::kNotFinite, "RElbj", 15ms);
   const Seen astray{FaultKind::kNotFollowing, "RElbj", 250ms};
   const std::optional<Seen> nothing;
@@ -120,6 +126,35 @@ std::vector<Case> cases() {
       {"BusOff", {"bus-off", "RElbj"}, stale, stale_too},
       {"ErrorPassive", {"error-passive", "RElbj"}, emergency, emergency_too},
       {"NoAcknowledge", {"no-acknowledge", "RElbj"}, stale, stale_too},
+      {"InterfaceDown", {"interface-down", "rarm"}, down, down_too},
+      {"FullQueue", {"tx-queue-full", "rarm"}, down, down_too},
+      {"DriverKill",
+       {"driver-kill"},
+       Seen{FaultKind::kBusSilent, "can_torso", 30ms},
+       Seen{FaultKind::kBusSilent, "can_torso", 30ms}},
+      {"Stall",
+       {"scheduler-stall", "stall=0.05"},
+       Seen{FaultKind::kCycleLate, "", 60ms},
+       Seen{FaultKind::kCycleLate, "", 60ms}},
+      {"EmergencyStorm", {"emergency-storm", "RElbj", "code=8192"}, emergency, emergency_too},
+      {"DuplicateNode",
+       {"duplicate-node", "RElbj"},
+       Seen{FaultKind::kUnexpectedBootUp, "RElbj", 15ms},
+       Seen{FaultKind::kUnexpectedBootUp, "RElbj", 15ms}},
+      {"ForeignStop", {"rogue-master", "rarm", "command=0"}, stopped, stopped_too},
+      {"ForeignSync", {"rogue-master", "rarm", "command=1"}, nothing, nothing},
+      {"ForeignReset",
+       {"rogue-master", "rarm", "command=2"},
+       Seen{FaultKind::kUnexpectedBootUp, "RShSag", 30ms},
+       Seen{FaultKind::kUnexpectedBootUp, "RShSag", 30ms}},
+      {"StuckReadings",
+       {"ft-stuck", "r_arm_ft"},
+       Seen{FaultKind::kDataStale, "r_arm_ft", 250ms},
+       Seen{FaultKind::kDataStale, "r_arm_ft", 250ms}},
+      {"StuckTorques",
+       {"ft-stuck", "r_arm_ft", "part=1"},
+       Seen{FaultKind::kDataStale, "r_arm_ft", 250ms},
+       Seen{FaultKind::kDataStale, "r_arm_ft", 250ms}},
       {"HeartbeatLoss",
        {"heartbeat-loss", "RElbj"},
        Seen{FaultKind::kHeartbeatLost, "RElbj", 260ms},
@@ -141,10 +176,13 @@ std::vector<Case> cases() {
        {"encoder-stuck", "RElbj", "side=1"},
        nothing,
        Seen{FaultKind::kNotFinite, "RElbj", 250ms}},
+      {"TorqueDropout", {"torque-dropout", "RElbj"}, nothing, nothing},
       {"HotWinding", {"temperature-high", "RElbj"}, emergency, emergency_too},
       {"TorqueLoss", {"torque-loss", "RElbj"}, Seen{FaultKind::kNotFollowing, "RElbj", 150ms}, astray},
       {"LockedJoint", {"joint-locked", "RElbj"}, nothing, astray},
       {"DraggingBrake", {"brake-drag", "RElbj", "torque=20"}, nothing, nothing},
+      {"Runaway", {"runaway", "RElbj"}, astray, astray},
+      {"Backlash", {"backlash", "RElbj"}, nothing, nothing},
       {"OverCurrent", {"overcurrent-trip", "RElbj"}, emergency, emergency_too},
       {"UnderVoltage", {"undervoltage", "RElbj"}, emergency, emergency_too},
   };
@@ -187,9 +225,13 @@ TEST(InjectedBitFlips, EndInAFaultOfTheirDevice) {
   }
 }
 
-TEST(InjectedSdoTimeout, EndsTheBootWithTheObjectsName) {
+/// What only an SDO request meets: nothing in operation, and the next boot says it.
+class InjectedSdoFault : public testing::TestWithParam<std::pair<std::vector<std::string>, const char*>> {};
+
+TEST_P(InjectedSdoFault, EndsTheNextBootWithItsReason) {
+  const auto& [words, reason] = GetParam();
   Rig rig(false);
-  rig.emulator->inject(faults::parse_fault({"sdo-timeout", "RElbj"}));
+  rig.emulator->inject(faults::parse_fault(words));
   rig.run(500ms);
   EXPECT_FALSE(rig.robot->fault()) << "no request is under way";
   rig.robot->stop();
@@ -201,8 +243,103 @@ TEST(InjectedSdoTimeout, EndsTheBootWithTheObjectsName) {
     }
     ADD_FAILURE() << "it booted";
   } catch (const std::runtime_error& e) {
-    EXPECT_THAT(e.what(), testing::HasSubstr("RElbj"));
+    EXPECT_THAT(e.what(), testing::AllOf(testing::HasSubstr("RElbj"), testing::HasSubstr(reason)));
   }
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    All, InjectedSdoFault,
+    testing::Values(std::pair(std::vector<std::string>{"sdo-timeout", "RElbj"}, "device type"),
+                    std::pair(std::vector<std::string>{"sdo-abort", "RElbj"}, "0800 0022"),
+                    std::pair(std::vector<std::string>{"wrong-identity", "RElbj"}, "product code")),
+    [](const auto& one) {
+      std::string name = one.param.first.front();
+      std::erase(name, '-');
+      return name;
+    });
+
+/// The nodes end their motion by themselves when nobody commands them any more.
+TEST(InjectedDriverKill, LeavesARobotThatStandsStill) {
+  Rig rig(true);
+  const int elbow = rig.model.joint_index("RElbj");
+  double fastest = 0;
+  for (int i = 0; i < 200; ++i) {
+    rig.run(kCycle);
+    fastest = std::max(fastest, std::abs(rig.emulator->plant().joint_velocity(elbow)));
+  }
+  ASSERT_GT(fastest, 0.1);
+  rig.emulator->inject(faults::parse_fault({"driver-kill"}));
+  rig.emulator->advance(rig.emulator->now() + 600ms);
+  for (int i = 0; i < 100; ++i) {
+    rig.emulator->advance(rig.emulator->now() + kCycle);
+    EXPECT_LT(std::abs(rig.emulator->plant().joint_velocity(elbow)), 0.01);
+  }
+}
+
+TEST(InjectedForeignMaster, IsNamedWithWhatItSent) {
+  Rig rig(false);
+  rig.emulator->inject(faults::parse_fault({"rogue-master", "rarm", "command=1"}));
+  rig.run(100ms);
+  EXPECT_THAT(rig.warnings, testing::Contains(testing::AllOf(testing::HasSubstr("can_rarm: another master"),
+                                                             testing::HasSubstr("080h (SYNC)"))));
+}
+
+TEST(InjectedTorqueDropout, ReadsZeroAndComesBack) {
+  Rig rig(false);
+  const auto names = rig.robot->joint_names();
+  const auto shoulder =
+      static_cast<std::size_t>(std::find(names.begin(), names.end(), "RShLat") - names.begin());
+  ASSERT_GT(std::abs(rig.robot->joints()[shoulder].torque), 1.0);
+  faults::Injection dropout = faults::parse_fault({"torque-dropout", "RShLat", "for=0.1"});
+  rig.emulator->inject(dropout);
+  rig.run(50ms);
+  EXPECT_EQ(rig.robot->joints()[shoulder].torque, 0);
+  rig.run(500ms);
+  EXPECT_GT(std::abs(rig.robot->joints()[shoulder].torque), 1.0);
+}
+
+/// What stands on the table is what the scene has, and what the fault makes of it.
+TEST(InjectedObjectFault, IsOfTheObjectAndGoesAway) {
+  Rig rig(false);
+  const auto bar = [&] { return rig.emulator->plant().object(0); };
+  const SceneObject sound = bar();
+  const auto with = [&](const std::vector<std::string>& words) {
+    const faults::Injection injection = faults::parse_fault(words);
+    rig.emulator->inject(injection);
+    rig.run(100ms);
+    const SceneObject broken = bar();
+    EXPECT_TRUE(rig.emulator->clear_fault(injection.name));
+    EXPECT_NEAR(bar().mass(), sound.mass(), 1e-9);
+    EXPECT_EQ(bar().model.links.front().surface.friction, sound.model.links.front().surface.friction);
+    return broken;
+  };
+  // Weights of 0.5 kg, 10 cm from either end of a bar of 105 cm.
+  const SceneObject lighter = with({"weight-removed", "left_weight"});
+  EXPECT_NEAR(sound.mass() - lighter.mass(), 0.5, 1e-9);
+  EXPECT_NEAR(lighter.mass() * lighter.p_OOcm().x(), sound.mass() * sound.p_OOcm().x() + 0.5 * 0.425, 1e-6);
+  const SceneObject heavier = with({"payload", "bar", "mass=3"});
+  EXPECT_NEAR(heavier.mass() - sound.mass(), 3, 1e-9);
+  EXPECT_NEAR((heavier.p_OOcm() - sound.p_OOcm()).norm(), 0, 1e-9) << "at the centre of mass";
+  const SceneObject slippery = with({"slip", "bar", "friction=0.25"});
+  EXPECT_NEAR(slippery.model.links.front().surface.friction,
+              0.25 * sound.model.links.front().surface.friction, 1e-12);
+  EXPECT_FALSE(rig.robot->fault()) << rig.robot->fault()->text;
+}
+
+/// A force on the hand is a force on its sensor.
+TEST(InjectedPush, IsReadByTheSensorBehindIt) {
+  Rig rig(false);
+  rig.run(3s);
+  const auto names = rig.robot->sensor_names();
+  const auto place =
+      static_cast<std::size_t>(std::find(names.begin(), names.end(), "r_arm_ft") - names.begin());
+  const Eigen::Vector3d before = rig.robot->sensors()[place].F_So_S.force;
+  rig.emulator->inject(faults::parse_fault({"push", "RSoftHand", "y=15", "for=1"}));
+  rig.run(500ms);
+  EXPECT_NEAR((rig.robot->sensors()[place].F_So_S.force - before).norm(), 15, 1.5);
+  rig.run(2s);
+  EXPECT_LT((rig.robot->sensors()[place].F_So_S.force - before).norm(), 1);
+  EXPECT_FALSE(rig.robot->fault()) << rig.robot->fault()->text;
 }
 
 /// The load on a wrist's sensor stays; what it reads does not.
@@ -232,7 +369,39 @@ TEST(InjectedSensorFault, IsInTheReadingsAndGoesAway) {
   const Wrench drifted = broken({"ft-bias-drift", "r_arm_ft", "force=50", "torque=2"});
   EXPECT_NEAR(drifted.force.z() - sound.force.z(), 50 * 0.2, 1.5);
   EXPECT_NEAR(drifted.torque.z() - sound.torque.z(), 2 * 0.2, 0.1);
+  const Wrench swapped = broken({"ft-swap", "r_arm_ft", "axis=0", "other=2"});
+  EXPECT_NEAR(swapped.force.x(), sound.force.z(), 1.0);
+  EXPECT_NEAR(swapped.force.z(), sound.force.x(), 1.0);
+  const Wrench saturated = broken({"ft-saturation", "r_arm_ft", "force=1", "torque=0.05"});
+  EXPECT_NEAR(saturated.force.cwiseAbs().maxCoeff(), 1, 0.051);  // half of a step on the wire
+  EXPECT_LE(saturated.torque.cwiseAbs().maxCoeff(), 0.055);
   EXPECT_FALSE(rig.robot->fault()) << rig.robot->fault()->text;
+}
+
+TEST(InjectedNoise, HasTheDeviationAskedFor) {
+  Rig rig(false);
+  rig.run(3s);
+  const auto names = rig.robot->sensor_names();
+  const auto place =
+      static_cast<std::size_t>(std::find(names.begin(), names.end(), "r_arm_ft") - names.begin());
+  rig.emulator->inject(faults::parse_fault({"ft-noise", "r_arm_ft", "force=5", "torque=0.2"}));
+  double forces = 0, torques = 0;
+  constexpr int kSamples = 400;
+  Wrench mean;
+  std::vector<Wrench> all;
+  for (int i = 0; i < kSamples; ++i) {
+    rig.run(kCycle);
+    all.push_back(rig.robot->sensors()[place].F_So_S);
+    mean.force += all.back().force / kSamples;
+    mean.torque += all.back().torque / kSamples;
+  }
+  for (const Wrench& one : all) {
+    forces += (one.force - mean.force).squaredNorm() / (3 * kSamples);
+    torques += (one.torque - mean.torque).squaredNorm() / (3 * kSamples);
+  }
+  // 1200 numbers tell their deviation to 2 %; the sensor's own noise adds 0.1 %.
+  EXPECT_NEAR(std::sqrt(forces), 5, 0.4);
+  EXPECT_NEAR(std::sqrt(torques), 0.2, 0.016);
 }
 
 TEST(InjectedCameraFault, IsInTheFrames) {
@@ -257,6 +426,23 @@ TEST(InjectedCameraFault, IsInTheFrames) {
   const Eigen::Isometry3d X_CF = X_WC.inverse() * camera.exposure().X_WC;
   EXPECT_NEAR(X_CF.translation().x(), 0.02, 2e-3);
   EXPECT_NEAR(Eigen::AngleAxisd(X_CF.linear()).angle(), 0.1, 2e-3);
+  rig.emulator->clear_fault("extrinsic-error");
+  rig.emulator->inject(faults::parse_fault({"plane-misfit", "tilt=0.05"}));
+  static_cast<void>(frame());
+  const Eigen::AngleAxisd nod((X_WC.inverse() * camera.exposure().X_WC).linear());
+  EXPECT_NEAR(nod.angle() * nod.axis().x(), 0.05, 2e-3);
+  rig.emulator->inject(faults::parse_fault({"phantom-points", "size=40", "distance=2"}));
+  const MultiSense::Frame seen = frame();
+  const sensors::StereoOptions& optics = camera.optics();
+  const auto pixel = [&](int beside) {
+    return seen.disparity.pixels[static_cast<std::size_t>(optics.height / 2 * optics.width +
+                                                          optics.width / 2 + beside)] /
+           16.0;
+  };
+  const double expected = optics.focal_px * optics.baseline / 2;
+  EXPECT_NEAR(pixel(0), expected, 0.04);
+  EXPECT_NEAR(pixel(19), expected, 0.04);
+  EXPECT_GT(std::abs(pixel(-30) - expected), 1);
   rig.emulator->inject(faults::parse_fault({"cloud-missing"}));
   const std::uint64_t last = camera.exposure().frame;
   rig.run(500ms);
@@ -325,6 +511,10 @@ TEST(InjectedFaults, AreRefusedWhereTheyCannotBe) {
   EXPECT_THAT(refusal({"frame-drop", "RElbj", "share=2"}), HasSubstr("expected 0 to 1"));
   EXPECT_THAT(refusal({"frame-drop", "RElbj", "part=1"}), HasSubstr("there is no parameter"));
   EXPECT_THAT(refusal({"frame-drop"}), HasSubstr("no target"));
+  EXPECT_THAT(refusal({"payload", "table"}), HasSubstr("there is no object \"table\""));
+  EXPECT_THAT(refusal({"push", "RSoftHnd"}), HasSubstr("did you mean"));
+  EXPECT_THAT(refusal({"interface-down", "RElbj"}), HasSubstr("there is no bus"));
+  EXPECT_THAT(refusal({"driver-kill", "rarm"}), HasSubstr("expected no target"));
   EXPECT_EQ(refusal({"joint-locked", "RElbj"}), "");
   EXPECT_THAT(refusal({"joint-locked", "RElbj"}), HasSubstr("\"RElbj-joint-locked\" already"));
 }

@@ -8,9 +8,20 @@ namespace walkman::nodes {
 ReadingFault::ReadingFault(const Parameters& parameters, const Vector6& units, double sample_period)
     : parameters_(parameters), units_(units), sample_period_(sample_period), generator_(parameters.seed) {}
 
+Vector6 ReadingFault::disturbed(const Vector6& reading) noexcept {
+  Vector6 out = parameters_.matrix * reading + time_ * parameters_.drift;
+  for (Eigen::Index i = 0; i < out.size(); ++i)
+    if (parameters_.noise[i] > 0) out[i] += parameters_.noise[i] * normal_(generator_);
+  out = out.cwiseMax(-parameters_.end).cwiseMin(parameters_.end);
+  if (!held_) held_ = out;
+  if (parameters_.forces_stuck) out.head<3>() = held_->head<3>();
+  if (parameters_.torques_stuck) out.tail<3>() = held_->tail<3>();
+  return out;
+}
+
 Vector6 ReadingFault::apply(const Vector6& reading) noexcept {
   time_ += sample_period_;
-  Vector6 out = parameters_.matrix * reading + time_ * parameters_.drift;
+  Vector6 out = disturbed(reading);
   if (!parameters_.bit) return out;
   const Bit& bit = *parameters_.bit;
   const double uniform = std::uniform_real_distribution<double>()(generator_);

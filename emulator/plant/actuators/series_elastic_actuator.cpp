@@ -44,7 +44,7 @@ SeriesElasticActuator::GearError SeriesElasticActuator::gear_error() const {
 
 double SeriesElasticActuator::transmitted(double link_position, double link_velocity) const {
   const double difference = motor_.position() + gear_.value - link_position;
-  const double play = parameters_.backlash / 2;
+  const double play = (parameters_.backlash + fault_.play) / 2;
   const double deflection = difference - std::clamp(difference, -play, play);
   if (deflection == 0 && play > 0) return 0;
   const double torque = parameters_.spring_constant * deflection +
@@ -70,7 +70,7 @@ void SeriesElasticActuator::reset(double link_position, double torque) {
 double SeriesElasticActuator::advance(double link_position, double link_velocity, double wanted_torque,
                                       bool locked, double dt) {
   // The spring's work on the gear's output is its work on the motor.
-  motor_.advance(fault_.torque_share * wanted_torque,
+  motor_.advance(fault_.torque_share * wanted_torque + fault_.own_torque,
                  (1 + gear_.slope) * transmitted(link_position, link_velocity), locked, dt);
   gear_ = gear_error();
   read_sensors(link_position, dt);
@@ -104,6 +104,7 @@ void SeriesElasticActuator::read_sensors(double link_position, double dt) {
   readings_.spring_torque = calibration_.spring_constant * (motor - link);
   if (transmission_ == Transmission::kTendon)
     readings_.spring_torque = std::max(0.0, readings_.spring_torque);
+  if (fault_.torque_lost) readings_.spring_torque = 0;
   readings_.current = motor_.current();
   readings_.winding_temperature_c = motor_.winding_temperature_c() + fault_.winding_rise;
   readings_.case_temperature_c = motor_.case_temperature_c();

@@ -41,6 +41,9 @@ struct ActuatorFault {
   double drag = 0;             ///< dry friction against the motor, N·m on the joint side
   double winding_rise = 0;     ///< of the thermistor's reading, K
   double supply_voltage = -1;  ///< V; negative: as it should be
+  double own_torque = 0;       ///< of the motor besides, whatever is asked for, N·m on the joint side
+  double play = 0;             ///< of the transmission besides, rad from end to end
+  bool torque_lost = false;    ///< the spring's torque reads zero
 };
 
 /// A geared motor, free play, a series spring and an encoder on either side of both. The link itself belongs
