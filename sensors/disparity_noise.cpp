@@ -164,7 +164,7 @@ void DisparityNoise::add_noise(int v, Scratch& scratch, float* matched) const {
   for (std::size_t u = 0; u < width; ++u) {
     const float deviation = std::sqrt(variance + kSlantError * kSlantError * g[u]);
     const float noisy = matched[u] + deviation * (kCorrelatedShare * a[u] + kWhiteShare * b[u]);
-    matched[u] = (matched[u] > 0) & (g[u] < kMostGradient * kMostGradient) ? noisy : 0;
+    matched[u] = ((matched[u] > 0) & (g[u] < kMostGradient * kMostGradient)) ? noisy : 0;
   }
 }
 

@@ -44,8 +44,7 @@ struct LumaImages::Worker {
   int holes = 0;
 };
 
-LumaImages::LumaImages(const StereoOptions& options, int stride, int bands, int workers)
-    : options_(options), stride_(stride), bands_(bands) {
+LumaImages::LumaImages(const StereoOptions& options, int workers) : options_(options) {
   const auto width = static_cast<std::size_t>(options.width);
   for (int i = 0; i < workers; ++i) {
     workers_.push_back(std::make_unique<Worker>(std::max<std::size_t>(width, kBatch)));

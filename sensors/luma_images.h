@@ -22,8 +22,7 @@ namespace walkman::sensors {
 /// near thing in front of a surface that both see is left out.
 class LumaImages {
  public:
-  /// `stride` and `bands` as StereoRays has them.
-  LumaImages(const StereoOptions& options, int stride, int bands, int workers);
+  LumaImages(const StereoOptions& options, int workers);
   ~LumaImages();
 
   /// Prepares a frame: lights every triangle. `surfaces` of the scene are referred to until the next.
@@ -47,7 +46,6 @@ class LumaImages {
   void expose(int v, int camera, Worker& worker, const float* signals, std::uint8_t* out) const;
 
   StereoOptions options_;
-  int stride_, bands_;
   const PaintedSurfaces* surfaces_ = nullptr;
   std::uint64_t seed_ = 0, frame_ = 0;
   std::vector<float> light_;                 // on each triangle

@@ -86,7 +86,7 @@ struct StereoCamera::Impl {
         rays(o, o.threads),
         fattening(o.width, o.height, rays.stride(), o.fattening_px),
         noise(o, o.threads),
-        luma(o, rays.stride(), rays.bands(), o.threads),
+        luma(o, o.threads),
         scratch(static_cast<std::size_t>(o.threads)),
         points(static_cast<std::size_t>(o.threads), SurfacePoints(static_cast<std::size_t>(o.width))) {
     const auto pixels = static_cast<std::size_t>(rays.stride()) *

@@ -247,6 +247,9 @@ Injection parse_fault(const std::vector<std::string>& words) {
   for (const std::string& word : words)
     if (const std::size_t equals = word.find('='); equals != std::string::npos)
       take_word(word.substr(0, equals), word.substr(equals + 1), out);
+  if (out.every && (!out.lasts || *out.every < *out.lasts))
+    throw std::runtime_error(
+        fmt::format("{}: every={:g}, expected for=S beside it, and S no longer", out.kind->name, *out.every));
   return out;
 }
 

@@ -45,7 +45,7 @@ Eigen::Matrix3d spread_inertia(const Eigen::Matrix3d& inertia, const Eigen::Vect
 class Drawing {
  public:
   Drawing(const RobotModel& nominal, const DeviceTable& devices, const ModelError& error, std::uint64_t seed)
-      : parts_(nominal, devices), devices_(devices), error_(error), seed_(seed) {
+      : parts_(nominal, devices), error_(error), seed_(seed) {
     robot_.model = nominal;
   }
 
@@ -72,7 +72,6 @@ class Drawing {
 
   TrueRobot robot_;
   RobotParts parts_;
-  const DeviceTable& devices_;
   const ModelError& error_;
   std::uint64_t seed_;
 };

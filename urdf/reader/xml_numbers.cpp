@@ -20,7 +20,7 @@ std::string shown(std::string_view text) {
 
 }  // namespace
 
-std::optional<std::string> parse_numbers(const char* text, std::span<double> values) {
+std::optional<std::string> parse_numbers(std::string_view text, std::span<double> values) {
   std::string_view rest = text;
   std::size_t count = 0;
   while (true) {

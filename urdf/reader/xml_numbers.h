@@ -3,6 +3,7 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <string_view>
 
 namespace tinyxml2 {
 class XMLElement;
@@ -11,7 +12,7 @@ class XMLElement;
 namespace walkman {
 
 /// Reads `values.size()` finite numbers separated by blanks. Returns what is wrong with the text, or nothing.
-[[nodiscard]] std::optional<std::string> parse_numbers(const char* text, std::span<double> values);
+[[nodiscard]] std::optional<std::string> parse_numbers(std::string_view text, std::span<double> values);
 
 /// The same for an attribute. A missing one is an error if `required`, otherwise leaves `values` alone.
 [[nodiscard]] std::optional<std::string> read_attribute(const tinyxml2::XMLElement& element,

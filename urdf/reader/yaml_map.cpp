@@ -131,8 +131,7 @@ double YamlMap::number(const std::string& key) const {
   const YAML::Node node = at(key);
   if (!node.IsScalar()) fail(key, fmt::format("found {}, expected a number", kind_of(node)));
   std::array<double, 1> value{};
-  if (const auto wrong = parse_numbers(node.Scalar().c_str(), value))
-    fail(key, *wrong + ", expected a number");
+  if (const auto wrong = parse_numbers(node.Scalar(), value)) fail(key, *wrong + ", expected a number");
   return value[0];
 }
 
@@ -167,8 +166,7 @@ void YamlMap::read_numbers(const std::string& key, double* out, std::size_t coun
   for (std::size_t i = 0; i < count; ++i) {
     if (!node[i].IsScalar()) fail(key, fmt::format("found {} in it, expected a number", kind_of(node[i])));
     std::array<double, 1> value{};
-    if (const auto wrong = parse_numbers(node[i].Scalar().c_str(), value))
-      fail(key, *wrong + ", expected a number");
+    if (const auto wrong = parse_numbers(node[i].Scalar(), value)) fail(key, *wrong + ", expected a number");
     out[i] = value[0];
   }
 }

@@ -1,0 +1,153 @@
+// Datagrams of several clients into the emulated camera: requests that are whole or cut, and anything else.
+// What is no datagram of the protocol is not answered, an answer is no longer than the longest message that
+// may be asked for, and a client that does not read costs a bounded amount of memory.
+
+#include <array>
+#include <memory>
+#include <vector>
+
+#include "emulator/camera/multisense_device.h"
+#include "tests/fuzz/input.h"
+
+// Whatever advances a camera looks at the plant. Here exposures are given as they come: the plant, half of
+// the emulator, is not linked.
+namespace walkman::plant {
+
+const InertialMotion* Plant::camera_motion() const { std::abort(); }
+Eigen::Isometry3d Plant::X_WL(int) const { std::abort(); }
+Eigen::Isometry3d Plant::X_WO(int) const { std::abort(); }
+const SceneObject& Plant::object(int) const { std::abort(); }
+double Plant::joint_position(int) const { std::abort(); }
+
+}  // namespace walkman::plant
+
+namespace walkman::fuzz {
+namespace {
+
+using multisense::kDatagramHeadBytes;
+
+/// A base with a box to look at, a camera and a laser on a spindle; nothing moves.
+RobotModel camera_head() {
+  const char* const urdf = WALKMAN_SOURCE_TREE "/tests/fuzz/camera_head.urdf";
+  return load_robot_model(urdf);
+}
+
+constexpr int kWidth = 1028, kHeight = 2;
+
+/// Of so few rows that a frame is cast at once, at every size that may be asked for.
+CameraParameters small_camera() {
+  CameraParameters parameters;
+  parameters.stereo.width = kWidth;
+  parameters.stereo.height = kHeight;
+  parameters.stereo.cx = (kWidth - 1) / 2.0;
+  parameters.stereo.cy = (kHeight - 1) / 2.0;
+  parameters.stereo.threads = 1;
+  parameters.laser.beams = 33;
+  return parameters;
+}
+
+/// What there is to see, and the camera that looks at it: made once, for it takes as long as a hundred
+/// inputs.
+class Head {
+ public:
+  Head() {
+    scene_.robot.laser = LaserParts{"laser", "spindle"};
+    scene_.robot.camera_imu = "camera";
+    camera_ = std::make_unique<MultiSense>(robot_, scene_, robot_.link_index("camera"), small_camera(), 1);
+    imu_ = camera_->imu()->config();
+    exposure_.poses.assign(1, Eigen::Isometry3d::Identity());
+  }
+  /// As it is when it is switched on, but for the inertial unit's count of its samples.
+  MultiSense& reset() {
+    camera_->set_mode({kWidth, kHeight, 128});
+    camera_->set_rate(2);
+    camera_->turn_spindle(0);
+    require(camera_->imu()->set(imu_), "what the inertial unit says is set can be set");
+    exposure_.frame = 0;
+    exposure_.stamp = Time::min();
+    return *camera_;
+  }
+  /// A frame, a turn of the laser and samples of the inertial unit.
+  void see(Time now, LaserTurns& turns) {
+    exposure_.stamp = now;
+    ++exposure_.frame;
+    camera_->imu()->advance(now, {});
+    auto turn = std::make_shared<LaserTurn>();
+    turn->number = exposure_.frame;
+    turn->first = now;
+    turn->X_WH.assign(20, Eigen::Isometry3d::Identity());
+    turn->angles.assign(20, 0.1);
+    turn->poses = exposure_.poses;
+    turns.push_back(turn);
+    while (turns.size() > 3) turns.pop_front();
+  }
+  [[nodiscard]] const Exposure& exposure() const { return exposure_; }
+
+ private:
+  RobotModel robot_ = camera_head();
+  Scene scene_;
+  std::unique_ptr<MultiSense> camera_;
+  multisense::ImuConfig imu_;
+  Exposure exposure_;
+};
+
+/// The head of a datagram that is a whole message.
+std::vector<std::uint8_t> whole(std::span<const std::uint8_t> message) {
+  std::vector<std::uint8_t> datagram;
+  multisense::Fragments(message, 7, multisense::kMostMtu).next(datagram);
+  return datagram;
+}
+
+}  // namespace
+}  // namespace walkman::fuzz
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  using namespace walkman;
+  // Two images of 2 B a pixel, the disparity and the metadata are the longest that one frame brings.
+  constexpr std::size_t kMostPerClient = 8 << 20;
+  static fuzz::Head head;
+  MultiSenseDevice device(head.reset());
+  fuzz::Input input(data, size);
+  LaserTurns turns;
+  static Time now = std::chrono::seconds(1);  // never goes back
+  Time host{};
+  MultiSenseDevice::Address to = 0;
+  std::vector<std::uint8_t> datagram;
+  const auto drain = [&] {
+    std::size_t bytes = 0;
+    while (device.next(to, datagram)) {
+      fuzz::require(datagram.size() > fuzz::kDatagramHeadBytes && datagram.size() <= multisense::kMostMtu,
+                    "a datagram has a head and a message, and fits");
+      fuzz::require((bytes += datagram.size()) <= MultiSenseDevice::kMostClients * kMostPerClient,
+                    "what waits for clients is bounded");
+    }
+    return bytes;
+  };
+  while (!input.empty()) {
+    const unsigned how = input.byte();
+    if ((how & 7U) == 0) {
+      const Time pause = input.pause();
+      now += pause;
+      host += pause;
+      head.see(now, turns);
+      device.publish(now, head.exposure(), turns);
+      if ((how & 8U) != 0) device.stop_silent(host);
+    } else if ((how & 7U) == 1) {
+      drain();
+    } else if ((how & 7U) == 2) {
+      device.forget(how >> 3U);
+    } else {
+      const auto message = input.bytes(input.byte());
+      const bool as_it_is = (how & 7U) == 3;
+      const std::vector<std::uint8_t> request =
+          as_it_is ? std::vector<std::uint8_t>(message.begin(), message.end()) : fuzz::whole(message);
+      const bool known = multisense::read_head(request).has_value();
+      const std::size_t before = known ? 0 : device.waiting();
+      device.receive(how >> 3U, request, host);
+      if (!known)
+        fuzz::require(device.waiting() == before, "what is no datagram of the protocol is not answered");
+    }
+  }
+  drain();
+  return 0;
+}

@@ -1,0 +1,47 @@
+// A plan of faults in YAML, and a fault in words as the command line and the control socket have it.
+
+#include <cmath>
+#include <sstream>
+
+#include "emulator/faults/fault_plan.h"
+#include "tests/fuzz/input.h"
+#include "tests/fuzz/input_file.h"
+
+namespace walkman::fuzz {
+namespace {
+
+void require_in_range(const faults::Injection& injection) {
+  require(injection.kind != nullptr && injection.values.size() == injection.kind->parameters.size(),
+          "a fault has a kind and its parameters");
+  for (std::size_t i = 0; i < injection.values.size(); ++i) {
+    const faults::Parameter& parameter = injection.kind->parameters[i];
+    require(injection.values[i] >= parameter.least && injection.values[i] <= parameter.most,
+            "a parameter is in its range");
+  }
+  require(injection.at >= 0 && std::isfinite(injection.at), "a fault begins at some time");
+  require(!injection.lasts || *injection.lasts > 0, "a fault lasts");
+  require(!injection.every || (injection.lasts && *injection.every >= *injection.lasts),
+          "a fault is over before it comes again");
+}
+
+}  // namespace
+}  // namespace walkman::fuzz
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  using namespace walkman;
+  static fuzz::InputFile file("plan.yaml");
+  file.write({data, size});
+  file.read_or_refuse([] {
+    for (const faults::Injection& injection : faults::load_fault_plan(file.path()))
+      fuzz::require_in_range(injection);
+  });
+  std::istringstream text(std::string(reinterpret_cast<const char*>(data), size));
+  std::vector<std::string> words;
+  for (std::string word; text >> word;) words.push_back(word);
+  try {
+    fuzz::require_in_range(faults::parse_fault(words));
+  } catch (const std::runtime_error& complaint) {
+    fuzz::require(*complaint.what() != '\0', "a complaint has words");
+  }
+  return 0;
+}

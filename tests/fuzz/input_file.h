@@ -1,0 +1,42 @@
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <span>
+#include <stdexcept>
+#include <string>
+
+namespace walkman::fuzz {
+
+/// A folder of this process's own with one file, which has each input for its contents; what such a file may
+/// name beside itself is there by links to the source tree.
+class InputFile {
+ public:
+  /// `name` below the folder; `beside`: a folder of the source tree whose entries are linked there as if the
+  /// file were at `name` in it; empty: none.
+  explicit InputFile(const std::filesystem::path& name, const std::filesystem::path& beside = {});
+  ~InputFile();
+  InputFile(const InputFile&) = delete;
+  InputFile& operator=(const InputFile&) = delete;
+
+  void write(std::span<const std::uint8_t> contents);
+  [[nodiscard]] const std::filesystem::path& path() const { return file_; }
+
+  /// Lets `read` throw std::runtime_error with a sentence that names the file, or one that it names, and
+  /// nothing else.
+  template <typename Read>
+  void read_or_refuse(const Read& read) const {
+    try {
+      read();
+    } catch (const std::runtime_error& complaint) {
+      require_named(complaint.what());
+    }
+  }
+
+ private:
+  void require_named(const std::string& complaint) const;
+
+  std::filesystem::path folder_, file_;
+};
+
+}  // namespace walkman::fuzz
