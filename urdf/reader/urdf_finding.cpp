@@ -5,10 +5,12 @@
 
 #include <fmt/format.h>
 
+#include "urdf/reader/utf8.h"
+
 namespace walkman {
 
 std::string to_sentence(const std::string& file, const UrdfFinding& finding) {
-  return fmt::format("{}:{}: {}: {}", file, finding.line, finding.element, finding.reason);
+  return one_line(fmt::format("{}:{}: {}: {}", file, finding.line, finding.element, finding.reason));
 }
 
 UrdfFindings::UrdfFindings(std::string file, OnFinding on_finding)

@@ -15,6 +15,7 @@
 
 #include "urdf/reader/nearest_name.h"
 #include "urdf/reader/text_file.h"
+#include "urdf/reader/utf8.h"
 #include "urdf/reader/xml_numbers.h"
 
 namespace walkman {
@@ -44,8 +45,8 @@ YAML::Node parse_yaml_file(const std::filesystem::path& file) {
   } catch (const YAML::DeepRecursion& error) {
     throw std::runtime_error(fmt::format("{}:{}: nested too deep", file.string(), error.mark.line + 1));
   } catch (const YAML::Exception& error) {
-    throw std::runtime_error(
-        fmt::format("{}:{}: not well-formed YAML ({})", file.string(), error.mark.line + 1, error.msg));
+    throw std::runtime_error(one_line(
+        fmt::format("{}:{}: not well-formed YAML ({})", file.string(), error.mark.line + 1, error.msg)));
   }
 }
 
@@ -76,8 +77,9 @@ std::string YamlMap::place_of(const std::string& key) const {
 std::string YamlMap::where() const { return fmt::format("{}:{}", file_, node_.Mark().line + 1); }
 
 void YamlMap::fail_at(const YAML::Node& node, const std::string& place, const std::string& reason) const {
-  throw std::runtime_error(
-      fmt::format("{}:{}: {}{}{}", file_, node.Mark().line + 1, place, place.empty() ? "" : ": ", reason));
+  // What was found may be several lines, or have a zero in it, which ends a complaint.
+  throw std::runtime_error(one_line(
+      fmt::format("{}:{}: {}{}{}", file_, node.Mark().line + 1, place, place.empty() ? "" : ": ", reason)));
 }
 
 void YamlMap::fail(const std::string& key, const std::string& reason) const {

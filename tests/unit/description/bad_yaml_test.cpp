@@ -47,6 +47,8 @@ INSTANTIATE_TEST_SUITE_P(
         Bad{"bad_scene_missing_key.yaml", 2, {"robot", "\"posture\" is missing"}},
         Bad{"bad_scene_wrong_type.yaml", 4, {"robot.base.xyz_m", "a list of 2", "3 numbers"}},
         Bad{"bad_scene_nan.yaml", 8, {"jitter.x_m", "\"nan\" is not finite"}},
+        Bad{"bad_scene_number_with_zero.yaml", 8, {"jitter.x_m", R"("0.01\x00" is not a number)"}},
+        Bad{"bad_scene_two_lines.yaml", 4, {"robot.base.kind", R"("fixed\x0Aflying", expected fixed)"}},
         Bad{"bad_scene_dot_nan.yaml", 8, {"jitter.x_m", ".nan"}},
         Bad{"bad_scene_negative_jitter.yaml", 8, {"jitter.x_m", "negative"}},
         Bad{"bad_scene_base_kind.yaml", 4, {"robot.base.kind", "\"flying\"", "fixed, floating or hoisted"}},
