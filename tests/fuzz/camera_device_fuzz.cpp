@@ -25,6 +25,8 @@ namespace walkman::fuzz {
 namespace {
 
 using multisense::kDatagramHeadBytes;
+/// In datagrams of one request: its acknowledgement, and what fills the longest datagram.
+constexpr std::size_t kMostAnswered = 2 * kDatagramHeadBytes + 10 + multisense::kMostMtu;
 
 /// A base with a box to look at, a camera and a laser on a spindle; nothing moves.
 RobotModel camera_head() {
@@ -138,7 +140,8 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
       device.forget(how >> 3U);
     } else {
       const auto message = input.bytes(input.byte());
-      const bool as_it_is = (how & 7U) == 3;
+      const bool as_it_is = (how & 7U) == 3, alone = (how & 7U) == 4;
+      if (alone) drain();
       const std::vector<std::uint8_t> request =
           as_it_is ? std::vector<std::uint8_t>(message.begin(), message.end()) : fuzz::whole(message);
       const bool known = multisense::read_head(request).has_value();
@@ -146,6 +149,9 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
       device.receive(how >> 3U, request, host);
       if (!known)
         fuzz::require(device.waiting() == before, "what is no datagram of the protocol is not answered");
+      if (alone)
+        fuzz::require(drain() <= fuzz::kMostAnswered,
+                      "an answer is an acknowledgement and a datagram at most");
     }
   }
   drain();
