@@ -156,11 +156,18 @@ std::vector<HandMotion::Target> HandMotion::targets(const std::map<std::string, 
   return result;
 }
 
-void HandMotion::reset(const Eigen::VectorXd& q) {
-  if (q.size() != kinematics_.dof() || !q.allFinite())
-    throw std::runtime_error("hand motion: " + std::to_string(q.size()) +
-                             " joint positions or one not finite, " + "expected " +
-                             std::to_string(kinematics_.dof()) + " finite ones");
+void HandMotion::reset(const Eigen::VectorXd& q, const Eigen::VectorXd& q_stood) {
+  for (const Eigen::VectorXd* positions : {&q, &q_stood}) {
+    if (positions->size() != kinematics_.dof() || !positions->allFinite())
+      throw std::runtime_error("hand motion: " + std::to_string(positions->size()) +
+                               " joint positions or one not finite, " + "expected " +
+                               std::to_string(kinematics_.dof()) + " finite ones");
+  }
+  q_stood_ = q_stood;
+  if (stance_) {
+    kinematics_.update(q_stood);
+    base_room_.reset(stance_->X_TB(kinematics_));
+  }
   state_.q = q;
   state_.status = Status::kHolding;
   state_.waited = 0;
@@ -168,7 +175,6 @@ void HandMotion::reset(const Eigen::VectorXd& q) {
   pose();
   if (!stance_) return;
   state_.X_WB = stance_->X_TB(kinematics_);
-  base_room_.reset(state_.X_WB);
   pose();
   const auto at = [](const Eigen::Vector2d& p) {
     return Eigen::Isometry3d(Eigen::Translation3d(p.x(), p.y(), 0));
@@ -179,7 +185,7 @@ void HandMotion::reset(const Eigen::VectorXd& q) {
   legs_.clear();
   for (const std::string& joint_name : legs_joints_) {
     const int dof = kinematics_.dof_of(joint_name);
-    legs_.push_back({dof, state_.q[dof]});
+    legs_.push_back({dof, q_stood[dof]});
   }
 }
 

@@ -50,9 +50,12 @@ class HandMotion {
   HandMotion(const RobotModel& model, const std::vector<std::string>& joint_names, const Stance& stance,
              HandMotionOptions options);
 
-  /// Reference at rest at q (rad, joint_names order), no target. Throws std::runtime_error for a wrong size
-  /// or a value that is not finite.
-  void reset(const Eigen::VectorXd& q);
+  /// Reference at rest at q (rad, joint_names order), no target. The robot stood up with its joints at
+  /// `q_stood`: there its legs tend to be, and around there its base has its room. Throws std::runtime_error
+  /// for a wrong size or a value that is not finite.
+  void reset(const Eigen::VectorXd& q, const Eigen::VectorXd& q_stood);
+  /// It stood up there.
+  void reset(const Eigen::VectorXd& q) { reset(q, q); }
   /// Position of a joint outside joint_names, such as the hand's motor. Throws as KinematicTree::set_passive.
   void set_passive(const std::string& joint_name, double value);
   /// From now on out of bounds for the whole robot; in place of those before. The working hand's fingers keep
@@ -115,6 +118,8 @@ class HandMotion {
 
   /// Positions (rad) and velocities (rad/s) of the reference, joint_names order.
   [[nodiscard]] const Eigen::VectorXd& q_ref() const { return state_.q; }
+  /// Of the last `reset`.
+  [[nodiscard]] const Eigen::VectorXd& q_stood() const { return q_stood_; }
   [[nodiscard]] const Eigen::VectorXd& v_ref() const { return ik_.joint_velocity(); }
   /// Pose of the reference model's base.
   [[nodiscard]] const Eigen::Isometry3d& X_WB() const { return state_.X_WB; }
@@ -188,6 +193,7 @@ class HandMotion {
   State state_;
   Eigen::Vector2d com_shift_ = Eigen::Vector2d::Zero();
   double twist_ = 0;
+  Eigen::VectorXd q_stood_;
   bool keep_posture_ = false;
   Eigen::VectorXd kept_;  // of the joints, then
   Eigen::Matrix3d R_WB_kept_ = Eigen::Matrix3d::Identity();

@@ -126,8 +126,8 @@ std::vector<GraspPlanner::Place> GraspPlanner::places(const View& view, const Co
 }
 
 /// What the hand would touch there, empty when nothing.
-GraspPlanner::Refusal GraspPlanner::blocked(const View& view, const Hand& hand, const Place& place,
-                                            double beside_room, const Eigen::Isometry3d& X_TEnd) const {
+GraspPlanner::Refusal GraspPlanner::touching(const View& view, const Hand& hand, const Place& place,
+                                             double beside_room, const Eigen::Isometry3d& X_TEnd) const {
   const perception::Handle& handle = view.seen->object().handles[static_cast<std::size_t>(place.handle)];
   const perception::Plane& plane = view.seen->plane;
   const Eigen::Vector3d n_T = view.X_TC.linear() * plane.n_C;
@@ -204,13 +204,19 @@ double GraspPlanner::judge(const View& view, Hand& hand, const Place& place, dou
   std::vector<Eigen::Isometry3d> way =
       approach_way(grasp.X_TG, parameters_.stage_two.palm_clearance, parameters_.stage_two);
   grasp.X_TH = way.back();
-  refusal = blocked(view, hand, place, beside_room, grasp.X_TH);
+  for (const Blocked& blocked : view.blocked) {
+    const double apart = (blocked.p_TG - grasp.X_TG.translation()).norm();
+    if (blocked.hand != grasp.hand || apart > parameters_.stage_two.displacement_threshold) continue;
+    refusal = {blocked.reason, false, true};
+    return kNoGrasp;
+  }
+  refusal = touching(view, hand, place, beside_room, grasp.X_TH);
   if (!refusal.reason.empty()) return kNoGrasp;
   grasp.obstacles = view.obstacles;
   for (motion::NamedObstacle& part : rest_of_object(*view.seen, place.handle, place.along, view.X_TC))
     grasp.obstacles.push_back(std::move(part));
   hand.motion.set_obstacles(grasp.obstacles);
-  hand.motion.reset(view.q);
+  hand.motion.reset(view.q, view.q_stood);
   Eigen::Isometry3d lifted = way.back();
   lifted.translation().z() += parameters_.stage_two.lift_max;
   way.push_back(lifted);

@@ -43,12 +43,21 @@ struct PlannedGrasp {
 /// of the cloud but those of the handle.
 class GraspPlanner {
  public:
+  /// A grasp that a hand was to take when its way turned out to be blocked.
+  struct Blocked {
+    std::size_t hand = 0;
+    Eigen::Vector3d p_TG = Eigen::Vector3d::Zero();
+    std::string reason;
+  };
   /// What the grasps are planned for.
   struct View {
     const perception::StageOneResult* seen = nullptr;
     Eigen::Isometry3d X_TC = Eigen::Isometry3d::Identity();
     std::vector<motion::NamedObstacle> obstacles;  ///< in T
-    Eigen::VectorXd q;                             ///< the reference to start from, joint_names order
+    /// The reference to start from, and where the robot stood up; rad, joint_names order.
+    Eigen::VectorXd q, q_stood;
+    /// Nearer to one of these than what counts, the displacement threshold, there is no grasp for that hand.
+    std::vector<Blocked> blocked = {};
   };
   /// How far a place on a handle (m from its middle) is from the wanted one, m.
   using Cost = std::function<double(const perception::Handle& handle, double along)>;
@@ -76,14 +85,14 @@ class GraspPlanner {
     double along, cost;
   };
   [[nodiscard]] std::vector<Place> places(const View& view, const Cost& cost) const;
-  /// Why a grasp cannot be: what would touch, or that there is no way to it. No reason when it can.
+  /// Why a grasp cannot be: what would touch, or that there is or was no way to it. No reason when it can.
   struct Refusal {
     std::string reason;
     bool beside = false;  // touches what lies beside the handle
     bool no_way = false;
   };
-  [[nodiscard]] Refusal blocked(const View& view, const Hand& hand, const Place& place, double beside_room,
-                                const Eigen::Isometry3d& X_TEnd) const;
+  [[nodiscard]] Refusal touching(const View& view, const Hand& hand, const Place& place, double beside_room,
+                                 const Eigen::Isometry3d& X_TEnd) const;
   /// "the right hand: ...; the left hand: ...".
   [[nodiscard]] std::string both_hands(const std::vector<std::string>& refusals) const;
   /// Room of the grasp, as a share of what is enough; kNoGrasp when it cannot be.

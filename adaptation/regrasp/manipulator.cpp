@@ -78,7 +78,7 @@ Manipulator::Manipulator(const KnownRobot& known, Session& session, const StageT
   if (known.description.gaze) gaze_.emplace(known, session.joint_names());
 }
 
-void Manipulator::take_over(const Eigen::VectorXd& q) {
+void Manipulator::take_over(const Eigen::VectorXd& q, const Eigen::VectorXd& q_stood) {
   const std::vector<std::string>& joints = session_.joint_names();
   const motion::HandMotionOptions options = motion::hand_motion_options(known_, session_.hand());
   if (const auto& stance = session_.stance()) {
@@ -87,7 +87,7 @@ void Manipulator::take_over(const Eigen::VectorXd& q) {
     motion_.emplace(known_.model, joints, Eigen::Isometry3d::Identity(), options);
   }
   motion_->set_obstacles(obstacles_);
-  motion_->reset(q);
+  motion_->reset(q, q_stood);
   margins_ = {wider(options.margins), options.margins};
 }
 
@@ -95,8 +95,8 @@ void Manipulator::use(std::size_t hand) {
   if (hand == hand_) return;
   hand_ = hand;
   session_.use(known_.description.working_hands().at(hand));
-  const Eigen::VectorXd q = motion_->q_ref();
-  take_over(q);
+  const Eigen::VectorXd q = motion_->q_ref(), q_stood = motion_->q_stood();
+  take_over(q, q_stood);
   X_TH_start_ = motion_->X_WH();
   hand_weight_ = wrench::HandWeight(known_.model, session_.hand().force_torque);
   estimator_ = wrench::LoadEstimator(sensor_of(parameters_));
@@ -105,7 +105,8 @@ void Manipulator::use(std::size_t hand) {
 }
 
 void Manipulator::start() {
-  take_over(session_.link_positions());
+  const Eigen::VectorXd q = session_.link_positions();
+  take_over(q, q);
   while (!motion_->balanced()) cycle();
   settle();
   session_.require_sound_encoders();
@@ -298,8 +299,11 @@ void Manipulator::retreat() {
 
 void Manipulator::approach(const std::vector<Eigen::Isometry3d>& way) {
   session_.set_grip(0, kOpenTorque);
-  way_ = way;
-  for (const Eigen::Isometry3d& X_TH : way) move_to(X_TH, parameters_.travel_speed);
+  way_.clear();
+  for (const Eigen::Isometry3d& X_TH : way) {
+    move_to(X_TH, parameters_.travel_speed);
+    way_.push_back(X_TH);
+  }
 }
 
 bool Manipulator::look_at(const Eigen::Vector3d& p_T) {

@@ -39,7 +39,7 @@ class Manipulator {
   /// Moves back the way it came and on to where it started, out of the camera's view, or over it; as far as
   /// that goes.
   void retreat();
-  /// Through the poses `way`, the last of them over the grasp, with the hand open.
+  /// Through the poses `way`, the last of them over the grasp, with the hand open. Throws WayBlocked.
   void approach(const std::vector<Eigen::Isometry3d>& way);
   /// Averages in the air, with the hand empty: the sensor's residual.
   void tare();
@@ -109,7 +109,7 @@ class Manipulator {
 
  private:
   void cycle();
-  void take_over(const Eigen::VectorXd& q);
+  void take_over(const Eigen::VectorXd& q, const Eigen::VectorXd& q_stood);
   /// The two joints of the camera go where they are in q.
   void turn_head(const Eigen::VectorXd& q);
   [[nodiscard]] motion::MotionLimits limits(double speed) const;
@@ -174,7 +174,7 @@ class Manipulator {
   Wrench residual_So_S_, weighed_So_S_;  // the second: mean reading at the last weighing
   Eigen::Isometry3d X_TH_start_ = Eigen::Isometry3d::Identity();
   Eigen::Isometry3d X_TH_grasp_ = Eigen::Isometry3d::Identity();
-  std::vector<Eigen::Isometry3d> way_;  // of the last approach
+  std::vector<Eigen::Isometry3d> way_;  // of the last approach, as far as it came
   double lifted_ = 0;
   Eigen::AlignedBox3d object_H_;      // that the hand holds, as it stood
   std::optional<double> bar_radius_;  // m, where all that is seen of it lies around the handle's axis

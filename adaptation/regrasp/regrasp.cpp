@@ -24,7 +24,7 @@ namespace {
 
 constexpr double kAtBorder = 0.03, kInView = 0.09;  // rad from the image's border
 constexpr double kFarthestTurn = 1.0;               // rad, for what may be anywhere
-constexpr int kMostPlans = 3;
+constexpr std::size_t kMostPlans = 3;
 constexpr int kEnoughTries = 2;
 constexpr int kMostGivenUp = 2;     // lifts in a row
 constexpr double kMostLeft = 0.05;  // of the first displacement; the paper's regrasps leave less (table 1)
@@ -117,9 +117,10 @@ struct Regrasp::Impl {
   template <typename T>
   [[nodiscard]] T await(const std::function<T()>& think);
   /// The grasp to go for, with the hand in use that takes it.
-  [[nodiscard]] PlannedGrasp plan(const GraspPlanner::Cost& cost, double nearer_than);
+  [[nodiscard]] PlannedGrasp plan(const GraspPlanner::Cost& cost, double nearer_than,
+                                  const std::vector<GraspPlanner::Blocked>& blocked);
   /// Plans a grasp that costs less than `nearer_than` (m) and takes it; where the way turns out blocked, the
-  /// next one from where the hand came to.
+  /// hand goes back, and takes the next one that is not beside it, or the other hand does.
   PlannedGrasp reach_and_grasp(const GraspPlanner::Cost& cost, double nearer_than);
   /// How the object seen lies around the hand at X_TH, down to the table, in H.
   [[nodiscard]] Eigen::AlignedBox3d around(const Eigen::Isometry3d& X_TH) const;
@@ -304,8 +305,10 @@ void Regrasp::Impl::look_around() {
   seen.grasp = perception::nearest_grasp(seen);
 }
 
-PlannedGrasp Regrasp::Impl::plan(const GraspPlanner::Cost& cost, double nearer_than) {
-  const GraspPlanner::View view{&seen, X_TC, obstacles, manipulator.motion().q_ref()};
+PlannedGrasp Regrasp::Impl::plan(const GraspPlanner::Cost& cost, double nearer_than,
+                                 const std::vector<GraspPlanner::Blocked>& blocked) {
+  const motion::HandMotion& motion = manipulator.motion();
+  const GraspPlanner::View view{&seen, X_TC, obstacles, motion.q_ref(), motion.q_stood(), blocked};
   PlannedGrasp grasp = await<PlannedGrasp>([&] { return planner->plan(view, cost, nearer_than); });
   manipulator.use(grasp.hand);
   manipulator.set_obstacles(grasp.obstacles);
@@ -313,13 +316,18 @@ PlannedGrasp Regrasp::Impl::plan(const GraspPlanner::Cost& cost, double nearer_t
 }
 
 PlannedGrasp Regrasp::Impl::reach_and_grasp(const GraspPlanner::Cost& cost, double nearer_than) {
-  for (int plans = 1;; ++plans) {
-    PlannedGrasp grasp = plan(cost, nearer_than);
+  std::vector<GraspPlanner::Blocked> blocked;
+  while (true) {
+    PlannedGrasp grasp = plan(cost, nearer_than, blocked);
     observer.on_grasp(grasp.X_TG);
     try {
       reach(grasp);
-    } catch (const WayBlocked&) {
-      if (plans == kMostPlans) throw;
+    } catch (const WayBlocked& way) {
+      blocked.push_back({grasp.hand, grasp.X_TG.translation(), way.what()});
+      if (blocked.size() == kMostPlans) throw;
+      observer.on_warning(fmt::format("{}; the next grasp is tried", way.what()), session.now());
+      session.enter(Phase::kRetreat);
+      manipulator.retreat();
       continue;
     }
     held_H = surface_in(session.X_TH());

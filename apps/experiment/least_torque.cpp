@@ -159,7 +159,7 @@ std::optional<double> least_torque(const Scene& scene, const SceneObject& object
   regrasp::GraspPlanner planner(robot, joint_names, stance, parameters);
   try {
     const regrasp::PlannedGrasp grasp = planner.plan(
-        {&seen, Eigen::Isometry3d::Identity(), obstacles, q},
+        {&seen, Eigen::Isometry3d::Identity(), obstacles, q, q},
         [&](const perception::Handle& handle, double along) {
           const Eigen::Vector3d up = Eigen::Vector3d::UnitZ() - handle.axis_C.z() * handle.axis_C;
           const Eigen::Vector3d palm = handle.p_CM + along * handle.axis_C + handle.radius * up.normalized();

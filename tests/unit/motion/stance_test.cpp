@@ -225,6 +225,47 @@ TEST_F(StandingMotionTest, RunsAheadWithoutMovingAnything) {
   EXPECT_EQ(motion.reachable(palm_down(2, 0, 1), {}).status, HandMotion::Status::kBlocked);
 }
 
+// Where legs and base tend to decides what else the whole body does on its way.
+TEST_F(StandingMotionTest, OneThatStoodUpThereGoesTheSameWayFromHere) {
+  HandMotion planned(robot.model, robot.joint_names, stance, robot.right);
+  const Eigen::Isometry3d X_TH = palm_down(0.45, -0.45, 0.30);
+  const auto end_from = [&](const Eigen::VectorXd& q_stood) {
+    planned.reset(motion.q_ref(), q_stood);
+    EXPECT_EQ(planned.q_stood(), q_stood);
+    const HandMotion::Reach reach = planned.reachable(X_TH, {});
+    EXPECT_EQ(reach.status, HandMotion::Status::kReached);
+    return reach.q;
+  };
+  motion.set_obstacles({});
+  motion.go_to(palm_down(0.70, -0.24, -0.07), {});
+  while (!motion.done()) motion.step(kDt);
+  const Eigen::VectorXd q_there = end_from(motion.q_stood());
+  const Eigen::VectorXd q_anew = end_from(motion.q_ref());
+  motion.go_to(X_TH, {});
+  while (!motion.done()) motion.step(kDt);
+  const double apart = (motion.q_ref() - q_there).cwiseAbs().maxCoeff();
+  EXPECT_LT(apart, 0.02);
+  EXPECT_GT((motion.q_ref() - q_anew).cwiseAbs().maxCoeff(), 5 * apart);
+}
+
+// A robot that has bent down has no more room below than where it stood up.
+TEST_F(StandingMotionTest, ItsBaseHasTheRoomThatItHadWhereItStoodUp) {
+  motion.set_obstacles({});
+  const Eigen::Isometry3d low = palm_down(0.55, -0.30, -0.80);
+  const auto go_down = [&] {
+    motion.go_to(low, {});
+    while (!motion.done()) motion.step(kDt);
+    return motion.X_WB().translation().z();
+  };
+  const double z = go_down();
+  const double most = BaseRoomOptions{}.down;
+  EXPECT_LT(z, -0.9 * most);
+  motion.reset(motion.q_ref(), motion.q_stood());
+  EXPECT_GT(go_down(), -most - 1e-3);
+  motion.reset(motion.q_ref());
+  EXPECT_LT(go_down(), z - 0.5 * most);
+}
+
 TEST_F(StandingMotionTest, AHeavyLoadMovesTheBodyBack) {
   motion.go_to(palm_down(0.60, -0.25, 0.10), {});
   while (!motion.done()) motion.step(kDt);

@@ -68,8 +68,9 @@ class GraspPlannerTest : public testing::Test {
   }
 
   /// At the bar's place nearest to y.
-  PlannedGrasp plan(double y, double nearer_than = std::numeric_limits<double>::infinity()) {
-    GraspPlanner::View view{&seen, X_TC, {}, home.q_home};
+  PlannedGrasp plan(double y, double nearer_than = std::numeric_limits<double>::infinity(),
+                    const std::vector<GraspPlanner::Blocked>& blocked = {}) {
+    GraspPlanner::View view{&seen, X_TC, {}, home.q_home, home.q_home, blocked};
     view.obstacles = {{"the table", motion::ConvexPrism(Eigen::Vector3d::UnitZ(), table_T)}};
     return planner.plan(
         view,
@@ -163,6 +164,20 @@ TEST_F(GraspPlannerTest, RefusesWhatIsNotNearerThanAskedFor) {
               testing::ThrowsMessage<RunStopped>(
                   testing::HasSubstr("no hand can grasp the object within 30 mm of its centre of mass")));
   EXPECT_LT(plan(-0.3, 0.15).cost, 0.15);
+}
+
+TEST_F(GraspPlannerTest, WhereTheWayWasBlockedAnotherPlaceIsNext) {
+  put_bar(0.65, -0.3, 0.035);
+  const PlannedGrasp first = plan(-0.3);
+  const std::size_t other = 1 - first.hand;
+  const PlannedGrasp same = plan(-0.3, 1, {{other, first.X_TG.translation(), "a knee"}});
+  EXPECT_EQ(same.hand, first.hand);
+  EXPECT_EQ(same.X_TG.matrix(), first.X_TG.matrix());
+  const PlannedGrasp next = plan(-0.3, 1, {{first.hand, first.X_TG.translation(), "an elbow"}});
+  const double apart = (next.X_TG.translation() - first.X_TG.translation()).norm();
+  EXPECT_TRUE(next.hand == other || apart > parameters.stage_two.displacement_threshold) << apart;
+  EXPECT_LT(apart, 0.05);
+  EXPECT_THAT(next.refusal, testing::HasSubstr("an elbow"));
 }
 
 TEST_F(GraspPlannerTest, OpenFingersDoNotFitRoundABarThatLiesLow) {
