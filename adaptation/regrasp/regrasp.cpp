@@ -182,6 +182,7 @@ struct Regrasp::Impl {
   std::vector<Eigen::Vector3d> table_T;
   std::vector<motion::NamedObstacle> obstacles;  // in T
   std::vector<Eigen::Vector3f> held_H;           // the object's surface before the hand closed
+  double held_radius = 0;                        // m, of the handle
   // While the robot stood still for `cloud`.
   motion::KinematicTree posed;
   Eigen::Isometry3d X_TC = Eigen::Isometry3d::Identity();
@@ -331,6 +332,7 @@ PlannedGrasp Regrasp::Impl::reach_and_grasp(const GraspPlanner::Cost& cost, doub
       continue;
     }
     held_H = surface_in(session.X_TH());
+    held_radius = grasp.radius;
     manipulator.grasp(grasp.radius, around(grasp.X_TH));
     return grasp;
   }
@@ -389,8 +391,10 @@ void Regrasp::Impl::require_hold() {
   });
   X_TC = X_TC_seen;  // of `seen`
   if (!moved) return;
-  // Across the handle: along it, where the image's border has cut what is seen looks like the end.
-  const double distance = moved->translation().tail<2>().norm();
+  // Of the handle's axis, about which the object may have turned in the fingers, or a bar's surface tells no
+  // turn. Across it: along it, where the image's border has cut what is seen looks like the end.
+  const Eigen::Vector3d p_HAxis(0, -held_radius - parameters.stage_two.palm_clearance, 0);
+  const double distance = (*moved * p_HAxis - p_HAxis).tail<2>().norm();
   const double angle = std::acos(std::clamp(moved->linear()(0, 0), -1.0, 1.0));  // of the handle
   const double farthest = std::min(kMostMoved + kSeenTurn * std::abs(lever), kFarthestSeen);
   const double most_turned = kMostTurned + kSeenTurn;
