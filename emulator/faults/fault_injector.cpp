@@ -33,8 +33,40 @@ void FaultInjector::add(const Injection& injection, Time now) {
   Entry entry;
   entry.state.injection = injection;
   entry.effect = make(injection);
-  if (!injection.phase) entry.state.begins = std::max(now, time_of(injection.at));
+  if (!injection.phase && !injection.frame && !injection.condition)
+    entry.state.begins = std::max(now, time_of(injection.at));
   entries_.push_back(std::move(entry));
+  if (!injection.frame) return;
+  const auto bus = std::find_if(world_.buses.begin(), world_.buses.end(),
+                                [&](const bus::CanBus* one) { return one->name() == injection.frame->bus; });
+  faults_of(static_cast<std::size_t>(bus - world_.buses.begin()))
+      .await(injection.frame->id, injection.frame->nth, [this, name = injection.name](Time at) {
+        for (Entry& one : entries_)
+          if (one.state.injection.name == name) start(one, at);
+      });
+}
+
+bool FaultInjector::holds(const ConditionBegin& condition) const {
+  double value = 0;
+  int sensors = 0;
+  for (const KnownTarget& one : world_.known) {
+    if (one.name == condition.device && one.kind == Target::kDrive)
+      value = world_.plant.joint_position(world_.robot.joint_index(one.name));
+    if (one.name == condition.device && one.kind == Target::kForceTorque)
+      value = world_.plant.F_So_S(sensors).force.norm();
+    sensors += one.kind == Target::kForceTorque ? 1 : 0;
+  }
+  return condition.above ? value > condition.value : value < condition.value;
+}
+
+void FaultInjector::start(Entry& entry, Time now) {
+  InjectionState& state = entry.state;
+  state.stage = InjectionState::Stage::kActive;
+  state.begins = std::min(state.begins, now);
+  if (++state.times == 1) state.first = now;
+  const auto& lasts = state.injection.lasts;
+  state.ends = lasts ? state.begins + time_of(*lasts) : Time::max();
+  begin(entry);
 }
 
 bool FaultInjector::clear(const std::string& name) {
@@ -66,12 +98,8 @@ void FaultInjector::step(Time now) {
       if (injection.every) state.begins += time_of(*injection.every);
     }
     if (state.stage == Stage::kActive && entry.effect.during) entry.effect.during();
-    if (state.stage == Stage::kWaiting && now >= state.begins) {
-      state.stage = Stage::kActive;
-      if (++state.times == 1) state.first = now;
-      state.ends = injection.lasts ? state.begins + time_of(*injection.lasts) : Time::max();
-      begin(entry);
-    }
+    const bool comes = injection.condition && state.times == 0 && holds(*injection.condition);
+    if (state.stage == Stage::kWaiting && (comes || now >= state.begins)) start(entry, now);
   }
   for (auto& [bus, faults] : bus_faults_) faults.step(now);
 }

@@ -89,6 +89,9 @@ class FaultInjector {
   /// Its number; as many as there are when the target is none.
   [[nodiscard]] std::size_t bus_of(const Injection& injection) const;
   [[nodiscard]] BusFaults& faults_of(std::size_t bus);
+  /// It is due: begins.
+  void start(Entry& entry, Time now);
+  [[nodiscard]] bool holds(const ConditionBegin& condition) const;
   void begin(Entry& entry);
   void end(Entry& entry);
   /// Gives device and camera what all active entries together make of them.

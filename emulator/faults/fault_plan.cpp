@@ -35,6 +35,37 @@ std::vector<double> standard_values(const InjectableFault& kind) {
   return values;
 }
 
+const std::vector<std::string> kBegins = {"at_s", "in_phase", "on_frame", "when"};
+
+void read_begin(const YamlMap& map, Injection& out) {
+  const auto given =
+      std::count_if(kBegins.begin(), kBegins.end(), [&](const std::string& key) { return map.has(key); });
+  if (given != 1) map.fail("", fmt::format("{} of {} given, expected one", given, fmt::join(kBegins, ", ")));
+  if (map.has("at_s")) out.at = map.number("at_s", 0, kLongest);
+  if (map.has("in_phase")) {
+    const YamlMap phase = map.map("in_phase", {"phase", "occurrence", "after_s"});
+    out.phase.emplace();
+    out.phase->phase = phase.text("phase");
+    if (phase.has("occurrence"))
+      out.phase->occurrence = static_cast<int>(phase.integer("occurrence", 1, 1'000'000));
+    if (phase.has("after_s")) out.phase->after = phase.number("after_s", 0, kLongest);
+  }
+  if (map.has("on_frame")) {
+    const YamlMap frame = map.map("on_frame", {"bus", "id", "nth"});
+    out.frame.emplace();
+    out.frame->bus = frame.text("bus");
+    out.frame->id = static_cast<std::uint32_t>(frame.hexadecimal("id", 0, 0x7FF));
+    if (frame.has("nth")) out.frame->nth = static_cast<std::uint64_t>(frame.integer("nth", 1, 1'000'000'000));
+  }
+  if (!map.has("when")) return;
+  const YamlMap when = map.map("when", {"device", "above", "below"});
+  if (when.has("above") == when.has("below")) when.fail("", "expected either above or below");
+  out.condition.emplace();
+  out.condition->device = when.text("device");
+  out.condition->above = when.has("above");
+  out.condition->value = when.number(out.condition->above ? "above" : "below");
+}
+
 Injection read_fault(const YamlMap& map, std::size_t index) {
   Injection out;
   out.where = map.where();
@@ -63,18 +94,7 @@ Injection read_fault(const YamlMap& map, std::size_t index) {
                                         fmt::join(kDirections, ", ")));
     out.direction = static_cast<Direction>(found - kDirections.begin());
   }
-  if (map.has("at_s") == map.has("in_phase"))
-    map.fail(map.has("at_s") ? "at_s" : "", "expected either at_s or in_phase");
-  if (map.has("at_s")) {
-    out.at = map.number("at_s", 0, kLongest);
-  } else {
-    const YamlMap phase = map.map("in_phase", {"phase", "occurrence", "after_s"});
-    out.phase.emplace();
-    out.phase->phase = phase.text("phase");
-    if (phase.has("occurrence"))
-      out.phase->occurrence = static_cast<int>(phase.integer("occurrence", 1, 1'000'000));
-    if (phase.has("after_s")) out.phase->after = phase.number("after_s", 0, kLongest);
-  }
+  read_begin(map, out);
   if (map.has("lasts_s")) out.lasts = map.number("lasts_s", kShortest, kLongest);
   if (map.has("every_s")) {
     if (!out.lasts) map.fail("every_s", "expected lasts_s beside it");
@@ -129,8 +149,8 @@ double Injection::value(std::string_view parameter) const {
 
 std::vector<Injection> load_fault_plan(const std::filesystem::path& file) {
   const YamlMap root(file.string(), parse_yaml_file(file), "", {"faults"});
-  const std::vector<std::string> of_all = {"fault",    "name",    "target",  "direction", "at_s",
-                                           "in_phase", "lasts_s", "every_s", "seed"};
+  std::vector<std::string> of_all = {"fault", "name", "target", "direction", "lasts_s", "every_s", "seed"};
+  of_all.insert(of_all.end(), kBegins.begin(), kBegins.end());
   std::vector<std::string> any = of_all;
   for (const InjectableFault& kind : injectable_faults())
     for (const Parameter& parameter : kind.parameters) any.emplace_back(parameter.name);
@@ -191,11 +211,22 @@ bool suits(Target wanted, Target kind) {
 
 void require_target(const Injection& injection, const std::vector<KnownTarget>& known) {
   const Target wanted = injection.kind->target;
-  if (is_single(wanted)) return;
   const auto refuse = [&](const std::string& why) {
     throw std::runtime_error(fmt::format("{}{}{}: {}", injection.where, injection.where.empty() ? "" : ": ",
                                          injection.kind->name, why));
   };
+  const auto is_known = [&](const std::string& name, auto suited) {
+    return std::any_of(known.begin(), known.end(),
+                       [&](const KnownTarget& one) { return one.name == name && suited(one.kind); });
+  };
+  if (injection.frame && !is_known(injection.frame->bus, [](Target kind) { return kind == Target::kBus; }))
+    refuse(fmt::format("on_frame.bus: there is no bus \"{}\"", injection.frame->bus));
+  if (injection.condition && !is_known(injection.condition->device, [](Target kind) {
+        return kind == Target::kDrive || kind == Target::kForceTorque;
+      }))
+    refuse(fmt::format("when.device: there is no drive or force/torque sensor \"{}\"",
+                       injection.condition->device));
+  if (is_single(wanted)) return;
   std::vector<std::string> names;
   bool is_another = false;
   for (const KnownTarget& one : known) {

@@ -16,19 +16,36 @@ namespace walkman::faults {
 /// Which frames of a device a fault of its frames is about.
 enum class Direction { kBoth, kFrom, kTo };
 
+/// The nth frame with an identifier on a bus, which the fault is the first to meet.
+struct FrameBegin {
+  std::string bus;
+  std::uint32_t id = 0;
+  std::uint64_t nth = 1;
+};
+
+/// The first time that a joint's angle (rad) or the force on a sensor (N) is beyond a value.
+struct ConditionBegin {
+  std::string device;  ///< a joint's drive or a force/torque sensor
+  bool above = true;   ///< else below
+  double value = 0;
+};
+
 /// A fault, when it begins and how long it stays.
 struct Injection {
   std::string name;  ///< no other of the plan has
   const InjectableFault* kind = nullptr;
   std::string target;  ///< name of a bus, device, object and so on; empty: of what there is one of
   Direction direction = Direction::kBoth;
-  std::vector<double> values;       ///< of the kind's parameters, in their order
-  double at = 0;                    ///< s of the emulated clock; without a phase
-  std::optional<PhaseBegin> phase;  ///< takes the place of the time
-  std::optional<double> lasts;      ///< s; none: it stays
-  std::optional<double> every;      ///< s from one beginning to the next; none: it comes once
-  std::uint64_t seed = 1;           ///< of what is drawn
-  std::string where;                ///< file:line
+  std::vector<double> values;  ///< of the kind's parameters, in their order
+  double at = 0;               ///< s of the emulated clock; without a phase
+  // Each takes the place of the time.
+  std::optional<PhaseBegin> phase;
+  std::optional<FrameBegin> frame;
+  std::optional<ConditionBegin> condition;
+  std::optional<double> lasts;  ///< s; none: it stays
+  std::optional<double> every;  ///< s from one beginning to the next; none: it comes once
+  std::uint64_t seed = 1;       ///< of what is drawn
+  std::string where;            ///< file:line
 
   /// Value of a parameter that the kind has.
   [[nodiscard]] double value(std::string_view parameter) const;
@@ -40,7 +57,7 @@ struct InjectionState {
 
   Injection injection;
   Stage stage = Stage::kWaiting;
-  Time begins = Time::max();  ///< next or last; `Time::max()`: not known before its phase comes
+  Time begins = Time::max();  ///< next or last; `Time::max()`: not known before what it waits for comes
   Time ends = Time::max();    ///< of the present or last time
   int times = 0;              ///< it has begun
   Time first{};               ///< when it began first

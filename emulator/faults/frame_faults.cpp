@@ -320,11 +320,18 @@ BusFaults::BusFaults(bus::CanBus& bus) : bus_(bus) {
     return fate;
   });
   bus.set_filter([this](can::Frame& frame, Time now) {
+    count(frame, now);
     bool passes = true;
     for (FrameFault* fault : active_)
       if (passes && fault->concerns(frame)) passes = fault->ends(frame, now);
     return passes;
   });
+}
+
+void BusFaults::count(const can::Frame& frame, Time now) {
+  if (frame.error || frame.extended) return;
+  for (Awaited& one : awaited_)
+    if (one.id == frame.id && one.left > 0 && --one.left == 0) one.reached(now);
 }
 
 void BusFaults::step(Time now) noexcept {

@@ -1,8 +1,10 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <random>
+#include <utility>
 #include <vector>
 
 #include "emulator/bus/can_bus.h"
@@ -56,9 +58,22 @@ class BusFaults {
   void add(FrameFault& fault) { active_.push_back(&fault); }
   void remove(const FrameFault& fault) { std::erase(active_, &fault); }
   void step(Time now) noexcept;
+  /// Calls `reached` at the end of the nth frame with an identifier from now on, before a fault of frames
+  /// meets it; once.
+  void await(std::uint32_t id, std::uint64_t nth, std::function<void(Time)> reached) {
+    awaited_.push_back({id, nth, std::move(reached)});
+  }
 
  private:
+  struct Awaited {
+    std::uint32_t id = 0;
+    std::uint64_t left = 0;
+    std::function<void(Time)> reached;
+  };
+  void count(const can::Frame& frame, Time now);
+
   bus::CanBus& bus_;
+  std::vector<Awaited> awaited_;
   bus::ComputerPort* port_ = nullptr;  // of what is sent besides, when there is
   std::vector<FrameFault*> active_;
 };

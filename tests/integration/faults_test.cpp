@@ -469,6 +469,43 @@ TEST(InjectedFaults, AreNotThereBeforeTheirTimeAndAreOverAfterIt) {
   EXPECT_TRUE(rig.emulator->injections().empty());
 }
 
+TEST(InjectedFaults, BeginWithTheFrameThatTheyWaitFor) {
+  Rig rig(false);
+  // TPDO1 of node 14, the elbow's: one per SYNC.
+  faults::Injection loss = faults::parse_fault({"frame-burst-loss", "RElbj", "frames=1"});
+  loss.frame = faults::FrameBegin{"rarm", 0x18E, 40};
+  rig.emulator->inject(loss);
+  std::vector<Time> seen;
+  for (bus::CanBus* bus : rig.emulator->buses())
+    if (bus->name() == "rarm")
+      bus->set_observer([&seen](const can::StampedFrame& f) {
+        if (f.frame.id == 0x18E) seen.push_back(f.time);
+      });
+  rig.run(500ms);
+  EXPECT_FALSE(rig.robot->fault()) << rig.robot->fault()->text;
+  const auto state = rig.emulator->injections().front();
+  EXPECT_EQ(state.touched, 1U);
+  // The 40th is the one that is lost: between the 39th and the next there are two periods.
+  ASSERT_GT(seen.size(), 40U);
+  EXPECT_NEAR(std::chrono::duration<double>(seen[39] - seen[38]).count(), 2 * 0.005, 5e-4);
+  EXPECT_NEAR(std::chrono::duration<double>(seen[38] - seen[37]).count(), 0.005, 5e-4);
+}
+
+TEST(InjectedFaults, BeginOnceTheirConditionHolds) {
+  Rig rig(true);
+  const int elbow = rig.model.joint_index("RElbj");
+  faults::Injection stuck = faults::parse_fault({"encoder-stuck", "RElbj", "side=0", "for=0.02"});
+  const double bound = rig.emulator->plant().joint_position(elbow) - 0.05;
+  stuck.condition = faults::ConditionBegin{"RElbj", false, bound};
+  rig.emulator->inject(stuck);
+  while (rig.emulator->injections().front().times == 0 && rig.emulator->now() - rig.began < 4s) {
+    ASSERT_GT(rig.emulator->plant().joint_position(elbow), bound - 0.01);
+    rig.run(kCycle);
+  }
+  EXPECT_EQ(rig.emulator->injections().front().times, 1);
+  EXPECT_NEAR(rig.emulator->plant().joint_position(elbow), bound, 0.005);
+}
+
 TEST(InjectedFaults, ThatComeAgainBeginAnew) {
   Rig rig(false);
   faults::Injection burst =
