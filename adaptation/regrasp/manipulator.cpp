@@ -479,8 +479,11 @@ Eigen::Isometry3d Manipulator::turned_clear(const Eigen::Quaterniond& turn) cons
   const double from = std::min(0.0, std::copysign(droop, torque)) - kClosingTurn;
   const double to = std::max(0.0, std::copysign(droop, torque)) + kClosingTurn;
   double turned = lowest(turn);
-  for (double angle = from; angle < to + kTurnStep; angle += kTurnStep)
+  double angle = from;
+  while (angle < to + kTurnStep) {
     turned = std::min(turned, lowest(turn * about_handle(std::min(angle, to))));
+    angle += kTurnStep;
+  }
   const double needed = lowest(Eigen::Quaterniond::Identity()) - turned + kOverTable;
   Eigen::Isometry3d X_TH = raised(X_TH_grasp_, std::max(lifted_, needed));
   X_TH.rotate(turn);
