@@ -12,6 +12,7 @@ find_package(assimp REQUIRED)
 find_package(embree 3 REQUIRED)
 find_package(PNG REQUIRED)
 find_package(TBB REQUIRED COMPONENTS tbb)
+find_package(Boost REQUIRED)
 find_package(GTest)
 find_package(benchmark)
 

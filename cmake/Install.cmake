@@ -25,6 +25,7 @@ install(DIRECTORY "${WALKMAN_ROOT}/urdf/" DESTINATION "${share}/urdf"
         FILES_MATCHING REGEX "\\.(urdf|srdf|yaml|stl|obj|dae)$")
 install(FILES "${WALKMAN_ROOT}/adaptation/parameters.yaml" "${WALKMAN_ROOT}/adaptation/head_at_home.yaml" "${WALKMAN_ROOT}/adaptation/look_around.yaml" DESTINATION "${share}/adaptation")
 install(DIRECTORY "${WALKMAN_ROOT}/emulator/plant/actuators" DESTINATION "${share}/emulator/plant" FILES_MATCHING PATTERN "*.yaml")
+install(PROGRAMS "${WALKMAN_ROOT}/apps/campaign/engine" DESTINATION "${share}/apps/campaign")
 install(FILES "${WALKMAN_ROOT}/emulator/scene/model_error.yaml" DESTINATION "${share}/emulator/scene")
 install(FILES "${WALKMAN_ROOT}/emulator/camera/multisense.yaml" DESTINATION "${share}/emulator/camera")
 install(DIRECTORY "${WALKMAN_ROOT}/emulator/nodes/measuring" DESTINATION "${share}/emulator/nodes" FILES_MATCHING PATTERN "*.yaml")

@@ -48,7 +48,7 @@ struct Emulator::Impl {
   std::vector<std::string> objects;                      // of the scene
   std::map<std::string, int> weights;                    // and which object each is on
   std::vector<faults::KnownTarget> targets;              // of faults
-  std::optional<faults::FaultInjector> injector;         // when something is to be broken
+  std::optional<faults::FaultInjector> injector;  // there from the start, for it counts the phases
   Time now{};
 };
 
@@ -122,7 +122,7 @@ faults::BreakableWorld Emulator::Impl::breakable_world() {
 
 void Emulator::Impl::step() {
   const Time next = now + kPhysicsStep;
-  if (injector) injector->step(now);
+  injector->step(now);
   for (const auto& bus : buses) bus->advance(next);
   for (int sub_step = 0; sub_step < plant::Plant::kSubSteps; ++sub_step)
     for (const auto& device : devices) device->control(kSubStep);
@@ -138,29 +138,29 @@ Emulator::Emulator(const RobotModel& robot, const DeviceTable& devices, const Sc
                    const EmulatorOptions& options)
     : impl_(
           std::make_unique<Impl>(robot, devices, scene, options, plant::load_actuators(options.actuators))) {
+  impl_->injector.emplace(impl_->breakable_world());
   datasheets::store_data_sheets(datasheets::wired_buses(devices, buses()));
 }
 
 Emulator::~Emulator() = default;
 
 void Emulator::inject(const faults::Injection& injection) {
-  if (!impl_->injector) impl_->injector.emplace(impl_->breakable_world());
   impl_->injector->add(injection, impl_->now);
 }
 
 bool Emulator::clear_fault(const std::string& name) {
-  return impl_->injector && impl_->injector->clear(name);
+  return impl_->injector->clear(name);
 }
 
 std::vector<faults::InjectionState> Emulator::injections() const {
-  return impl_->injector ? impl_->injector->states() : std::vector<faults::InjectionState>{};
+  return impl_->injector->states();
 }
 
-Time Emulator::take_stall() { return impl_->injector ? impl_->injector->take_stall() : Time{}; }
+Time Emulator::take_stall() { return impl_->injector->take_stall(); }
 
 void Emulator::begin_phase(std::string_view phase) {
   impl_->plant.begin_phase(phase);
-  if (impl_->injector) impl_->injector->begin_phase(phase, impl_->now);
+  impl_->injector->begin_phase(phase, impl_->now);
 }
 
 void Emulator::advance(Time until) {

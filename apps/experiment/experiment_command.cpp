@@ -4,8 +4,8 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
-#include "apps/experiment/campaign.h"
 #include "apps/experiment/experiment_page.h"
+#include "apps/experiment/repetition_series.h"
 #include "apps/experiment/result_report.h"
 #include "apps/shared/commands.h"
 #include "apps/shared/data_directory.h"
@@ -127,7 +127,7 @@ int run_experiment(const Options& options) {
     if (all) plan.inputs = inputs_of(plan, options, data);
   }
   StopSignals signals;  // before any child
-  const std::vector<ExperimentResult> results = run_campaign(plans, {options.repeat, options.jobs}, signals);
+  const std::vector<ExperimentResult> results = run_series(plans, {options.repeat, options.jobs}, signals);
   if (all) {
     write_whole(out / "result.json", all_json(results));
     write_whole(out / "repetitions.csv", to_csv(results));

@@ -3,31 +3,23 @@
 #include <algorithm>
 #include <cmath>
 #include <fstream>
-#include <initializer_list>
 #include <iterator>
 #include <sstream>
 
 #include <fmt/format.h>
+
+#include "apps/shared/html_page.h"
 
 namespace walkman::apps {
 namespace {
 
 constexpr int kWidth = 760, kHeight = 220, kMargin = 46;  // px, of a chart
 
-constexpr const char* kHead = R"(<!DOCTYPE html>
-<html lang="en"><head><meta charset="utf-8"><title>walkman-hil: experiments</title><style>
-body{font:15px/1.45 system-ui,sans-serif;color:#222;max-width:62rem;margin:2rem auto;padding:0 1rem}
-table{border-collapse:collapse;margin:.6rem 0 1.4rem}
-th,td{padding:.18rem .6rem;text-align:right;border-bottom:1px solid #ddd;font-variant-numeric:tabular-nums}
-th:first-child,td:first-child{text-align:left}
-tr.paper td{color:#777}
-.bad{color:#b00}
+constexpr const char* kStyle = R"(tr.paper td{color:#777}
 figure{display:inline-block;margin:.4rem 1rem .8rem 0;vertical-align:top}
 figcaption{font-size:13px;color:#555;max-width:40rem}
 img{max-width:22rem;border:1px solid #ddd}
 svg text{font:11px system-ui,sans-serif;fill:#444}
-h2{margin-top:2.2rem}
-</style></head><body>
 )";
 
 /// An axis from values to pixels.
@@ -213,18 +205,6 @@ std::string image(const std::filesystem::path& file, const char* caption) {
       caption, base64(bytes));
 }
 
-std::string escaped(const std::string& text) {
-  std::string out;
-  for (const char c : text) out += c == '<' ? "&lt;" : c == '&' ? "&amp;" : std::string(1, c);
-  return out;
-}
-
-std::string table_head(std::initializer_list<const char*> columns) {
-  std::string out = "<table><tr>";
-  for (const char* column : columns) out += fmt::format("<th>{}</th>", column);
-  return out + "</tr>\n";
-}
-
 std::string cell(double value, int decimals) {
   return std::isnan(value) ? "<td></td>" : fmt::format("<td>{:.{}f}</td>", value, decimals);
 }
@@ -330,7 +310,7 @@ std::string experiment_page(const std::vector<ExperimentResult>& results,
       if (r.outcome == Outcome::kMinimumTorque || r.outcome == Outcome::kMinimumDisplacement) ++well;
     }
   }
-  std::string page = kHead;
+  std::string page = page_head("walkman-hil: experiments", kStyle);
   page += fmt::format(
       "<h1>The paper's experiments</h1>\n<p>{} repetitions, {} of them ended with the object held where "
       "the wrist's torque is least of what can be grasped. Torques are norms about the hand frame, with "
@@ -348,7 +328,7 @@ std::string experiment_page(const std::vector<ExperimentResult>& results,
     if (results[i].paper && !std::isnan(results[i].paper->row.d_r)) page += com_chart(results[i]);
     page += torque_chart(plans[i].out) + endings(results[i]);
   }
-  return page + "</body></html>\n";
+  return page + kPageEnd;
 }
 
 }  // namespace walkman::apps

@@ -3,7 +3,7 @@
 #include <string>
 #include <vector>
 
-#include "apps/experiment/campaign.h"
+#include "apps/experiment/repetition_series.h"
 #include "apps/experiment/result_report.h"
 
 namespace walkman::apps {

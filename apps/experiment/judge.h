@@ -67,7 +67,7 @@ class Judge : public regrasp::Observer {
   void finish();
 
   void on_phase(std::string_view phase, Time now) override;
-  void on_recovery(std::string_view /*reason*/, Time /*now*/) override { ++recoveries_; }
+  void on_recovery(std::string_view reason, Time /*now*/) override { recovered_from_.emplace_back(reason); }
   void on_warning(std::string_view warning, Time now) override;
   void on_hand(const HandParts& hand) override;
   void on_stance(bool stands, const Eigen::Isometry3d& X_TB) override;
@@ -81,7 +81,8 @@ class Judge : public regrasp::Observer {
   [[nodiscard]] const std::vector<regrasp::Weighing>& weighings() const { return weighings_; }
   /// One for each of `weighings`.
   [[nodiscard]] const std::vector<TrueWeighing>& true_weighings() const { return true_weighings_; }
-  [[nodiscard]] int recoveries() const { return recoveries_; }
+  /// The faults that the drivers got over, one sentence each.
+  [[nodiscard]] const std::vector<std::string>& recovered_from() const { return recovered_from_; }
   /// Of the visual centre of mass that the first grasp was chosen by, from the centroid of the object's
   /// volume, m: both from the true camera. 0 until then.
   [[nodiscard]] double visual_com_error() const { return visual_com_error_; }
@@ -134,7 +135,7 @@ class Judge : public regrasp::Observer {
   Wrench newest_load_;
   bool always_held_ = true;
   TouchWatch touch_watch_;
-  int recoveries_ = 0;
+  std::vector<std::string> recovered_from_;
   std::deque<std::pair<std::uint64_t, Eigen::Isometry3d>> X_WC_;  // of the last exposures
   std::optional<Eigen::Vector3d> p_WCm_seen_;                     // of the first look
   double visual_com_error_ = 0;

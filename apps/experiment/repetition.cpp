@@ -10,6 +10,7 @@
 #include "adaptation/regrasp/regrasp.h"
 #include "apps/experiment/judge.h"
 #include "apps/experiment/least_torque.h"
+#include "apps/experiment/repetition_watch.h"
 #include "apps/picture/png_file.h"
 #include "apps/picture/scene_painting.h"
 #include "apps/shared/emulated_world.h"
@@ -89,6 +90,22 @@ class WireTap {
   std::filesystem::path log_file_, state_file_;
   std::unique_ptr<bus::CandumpLog> log_;
   std::unique_ptr<datasheets::StateLog> states_;
+};
+
+/// The emulated clock, with somebody who looks on.
+class WatchedCycle : public LockstepCycle {
+ public:
+  WatchedCycle(Emulator& emulator, const RepetitionOptions& options)
+      : LockstepCycle(emulator, options.robot.cycle), watch_(options.watch) {}
+
+  Time next() override {
+    const Time now = LockstepCycle::next();
+    if (watch_ != nullptr) watch_->cycle();
+    return now;
+  }
+
+ private:
+  RepetitionWatch* watch_;
 };
 
 /// What the buses have to say to a stop: at full load the lowest priorities never get through.
@@ -285,7 +302,7 @@ RepetitionResult run_repetition(const RepetitionOptions& options) {
   robot::RobotOptions robot_options = options.robot;
   robot_options.allow_overload = true;  // the emulated buses show what comes of it
   robot::Robot robot(world.robot.model, world.robot.devices, world.emulator.interfaces(), robot_options);
-  LockstepCycle cycle(world.emulator, options.robot.cycle);
+  WatchedCycle cycle(world.emulator, options);
   WireTap tap(world.emulator, options);
   if (options.prepare) options.prepare(world.emulator);
 
@@ -300,6 +317,7 @@ RepetitionResult run_repetition(const RepetitionOptions& options) {
   Judge judge(
       world.emulator, world.scene, world.robot,
       [&](std::string_view phase) {
+        if (options.watch != nullptr) options.watch->phase_begins(phase);
         world.emulator.begin_phase(phase);
         progress.phase = phase;
         if (!options.out.empty() && !held && phase == regrasp::to_string(regrasp::Phase::kWatch))
@@ -310,7 +328,11 @@ RepetitionResult run_repetition(const RepetitionOptions& options) {
         tap.cycle();
         report_progress(now);
       },
-      options.warned);
+      [&](std::string_view sentence) {
+        if (options.watch != nullptr) options.watch->warned(sentence);
+        if (options.warned) options.warned(sentence);
+      });
+  if (options.watch != nullptr) options.watch->begins(world, robot, judge);
   if (!options.out.empty()) {
     judge.trace_to(options.out / "wrench.csv");
     judge.keep_cloud(options.out / "cloud.pcd", options.out / "seen.png");
@@ -365,10 +387,11 @@ RepetitionResult run_repetition(const RepetitionOptions& options) {
   for (const faults::InjectionState& state : world.emulator.injections())
     result.faults.push_back({state.injection.name, std::string(state.injection.kind->name),
                              state.injection.target, state.times, state.touched, seconds(state.first)});
-  result.recoveries = judge.recoveries();
+  result.recoveries = static_cast<int>(judge.recovered_from().size());
   result.warnings = judge.warnings();
   for (const UnwantedTouch& touch : judge.touches()) result.touches.push_back(to_string(touch));
   result.simulated_seconds = progress.simulated_seconds;
+  if (options.watch != nullptr) options.watch->over(result, cycle);
   return result;
 }
 

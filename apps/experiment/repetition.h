@@ -121,6 +121,8 @@ struct Progress {
   double real_time_factor = 0;
 };
 
+class RepetitionWatch;
+
 struct RepetitionOptions {
   std::filesystem::path scene;
   std::filesystem::path parameters;  ///< both stages' YAML
@@ -135,6 +137,7 @@ struct RepetitionOptions {
   bool state_log = false;                         ///< and for what the devices' objects were at every PDO
   std::function<void(const Progress&)> progress;  ///< every cycle
   std::function<void(std::string_view sentence)> warned;  ///< of a warning, once each
+  RepetitionWatch* watch = nullptr;                       ///< looks on from the emulator's side
   /// Told of the emulated robot before it is booted; for tests that lose frames of its buses, or send some.
   std::function<void(Emulator&)> prepare;
 };

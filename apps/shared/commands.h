@@ -8,6 +8,7 @@ namespace walkman::apps {
 
 /// Each adds its verb to the command line; when the verb was given, `run` is set to what it does, returning
 /// the exit code.
+void add_campaign_command(CLI::App& app, std::function<int()>& run);
 void add_capture_command(CLI::App& app, std::function<int()>& run);
 void add_emulate_command(CLI::App& app, std::function<int()>& run);
 void add_experiment_command(CLI::App& app, std::function<int()>& run);

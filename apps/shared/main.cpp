@@ -71,6 +71,7 @@ int run_command(int argc, char** argv) {
   app.require_subcommand(1);
   app.footer(kFooter);
   std::function<int()> run;
+  walkman::apps::add_campaign_command(app, run);
   walkman::apps::add_capture_command(app, run);
   walkman::apps::add_emulate_command(app, run);
   walkman::apps::add_experiment_command(app, run);

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
@@ -42,6 +43,9 @@ struct InjectableFault {
   std::string_view what;  ///< happens
   std::string_view seen;  ///< by the drivers
   std::vector<Parameter> parameters;
+  /// s from when the plant is off by what counts until the drivers have to have shown it at the latest
+  /// (docs/faults.md); none: only the task's own checks can.
+  std::optional<double> interval = {};
   /// Of what the control program meets in its own process or machine: there only, not where it is another
   /// program's. Why, one sentence; empty for all others.
   std::string_view embedded_only = {};

@@ -33,6 +33,7 @@ struct JointDrive {
   double damping;
   SeriesElasticActuator actuator;
   double torque_sum = 0;
+  double torque = 0;  // N·m, mean of the last step
 };
 
 struct HandDrive {
@@ -390,7 +391,8 @@ void Plant::step() {
   btMultiBody& body = p.body->bullet();
   for (JointDrive& joint : p.joints) {
     const double rate = body.getJointVel(joint.bullet_link);
-    body.addJointTorque(joint.bullet_link, joint.torque_sum / kSubSteps - joint.damping * rate);
+    joint.torque = joint.torque_sum / kSubSteps;
+    body.addJointTorque(joint.bullet_link, joint.torque - joint.damping * rate);
     joint.torque_sum = 0;
   }
   for (HandDrive& drive : p.hands) drive.hand->apply();
@@ -441,6 +443,13 @@ double Plant::joint_position(int robot_joint) const {
 double Plant::joint_velocity(int robot_joint) const {
   const int link = impl_->body->bullet_link(robot_joint);
   return link < 0 ? 0 : impl_->body->bullet().getJointVel(link);
+}
+
+double Plant::joint_torque(int robot_joint) const {
+  const int link = impl_->body->bullet_link(robot_joint);
+  for (const JointDrive& joint : impl_->joints)
+    if (joint.bullet_link == link) return joint.torque;
+  return 0;
 }
 
 std::vector<AllowedOverlap> Plant::allowed_overlaps() const {

@@ -107,6 +107,8 @@ class Plant {
   [[nodiscard]] double hoist_tension() const;
   [[nodiscard]] double joint_position(int robot_joint) const;  ///< rad; fixed joints 0
   [[nodiscard]] double joint_velocity(int robot_joint) const;  ///< rad/s
+  /// What the joint's actuator gave its link in the last step, N·m; 0 of a joint without a drive of its own.
+  [[nodiscard]] double joint_torque(int robot_joint) const;
   [[nodiscard]] std::vector<Contact> contacts() const;
   /// Pairs of the robot's bodies that pass through each other; all others collide.
   [[nodiscard]] std::vector<AllowedOverlap> allowed_overlaps() const;

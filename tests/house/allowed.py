@@ -23,7 +23,6 @@ TRUTH = "ground truth that tests judge by"
 REACHED = {
     "walkman::plant::Plant::allowed_overlaps": TRUTH,
     "walkman::plant::Plant::hoist_tension": TRUTH,
-    "walkman::plant::Plant::joint_velocity": TRUTH,
     "walkman::plant::Plant::tendon_tension": TRUTH,
     "walkman::plant::Plant::drive_count": "how many drives a test of the plant alone has to advance",
     "walkman::sensors::StereoRays::hidden_tests": "shows a test how few points are tested for being hidden",

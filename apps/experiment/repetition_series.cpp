@@ -1,4 +1,4 @@
-#include "apps/experiment/campaign.h"
+#include "apps/experiment/repetition_series.h"
 
 #include <algorithm>
 #include <chrono>
@@ -36,7 +36,7 @@ std::string duration_text(double seconds) {
 /// One experiment and its folder.
 class Experiment {
  public:
-  Experiment(const ExperimentPlan& plan, const CampaignOptions& options)
+  Experiment(const ExperimentPlan& plan, const SeriesOptions& options)
       : plan_(plan), folder_(plan.out), results_(static_cast<std::size_t>(options.repeat)) {
     if (!plan.inputs.empty() && content(plan.out / kInputsName) == plan.inputs) {
       take_over();
@@ -105,8 +105,8 @@ std::string inputs_text(const std::string& settings, const std::vector<std::file
   return fmt::format("{}\nfiles {:016x}\n", settings, std::hash<std::string>{}(all));
 }
 
-std::vector<ExperimentResult> run_campaign(const std::vector<ExperimentPlan>& plans,
-                                           const CampaignOptions& options, StopSignals& signals) {
+std::vector<ExperimentResult> run_series(const std::vector<ExperimentPlan>& plans,
+                                         const SeriesOptions& options, StopSignals& signals) {
   std::vector<std::unique_ptr<Experiment>> experiments;
   struct Task {
     std::size_t experiment;

@@ -12,13 +12,13 @@ namespace walkman::apps {
 
 class StopSignals;
 
-/// One experiment of a campaign.
+/// One experiment, to be repeated.
 struct ExperimentPlan {
   int number = 0;     ///< the paper's; 0: a scene of the user's own
   std::string scene;  ///< its file's name without folder and ending
   RepetitionOptions repetition;
   std::filesystem::path out;  ///< folder of its results
-  /// What its repetitions depend on beside their seeds. Those that a campaign which said the same has left in
+  /// What its repetitions depend on beside their seeds. Those that a series which said the same has left in
   /// the folder count as done; empty: none do.
   std::string inputs;
 };
@@ -28,7 +28,7 @@ struct ExperimentPlan {
 [[nodiscard]] std::string inputs_text(const std::string& settings,
                                       const std::vector<std::filesystem::path>& places);
 
-struct CampaignOptions {
+struct SeriesOptions {
   int repeat = 1;  ///< repetitions of each, with the seeds of the plan's repetition and those after it
   int jobs = 1;    ///< repetitions at a time; the results do not depend on it
 };
@@ -36,9 +36,8 @@ struct CampaignOptions {
 /// Runs the repetitions of all plans, as many at a time as there are jobs, and keeps `result.json` of every
 /// experiment as it goes. On a terminal there is a line that tells what runs, one for every finished
 /// repetition, and how long the rest will take. Results are in the order of `plans`; those of an interrupted
-/// campaign are marked. Throws as run_repetitions and ResultFolder.
-[[nodiscard]] std::vector<ExperimentResult> run_campaign(const std::vector<ExperimentPlan>& plans,
-                                                         const CampaignOptions& options,
-                                                         StopSignals& signals);
+/// series are marked. Throws as run_repetitions and ResultFolder.
+[[nodiscard]] std::vector<ExperimentResult> run_series(const std::vector<ExperimentPlan>& plans,
+                                                       const SeriesOptions& options, StopSignals& signals);
 
 }  // namespace walkman::apps

@@ -1,0 +1,142 @@
+#include <algorithm>
+#include <cerrno>
+#include <chrono>
+#include <csignal>
+#include <cstring>
+#include <fstream>
+#include <memory>
+#include <stdexcept>
+#include <string>
+#include <thread>
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include "apps/campaign/campaign_chunk.h"
+#include "apps/campaign/campaign_engine.h"
+#include "apps/campaign/campaign_page.h"
+#include "apps/campaign/campaign_report.h"
+#include "apps/shared/commands.h"
+#include "apps/shared/exit_code.h"
+#include "apps/shared/progress_line.h"
+#include "apps/shared/result_files.h"
+#include "apps/shared/standard_streams.h"
+#include "apps/shared/stop_signals.h"
+#include "emulator/pacing/host.h"
+#include "urdf/reader/utf8.h"
+
+namespace walkman::apps {
+namespace {
+
+struct CampaignCommandLine {
+  std::string plan, out, folder, engine = "local";
+  int jobs = static_cast<int>(std::max(1U, std::thread::hardware_concurrency()));
+  int chunk = -1;
+  bool as_json = false;
+};
+
+std::string time_text(double seconds) {
+  return seconds < 90 ? fmt::format("{:.0f} s", seconds) : fmt::format("{:.0f} min", seconds / 60);
+}
+
+/// Writes the report of what there is and prints it.
+void report(const CampaignFolder& folder, bool as_json) {
+  const CampaignReport report = campaign_report(folder);
+  const std::string json = to_json(report).dump(2) + "\n";
+  write_whole(folder.path() / "report.json", json);
+  write_whole(folder.path() / "report.html", campaign_page(report));
+  if (as_json) {
+    print_json(json);
+  } else {
+    print(to_text(report) + fmt::format("written to {}: report.html, report.json, runs/NUMBER/record.json\n",
+                                        one_line(folder.path().string())));
+  }
+}
+
+int run_campaign(const CampaignCommandLine& options) {
+  const std::filesystem::path out =
+      options.out.empty() ? std::filesystem::path("out") / std::filesystem::path(options.plan).stem()
+                          : std::filesystem::path(options.out);
+  StopSignals signals;
+  const CampaignFolder folder = CampaignFolder::prepare(out, options.plan);
+  std::vector<std::size_t> chunks;
+  for (std::size_t i = 0; i < folder.plan().chunks.size(); ++i)
+    if (!folder.done(folder.plan().chunks[i])) chunks.push_back(i);
+  const std::size_t before = folder.done();
+  bool interrupted = false;
+  if (!chunks.empty()) {
+    ProgressLine line;
+    const Time start = pacing::host_now();
+    const auto taken = [&] { return std::chrono::duration<double>(pacing::host_now() - start).count(); };
+    const EngineEnd end = run_engine(folder.path(), options.engine, options.jobs, chunks, signals, [&] {
+      const std::size_t done = folder.done(), fresh = done - before;
+      std::string rest;
+      if (fresh > 0)
+        rest = fmt::format(
+            ", {:.0f} an hour, {} left", 3600 * static_cast<double>(fresh) / taken(),
+            time_text(taken() / static_cast<double>(fresh) * static_cast<double>(folder.all() - done)));
+      line.show(fmt::format("{} of {} runs{}", done, folder.all(), rest));
+    });
+    line.clear();
+    interrupted = end.interrupted;
+    const std::size_t fresh = folder.done() - before;
+    say(fmt::format("{} of {} runs done, {} of them now in {}: {:.0f} an hour", folder.done(), folder.all(),
+                    fresh, time_text(taken()), 3600 * static_cast<double>(fresh) / std::max(1.0, taken())));
+    if (!interrupted && folder.done() < folder.all()) {
+      if (end.code == kEnvironment) throw EnvironmentError(end.said);
+      throw std::logic_error(fmt::format("{} runs have no result, {} says: {}", folder.all() - folder.done(),
+                                         (folder.path() / "engine.log").string(), end.said));
+    }
+  }
+  report(folder, options.as_json);
+  if (interrupted) say("interrupted: the same command goes on from here");
+  return interrupted ? kTaskFailed : kOk;
+}
+
+int exec_chunk(const CampaignCommandLine& options) {
+  const CampaignFolder folder = CampaignFolder::open(options.folder);
+  const std::vector<CampaignChunk>& chunks = folder.plan().chunks;
+  if (static_cast<std::size_t>(options.chunk) >= chunks.size())
+    throw std::runtime_error(fmt::format("--chunk {}: expected 0 to {}", options.chunk, chunks.size() - 1));
+  run_chunk(folder, chunks[static_cast<std::size_t>(options.chunk)]);
+  return kOk;
+}
+
+int report_campaign(const CampaignCommandLine& options) {
+  report(CampaignFolder::open(options.folder, true), options.as_json);
+  return kOk;
+}
+
+}  // namespace
+
+void add_campaign_command(CLI::App& app, std::function<int()>& run) {
+  auto options = std::make_shared<CampaignCommandLine>();
+  CLI::App* command = app.add_subcommand(
+      "campaign", "Many runs of whole experiments, each with one fault, and what came of them");
+  command->require_subcommand(1);
+  const auto add = [&](const char* name, const char* what, int (*job)(const CampaignCommandLine&)) {
+    CLI::App* verb = command->add_subcommand(name, what);
+    verb->callback([&run, options, job] { run = [options, job] { return job(*options); }; });
+    return verb;
+  };
+  CLI::App* verb = add("run", "Run a plan, or what is left of it, and write its report", run_campaign);
+  verb->add_option("PLAN", options->plan, "YAML of experiments, seeds, phases and faults")->required();
+  verb->add_option("--out", options->out, "Folder of the campaign (default: out/PLAN)");
+  verb->add_option("--engine", options->engine,
+                   "What runs the processes: local, parallel (GNU parallel) or slurm (a job array)")
+      ->check(CLI::IsMember({"local", "parallel", "slurm"}))
+      ->capture_default_str();
+  verb->add_option("--jobs", options->jobs, "Processes at a time (default: one per core)")
+      ->check(CLI::Range(1, 10000));
+  verb->add_flag("--json", options->as_json, "Print the report as JSON");
+  verb = add("exec", "Do one chunk of a campaign, or what is left of it; engines call this", exec_chunk);
+  verb->add_option("FOLDER", options->folder, "Of the campaign")->required();
+  verb->add_option("--chunk", options->chunk, "Its number, from 0")
+      ->required()
+      ->check(CLI::Range(0, 100000000));
+  verb = add("report", "Write report.html and report.json of what has been done so far", report_campaign);
+  verb->add_option("FOLDER", options->folder, "Of the campaign")->required();
+  verb->add_flag("--json", options->as_json, "Print the report as JSON");
+}
+
+}  // namespace walkman::apps

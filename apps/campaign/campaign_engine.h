@@ -1,0 +1,26 @@
+#pragma once
+
+#include <filesystem>
+#include <functional>
+#include <string>
+#include <vector>
+
+namespace walkman::apps {
+
+class StopSignals;
+
+/// How an engine ended.
+struct EngineEnd {
+  int code = 0;              ///< 128 + N for signal N
+  bool interrupted = false;  ///< by a signal to this process
+  std::string said;          ///< its last line, which it has in engine.log with all others
+};
+
+/// Has chunks of the campaign in `folder` done by the script that knows the engines, which calls this program
+/// again for each of them. `tick` is called a few times a second. The script ends when this process does.
+/// Throws EnvironmentError when it cannot be started.
+[[nodiscard]] EngineEnd run_engine(const std::filesystem::path& folder, const std::string& engine, int jobs,
+                                   const std::vector<std::size_t>& chunks, StopSignals& signals,
+                                   const std::function<void()>& tick);
+
+}  // namespace walkman::apps

@@ -1,0 +1,281 @@
+#include "apps/campaign/campaign_plan.h"
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <map>
+#include <stdexcept>
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include "adaptation/regrasp/observer.h"
+#include "apps/shared/scene_options.h"
+#include "emulator/scene/model_error.h"
+#include "emulator/scene/scene.h"
+#include "urdf/reader/nearest_name.h"
+#include "urdf/reader/yaml_map.h"
+
+namespace walkman::apps {
+namespace {
+
+constexpr double kLongestFault = 1e6;      // s
+constexpr double kDefaultTimeLimit = 600;  // s of CPU time: some twenty times what a whole run takes
+constexpr int kDefaultChunk = 40;          // runs: some minutes
+constexpr std::size_t kMostRuns = 1'000'000;
+
+const std::vector<std::string> kDirections = {"both", "from", "to"};
+
+/// One entry of `faults`, with all its lists.
+struct FaultEntry {
+  const faults::InjectableFault* kind = nullptr;
+  std::vector<std::string> targets;
+  std::vector<std::vector<double>> values;  // of each parameter
+  faults::Direction direction = faults::Direction::kBoth;
+  std::vector<std::optional<double>> lasts;
+  std::vector<PhaseBegin> phases;  // with the times after their beginning
+  std::string where;
+};
+
+std::vector<double> numbers(const YamlMap& map, const std::string& key, double least, double most) {
+  std::vector<double> out;
+  for (const std::string& text : map.texts(key)) {
+    double value = 0;
+    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+    if (error != std::errc{} || end != text.data() + text.size() || !(value >= least && value <= most))
+      map.fail(key, fmt::format("found \"{}\", expected numbers from {:g} to {:g}", text, least, most));
+    out.push_back(value);
+  }
+  return out;
+}
+
+std::size_t place_of(const std::string& phase) {
+  return static_cast<std::size_t>(std::find(regrasp::kPhaseNames.begin(), regrasp::kPhaseNames.end(), phase) -
+                                  regrasp::kPhaseNames.begin());
+}
+
+std::vector<PhaseBegin> read_phases(const YamlMap& map) {
+  std::vector<PhaseBegin> out;
+  for (const YamlMap& entry : map.list("phases", {"phase", "occurrence"})) {
+    PhaseBegin phase;
+    phase.phase = entry.text("phase");
+    if (place_of(phase.phase) == regrasp::kPhaseNames.size()) {
+      const std::vector<std::string> names(regrasp::kPhaseNames.begin(), regrasp::kPhaseNames.end());
+      entry.fail("phase", fmt::format("there is no phase \"{}\"{}, expected one of {}", phase.phase,
+                                      did_you_mean(phase.phase, names), fmt::join(names, ", ")));
+    }
+    if (entry.has("occurrence")) phase.occurrence = static_cast<int>(entry.integer("occurrence", 1, 1000));
+    out.push_back(phase);
+  }
+  if (out.empty()) map.fail("phases", "is empty, expected at least one");
+  return out;
+}
+
+FaultEntry read_entry(const YamlMap& map, const std::vector<PhaseBegin>& of_all) {
+  FaultEntry out;
+  out.where = map.where();
+  const std::string kind = map.text("fault");
+  out.kind = faults::find_fault(kind);
+  if (out.kind == nullptr) {
+    std::vector<std::string> names;
+    for (const auto& one : faults::injectable_faults()) names.emplace_back(one.name);
+    map.fail("fault", fmt::format("there is no fault \"{}\"{}; `walkman-hil fault list` has them", kind,
+                                  did_you_mean(kind, names)));
+  }
+  if (out.kind->target == faults::Target::kCamera) {
+    if (map.has("targets")) map.fail("targets", fmt::format("\"{}\" is of the camera, expected none", kind));
+    out.targets = {""};
+  } else {
+    out.targets = map.texts("targets");
+    if (out.targets.empty()) map.fail("targets", "is empty, expected at least one");
+  }
+  for (const auto& other : faults::injectable_faults())
+    for (const faults::Parameter& parameter : other.parameters) {
+      const auto same = [&](const faults::Parameter& own) { return own.name == parameter.name; };
+      if (map.has(std::string(parameter.name)) &&
+          std::none_of(out.kind->parameters.begin(), out.kind->parameters.end(), same))
+        map.fail(std::string(parameter.name), fmt::format("{} has no such parameter", kind));
+    }
+  for (const faults::Parameter& parameter : out.kind->parameters) {
+    const std::string key(parameter.name);
+    out.values.push_back(map.has(key) ? numbers(map, key, parameter.least, parameter.most)
+                                      : std::vector<double>{parameter.standard});
+    if (out.values.back().empty()) map.fail(key, "is empty, expected at least one number");
+  }
+  if (map.has("direction")) {
+    const auto found = std::find(kDirections.begin(), kDirections.end(), map.text("direction"));
+    if (found == kDirections.end() || out.kind->target != faults::Target::kFrames)
+      map.fail("direction", fmt::format("found \"{}\", expected {} and a fault of frames",
+                                        map.text("direction"), fmt::join(kDirections, ", ")));
+    out.direction = static_cast<faults::Direction>(found - kDirections.begin());
+  }
+  if (map.has("lasts_s"))
+    for (const double lasts : numbers(map, "lasts_s", 0.001, kLongestFault)) out.lasts.emplace_back(lasts);
+  if (out.lasts.empty()) out.lasts.emplace_back(std::nullopt);
+  if (!map.has("phases") && of_all.empty())
+    map.fail("", "has no phases, expected them here or for all faults");
+  const std::vector<double> after =
+      map.has("after_s") ? numbers(map, "after_s", 0, kLongestFault) : std::vector<double>{0};
+  for (PhaseBegin phase : map.has("phases") ? read_phases(map) : of_all)
+    for (const double s : after) {
+      phase.after = s;
+      out.phases.push_back(phase);
+    }
+  return out;
+}
+
+/// Every combination of one value of each parameter.
+std::vector<std::vector<double>> sizes_of(const FaultEntry& entry) {
+  std::vector<std::vector<double>> out = {{}};
+  for (const std::vector<double>& values : entry.values) {
+    std::vector<std::vector<double>> longer;
+    for (const std::vector<double>& size : out)
+      for (const double value : values) {
+        longer.push_back(size);
+        longer.back().push_back(value);
+      }
+    out = std::move(longer);
+  }
+  return out;
+}
+
+/// All of an entry on one twin, without numbers.
+void expand(const FaultEntry& entry, std::uint64_t seed, std::vector<faults::Injection>& out) {
+  for (const std::string& target : entry.targets)
+    for (const std::vector<double>& size : sizes_of(entry))
+      for (const std::optional<double>& lasts : entry.lasts)
+        for (const PhaseBegin& phase : entry.phases) {
+          faults::Injection one;
+          one.name = std::string(entry.kind->name);
+          one.kind = entry.kind;
+          one.target = target;
+          one.direction = entry.direction;
+          one.values = size;
+          one.phase = phase;
+          one.lasts = lasts;
+          one.seed = seed;
+          one.where = entry.where;
+          out.push_back(std::move(one));
+        }
+}
+
+std::filesystem::path scene_of(const YamlMap& map, const std::string& experiment,
+                               const std::filesystem::path& base, const std::filesystem::path& data) {
+  int number = 0;
+  const auto [end, error] = std::from_chars(experiment.data(), experiment.data() + experiment.size(), number);
+  if (error == std::errc{} && end == experiment.data() + experiment.size()) {
+    if (number < 1 || number > kExperiments)
+      map.fail("experiments", fmt::format("there is no experiment {}, expected 1 to {}, or a scene file",
+                                          experiment, kExperiments));
+    return scene_file("", data, fmt::format("experiment_{}", number));
+  }
+  const std::filesystem::path file = base / experiment;
+  if (!std::filesystem::exists(file))
+    map.fail("experiments",
+             fmt::format("{}: no such file, expected an experiment's number or a scene file", file.string()));
+  return std::filesystem::absolute(file).lexically_normal();
+}
+
+struct Seeds {
+  std::uint64_t first = 1;
+  int count = 1, golden = 1;
+};
+
+Seeds read_seeds(const YamlMap& root) {
+  Seeds out;
+  if (root.has("seeds")) {
+    const YamlMap seeds = root.map("seeds", {"first", "count"});
+    if (seeds.has("first")) out.first = static_cast<std::uint64_t>(seeds.integer("first", 0, 1LL << 53));
+    if (seeds.has("count")) out.count = static_cast<int>(seeds.integer("count", 1, 10'000));
+  }
+  out.golden = out.count;
+  if (root.has("golden"))
+    out.golden = static_cast<int>(root.map("golden", {"seeds"}).integer("seeds", out.count, 10'000));
+  return out;
+}
+
+}  // namespace
+
+CampaignPlan load_campaign_plan(const std::filesystem::path& file, const std::filesystem::path& base,
+                                const std::filesystem::path& data) {
+  const YamlMap root(file.string(), parse_yaml_file(file), "",
+                     {"experiments", "seeds", "model_error", "golden", "phases", "faults", "runs_per_chunk",
+                      "time_limit_s"});
+  std::vector<std::string> keys = {"fault", "targets", "direction", "after_s", "lasts_s", "phases"};
+  for (const auto& kind : faults::injectable_faults())
+    for (const faults::Parameter& parameter : kind.parameters) keys.emplace_back(parameter.name);
+
+  CampaignPlan plan;
+  if (root.has("model_error")) {
+    plan.model_error = root.text("model_error");
+    const auto levels = model_error_levels();
+    if (std::find(levels.begin(), levels.end(), plan.model_error) == levels.end())
+      root.fail("model_error",
+                fmt::format("found \"{}\", expected {}", plan.model_error, fmt::join(levels, ", ")));
+  }
+  plan.time_limit = root.has("time_limit_s") ? root.number("time_limit_s", 1, 1e6) : kDefaultTimeLimit;
+  const auto chunk = static_cast<std::size_t>(
+      root.has("runs_per_chunk") ? root.integer("runs_per_chunk", 1, 100'000) : kDefaultChunk);
+  const Seeds seeds = read_seeds(root);
+  const std::vector<PhaseBegin> phases = root.has("phases") ? read_phases(root) : std::vector<PhaseBegin>{};
+  std::vector<FaultEntry> entries;
+  for (const YamlMap& map : root.list("faults", keys)) entries.push_back(read_entry(map, phases));
+  const std::vector<std::string> experiments = root.texts("experiments");
+  if (experiments.empty()) root.fail("experiments", "is empty, expected at least one");
+
+  for (const std::string& experiment : experiments) {
+    const std::filesystem::path scene = scene_of(root, experiment, base, data);
+    const KnownRobot robot(load_scene(scene).robot);
+    const std::vector<faults::KnownTarget> targets = faults::known_targets(robot.devices);
+    for (int i = 0; i < seeds.golden; ++i) {
+      const std::size_t twin = plan.twins.size();
+      plan.twins.push_back({experiment, scene, seeds.first + static_cast<std::uint64_t>(i)});
+      std::vector<faults::Injection> all;
+      for (const FaultEntry& entry : entries)
+        if (i < seeds.count) expand(entry, plan.twins.back().seed, all);
+      if (plan.runs.size() + all.size() > kMostRuns)
+        root.fail("faults", fmt::format("more than {} runs in all", kMostRuns));
+      for (const faults::Injection& one : all) faults::require_target(one, targets);
+      // As a run comes to them, so that what runs together has most of its way in common.
+      std::stable_sort(all.begin(), all.end(), [](const auto& a, const auto& b) {
+        return std::pair(a.phase->occurrence, place_of(a.phase->phase)) <
+               std::pair(b.phase->occurrence, place_of(b.phase->phase));
+      });
+      for (std::size_t first = 0; first == 0 || first < all.size(); first += chunk)
+        plan.chunks.push_back({twin, plan.runs.size() + first, std::min(chunk, all.size() - first)});
+      for (faults::Injection& one : all)
+        plan.runs.push_back({static_cast<int>(plan.runs.size()) + 1, twin, std::move(one)});
+    }
+  }
+  return plan;
+}
+
+std::string phase_text(const PhaseBegin& phase) {
+  return phase.occurrence == 1 ? phase.phase : fmt::format("{} {}", phase.phase, phase.occurrence);
+}
+
+std::string fault_plan_text(const faults::Injection& fault) {
+  std::string out = fmt::format("faults:\n  - fault: {}\n    name: {}\n", fault.kind->name, fault.name);
+  if (!fault.target.empty()) out += fmt::format("    target: {}\n", fault.target);
+  for (std::size_t i = 0; i < fault.values.size(); ++i)
+    out += fmt::format("    {}: {}\n", fault.kind->parameters[i].name, fault.values[i]);
+  if (fault.direction != faults::Direction::kBoth)
+    out += fmt::format("    direction: {}\n", kDirections[static_cast<std::size_t>(fault.direction)]);
+  out += fmt::format("    in_phase: {{phase: {}, occurrence: {}, after_s: {}}}\n", fault.phase->phase,
+                     fault.phase->occurrence, fault.phase->after);
+  if (fault.lasts) out += fmt::format("    lasts_s: {}\n", *fault.lasts);
+  return out + fmt::format("    seed: {}\n", fault.seed);
+}
+
+std::string size_text(const faults::Injection& fault) {
+  std::vector<std::string> parts;
+  for (std::size_t i = 0; i < fault.values.size(); ++i)
+    parts.push_back(fmt::format("{}={}", fault.kind->parameters[i].name, fault.values[i]));
+  if (fault.direction != faults::Direction::kBoth)
+    parts.push_back("direction=" + kDirections[static_cast<std::size_t>(fault.direction)]);
+  if (fault.phase->after > 0) parts.push_back(fmt::format("after_s={}", fault.phase->after));
+  if (fault.lasts) parts.push_back(fmt::format("lasts_s={}", *fault.lasts));
+  return fmt::format("{}", fmt::join(parts, ", "));
+}
+
+}  // namespace walkman::apps

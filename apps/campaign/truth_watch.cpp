@@ -1,0 +1,217 @@
+#include "apps/campaign/truth_watch.h"
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <limits>
+
+#include <fmt/format.h>
+
+#include "emulator/nodes/measuring/force_torque_kind.h"
+
+namespace walkman::apps {
+namespace {
+
+constexpr double kJointOff = 0.01;  // rad
+constexpr double kPlaceOff = 0.01;  // m
+constexpr double kMomentaryPeak = 2;
+constexpr double kAtStop = 0.001;      // rad
+constexpr double kFallen = 0.5;        // rad
+constexpr double kFallingSpeed = 0.5;  // m/s, after 13 mm of free fall; the method lowers at a fifth of it
+constexpr double kStillSpeed = 0.02;   // rad/s: 20 mm/s at the end of an arm
+constexpr double kStillFor = 0.25;     // s
+constexpr double kLongestStop = 1.5;   // s of watching after the drives were told to stop
+
+void mix(std::uint64_t& hash, std::uint64_t value) {
+  hash = (hash ^ value) * 1099511628211ULL;  // FNV-1a, by words
+}
+
+}  // namespace
+
+double TruthWatch::now() const { return std::chrono::duration<double>(world_->emulator.now()).count(); }
+
+void TruthWatch::begins(EmulatedWorld& world, const robot::Robot& robot, const Judge& judge) {
+  world_ = &world;
+  robot_ = &robot;
+  judge_ = &judge;
+  for (bus::CanBus* bus : world.emulator.buses())
+    bus->set_observer([this](const can::StampedFrame& stamped) {
+      mix(frames_hash_, static_cast<std::uint64_t>(stamped.time.count()));
+      std::uint64_t data = stamped.frame.id;
+      for (std::size_t i = 0; i < stamped.frame.length; ++i) {
+        data = data << 8 | stamped.frame.data[i];
+        if (i % 4 == 3) mix(frames_hash_, data);
+      }
+      mix(frames_hash_, data);
+    });
+  watch_devices();
+  up_B_ = world.emulator.plant().X_WL(0).linear().row(2).transpose();
+}
+
+void TruthWatch::watch_devices() {
+  const RobotModel& model = world_->robot.model;
+  for (const Bus& bus : world_->robot.devices.buses) {
+    for (const Device& device : bus.devices) {
+      if (device.kind == DeviceKind::kJointDrive) {
+        const int index = model.joint_index(device.name);
+        const JointLimits& limits = model.joints[static_cast<std::size_t>(index)].limits;
+        joints_.push_back({index, device.name, limits.lower, limits.upper, limits.effort});
+      } else if (device.kind == DeviceKind::kForceTorque) {
+        const ForceTorqueKind kind = load_force_torque_kind(sensor_folder_ / (device.sensor + ".yaml"));
+        WatchedSensor sensor{device.name, {}};
+        sensor.range << kind.torque_range, kind.force_range;
+        sensors_.push_back(std::move(sensor));
+      }
+    }
+  }
+}
+
+void TruthWatch::cycle() {
+  compare();
+  watch_limits();
+  watch_motion();
+  watch_faults();
+  ++cycle_;
+}
+
+void TruthWatch::compare() {
+  const plant::Plant& plant = world_->emulator.plant();
+  positions_.clear();
+  for (const WatchedJoint& joint : joints_)
+    positions_.push_back(static_cast<float>(plant.joint_position(joint.joint)));
+  const auto place = [&](const Eigen::Isometry3d& X_W) {
+    for (int i = 0; i < 3; ++i) positions_.push_back(static_cast<float>(X_W.translation()[i]));
+  };
+  place(plant.X_WL(0));
+  for (std::size_t i = 0; i < world_->scene.objects.size(); ++i) place(plant.X_WO(static_cast<int>(i)));
+  std::uint64_t hash = plant.state_hash();
+  mix(hash, frames_hash_);
+  if (golden_ == nullptr) {
+    trace_.add(hash, positions_);
+    return;
+  }
+  const bool there = cycle_ < golden_->cycles();
+  if (!observation_.differs && (!there || golden_->hash(cycle_) != hash)) observation_.differs = now();
+  if (observation_.off || !there) return;
+  const auto golden = golden_->positions(cycle_);
+  for (std::size_t i = 0; i < positions_.size() && i < golden.size(); ++i) {
+    const double allowed = i < joints_.size() ? kJointOff : kPlaceOff;
+    if (!(std::abs(static_cast<double>(positions_[i]) - static_cast<double>(golden[i])) > allowed)) continue;
+    observation_.off = now();
+    return;
+  }
+}
+
+void TruthWatch::pass(const std::string& what, double value, double limit) {
+  const bool known = std::any_of(observation_.limits.begin(), observation_.limits.end(),
+                                 [&](const PassedLimit& passed) { return passed.what == what; });
+  if (!known) observation_.limits.push_back({what, now(), value, limit});
+}
+
+void TruthWatch::watch_limits() {
+  const plant::Plant& plant = world_->emulator.plant();
+  for (const WatchedJoint& joint : joints_) {
+    const double torque = std::abs(plant.joint_torque(joint.joint));
+    if (torque > kMomentaryPeak * joint.effort)
+      pass("torque of " + joint.name + ", N·m", torque, kMomentaryPeak * joint.effort);
+    const double position = plant.joint_position(joint.joint);
+    if (position < joint.lower + kAtStop)
+      pass("lower stop of " + joint.name + ", rad", position, joint.lower);
+    if (position > joint.upper - kAtStop)
+      pass("upper stop of " + joint.name + ", rad", position, joint.upper);
+  }
+  for (std::size_t i = 0; i < sensors_.size(); ++i) {
+    const Wrench& F = plant.F_So_S(static_cast<int>(i));
+    Eigen::Matrix<double, 6, 1> load;
+    load << F.torque, F.force;
+    for (int axis = 0; axis < 6; ++axis)
+      if (std::abs(load[axis]) > sensors_[i].range[axis])
+        pass(fmt::format("{} on {}, {}", axis < 3 ? "torque" : "force", sensors_[i].name,
+                         axis < 3 ? "N·m" : "N"),
+             std::abs(load[axis]), sensors_[i].range[axis]);
+  }
+  const double lean = std::acos(std::clamp(plant.X_WL(0).linear().row(2).dot(up_B_), -1.0, 1.0));
+  if (lean > kFallen) pass("lean of the base, rad", lean, kFallen);
+  const double dt = now() - last_time_;
+  last_time_ = now();
+  heights_.resize(world_->scene.objects.size(), std::numeric_limits<double>::quiet_NaN());
+  for (std::size_t i = 0; i < heights_.size(); ++i) {
+    const double height = plant.X_WO(static_cast<int>(i)).translation().z();
+    const double speed = (heights_[i] - height) / dt;
+    if (speed > kFallingSpeed)
+      pass("fall of " + world_->scene.objects[i].name + ", m/s", speed, kFallingSpeed);
+    heights_[i] = height;
+  }
+  const std::vector<UnwantedTouch>& touches = judge_->touches();
+  for (; touches_ < touches.size(); ++touches_)
+    pass(fmt::format("{} against {}, N", touches[touches_].link, touches[touches_].other),
+         touches[touches_].force, 0);
+}
+
+void TruthWatch::watch_motion() {
+  const plant::Plant& plant = world_->emulator.plant();
+  for (const WatchedJoint& joint : joints_) {
+    if (std::abs(plant.joint_velocity(joint.joint)) <= kStillSpeed) continue;
+    last_motion_ = now();
+    return;
+  }
+}
+
+void TruthWatch::watch_faults() {
+  const auto& fault = robot_->fault();
+  if (fault && fault->time != last_fault_) {
+    last_fault_ = fault->time;
+    show(ShownEvent::By::kDriver, std::chrono::duration<double>(fault->time).count(), fault->device,
+         fault->text);
+  }
+  // One that was undone in the cycle in which it was latched.
+  const std::vector<std::string>& recovered = judge_->recovered_from();
+  for (; recoveries_ < recovered.size(); ++recoveries_) {
+    const auto is_it = [&](const ShownEvent& event) { return event.text == recovered[recoveries_]; };
+    if (std::any_of(observation_.events.begin(), observation_.events.end(), is_it)) continue;
+    show(ShownEvent::By::kDriver, now(), device_in(recovered[recoveries_]), recovered[recoveries_]);
+  }
+}
+
+void TruthWatch::warned(std::string_view sentence) {
+  show(ShownEvent::By::kWarning, now(), device_in(sentence), std::string(sentence));
+}
+
+void TruthWatch::show(ShownEvent::By by, double time, std::string device, std::string text) {
+  observation_.events.push_back({by, time, std::move(device), std::move(text)});
+}
+
+std::string TruthWatch::device_in(std::string_view text) const {
+  std::string longest;
+  for (const Bus& bus : world_->robot.devices.buses) {
+    if (text.find(bus.interface) != std::string_view::npos && longest.empty()) longest = bus.interface;
+    for (const Device& device : bus.devices) {
+      const std::size_t at = text.find(device.name);
+      const std::size_t end = at + device.name.size();
+      const bool whole = at != std::string_view::npos &&
+                         (end == text.size() || std::isalnum(static_cast<unsigned char>(text[end])) == 0);
+      if (whole) return device.name;
+    }
+  }
+  return longest;
+}
+
+void TruthWatch::over(const RepetitionResult& result, robot::Cycle& cycle) {
+  observation_.result = result;
+  observation_.ended = now();
+  observation_.object = world_->scene.objects[static_cast<std::size_t>(judge_->object())].name;
+  watch_faults();
+  const bool by_driver =
+      std::any_of(observation_.events.begin(), observation_.events.end(), [&](const ShownEvent& event) {
+        return event.by == ShownEvent::By::kDriver && result.reason.starts_with(event.text);
+      });
+  if (result.outcome == Outcome::kStopped && !by_driver)
+    show(ShownEvent::By::kMethod, observation_.ended, device_in(result.reason), result.reason);
+  if (result.outcome == Outcome::kRegraspLimit)
+    show(ShownEvent::By::kMethod, observation_.ended, "", to_string(result.outcome));
+  const auto still = [&] { return now() - std::max(last_motion_, observation_.ended) > kStillFor; };
+  while (!still() && now() - observation_.ended < kLongestStop) cycle.next();
+  if (still()) observation_.still = last_motion_;
+}
+
+}  // namespace walkman::apps
