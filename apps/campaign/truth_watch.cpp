@@ -14,13 +14,16 @@ namespace {
 
 constexpr double kJointOff = 0.01;  // rad
 constexpr double kPlaceOff = 0.01;  // m
+// Cycles in which a run that is earlier or later than its golden twin is looked for on its path.
+constexpr std::size_t kPathBehind = 20, kPathAhead = 200;
 constexpr double kMomentaryPeak = 2;
 constexpr double kAtStop = 0.001;      // rad
+constexpr double kHardStop = 0.1;      // rad/s
 constexpr double kFallen = 0.5;        // rad
 constexpr double kFallingSpeed = 0.5;  // m/s, after 13 mm of free fall; the method lowers at a fifth of it
-constexpr double kStillSpeed = 0.02;   // rad/s: 20 mm/s at the end of an arm
+constexpr double kStillSpeed = 0.05;   // rad/s: 50 mm/s at the end of an arm
 constexpr double kStillFor = 0.25;     // s
-constexpr double kLongestStop = 1.5;   // s of watching after the drives were told to stop
+constexpr double kLongestStop = 2;     // s of watching after the drives were told to stop
 
 void mix(std::uint64_t& hash, std::uint64_t value) {
   hash = (hash ^ value) * 1099511628211ULL;  // FNV-1a, by words
@@ -90,16 +93,27 @@ void TruthWatch::compare() {
     trace_.add(hash, positions_);
     return;
   }
-  const bool there = cycle_ < golden_->cycles();
-  if (!observation_.differs && (!there || golden_->hash(cycle_) != hash)) observation_.differs = now();
-  if (observation_.off || !there) return;
-  const auto golden = golden_->positions(cycle_);
-  for (std::size_t i = 0; i < positions_.size() && i < golden.size(); ++i) {
-    const double allowed = i < joints_.size() ? kJointOff : kPlaceOff;
-    if (!(std::abs(static_cast<double>(positions_[i]) - static_cast<double>(golden[i])) > allowed)) continue;
-    observation_.off = now();
-    return;
+  if (!observation_.differs && (cycle_ >= golden_->cycles() || golden_->hash(cycle_) != hash))
+    observation_.differs = now();
+  if (observation_.differs && !observation_.off && off_path()) observation_.off = now();
+}
+
+bool TruthWatch::off_path() {
+  double least = std::numeric_limits<double>::infinity();
+  const std::size_t from = place_on_path_ - std::min(place_on_path_, kPathBehind);
+  const std::size_t end = std::min(golden_->cycles(), std::max(place_on_path_, cycle_) + kPathAhead);
+  for (std::size_t cycle = from; cycle < end && least > 0; ++cycle) {
+    const auto golden = golden_->positions(cycle);
+    double most = 0;  // of what is allowed
+    for (std::size_t i = 0; i < golden.size() && most < least; ++i) {
+      const double allowed = i < joints_.size() ? kJointOff : kPlaceOff;
+      most = std::max(most, std::abs(static_cast<double>(positions_[i] - golden[i])) / allowed);
+    }
+    if (most >= least) continue;
+    least = most;
+    place_on_path_ = cycle;
   }
+  return least > 1;
 }
 
 void TruthWatch::pass(const std::string& what, double value, double limit) {
@@ -110,15 +124,16 @@ void TruthWatch::pass(const std::string& what, double value, double limit) {
 
 void TruthWatch::watch_limits() {
   const plant::Plant& plant = world_->emulator.plant();
-  for (const WatchedJoint& joint : joints_) {
+  for (WatchedJoint& joint : joints_) {
     const double torque = std::abs(plant.joint_torque(joint.joint));
     if (torque > kMomentaryPeak * joint.effort)
       pass("torque of " + joint.name + ", N·m", torque, kMomentaryPeak * joint.effort);
     const double position = plant.joint_position(joint.joint);
-    if (position < joint.lower + kAtStop)
-      pass("lower stop of " + joint.name + ", rad", position, joint.lower);
-    if (position > joint.upper - kAtStop)
-      pass("upper stop of " + joint.name + ", rad", position, joint.upper);
+    if (position < joint.lower + kAtStop && joint.speed < -kHardStop)
+      pass("speed into the lower stop of " + joint.name + ", rad/s", -joint.speed, kHardStop);
+    if (position > joint.upper - kAtStop && joint.speed > kHardStop)
+      pass("speed into the upper stop of " + joint.name + ", rad/s", joint.speed, kHardStop);
+    joint.speed = plant.joint_velocity(joint.joint);
   }
   for (std::size_t i = 0; i < sensors_.size(); ++i) {
     const Wrench& F = plant.F_So_S(static_cast<int>(i));

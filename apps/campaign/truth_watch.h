@@ -13,11 +13,13 @@ namespace walkman::apps {
 /// Observes a run from the emulator's side: what its plant does and its buses carry, beside what the drivers
 /// and the method show.
 ///
-/// The plant is off by what counts when a joint is 0.01 rad, or the base or an object 10 mm, from where it
-/// was in the golden twin in the same cycle: as much as the drivers let a drive be from its set-point, and
-/// what that makes at the end of an arm. A limit of the hardware is passed when
+/// The plant is off by what counts when it leaves the path of the golden twin: when, whether it is earlier or
+/// later, a joint is 0.01 rad, or the base or an object 10 mm, from every place that the golden twin was at
+/// about then. As much the drivers let a drive be from its set-point, and that makes it at the end of an arm.
+/// A limit of the hardware is passed when
 /// - an actuator gives more than twice its joint's effort limit (a harmonic drive's momentary peak torque is
-///   about twice its limit for repeated peaks, by its maker's catalogue), or a joint is at its stop,
+///   about twice its limit for repeated peaks, by its maker's catalogue), or a joint comes into its
+///   mechanical stop faster than 0.1 rad/s,
 /// - a force/torque sensor's load leaves its range,
 /// - the robot touches itself or its surroundings (`TouchWatch`), leans by half a radian, or an object falls.
 /// All are looked at once a cycle.
@@ -46,6 +48,7 @@ class TruthWatch : public RepetitionWatch {
     int joint = -1;
     std::string name;
     double lower = 0, upper = 0, effort = 0;
+    double speed = 0;  // rad/s, in the cycle before
   };
   struct WatchedSensor {
     std::string name;
@@ -54,6 +57,7 @@ class TruthWatch : public RepetitionWatch {
 
   void watch_devices();
   void compare();
+  [[nodiscard]] bool off_path();
   void watch_limits();
   void watch_motion();
   void watch_faults();
@@ -70,7 +74,7 @@ class TruthWatch : public RepetitionWatch {
   RunObservation observation_;
   GoldenTrace trace_;
   std::uint64_t frames_hash_ = 14695981039346656037ULL;  // FNV-1a
-  std::size_t cycle_ = 0;
+  std::size_t cycle_ = 0, place_on_path_ = 0;
   std::vector<float> positions_;
   std::vector<WatchedJoint> joints_;
   std::vector<WatchedSensor> sensors_;
