@@ -58,16 +58,15 @@ std::string worse(const RunObservation& run, const RunObservation& golden) {
   return "";
 }
 
-/// Why it is not as the method says; empty: it is.
-std::string wrong(const RunObservation& run, const RunObservation& golden) {
+/// Why it is not as the method says; none: it is.
+std::optional<std::string> contradicted(const RunObservation& run, const RunObservation& golden) {
   const RepetitionResult& result = run.result;
-  if (!says_done(result.outcome)) return "";
+  if (!says_done(result.outcome)) return std::nullopt;
   if (run.object != golden.object)
     return fmt::format("it worked on {} instead of {}", run.object, golden.object);
-  if (result.outcome == Outcome::kWrong) return result.reason;
   if (result.outcome == Outcome::kDropped) return "the object does not hang free of everything but the hand";
-  if (result.outcome == Outcome::kCollided) return result.reason;
-  return "";
+  if (result.outcome == Outcome::kWrong || result.outcome == Outcome::kCollided) return result.reason;
+  return std::nullopt;
 }
 
 void classify(const RunObservation& run, const RunObservation& golden, const faults::Injection& fault,
@@ -81,7 +80,7 @@ void classify(const RunObservation& run, const RunObservation& golden, const fau
   if (const PassedLimit* passed = new_limit(run, golden))
     return is(RunClass::kDamage, fmt::format("{}: {:.4g} at {:.3f} s, limit {:.4g}", passed->what,
                                              passed->value, passed->time, passed->limit));
-  if (const std::string why = wrong(run, golden); !why.empty()) return is(RunClass::kSilentWrong, why);
+  if (const auto why = contradicted(run, golden)) return is(RunClass::kSilentWrong, *why);
   const std::string shown = out.shown ? out.shown->text : "";
   const auto interval = fault.kind->interval;
   if (out.shown && interval && run.off && out.shown->time > *run.off + *interval)

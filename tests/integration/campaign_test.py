@@ -1,0 +1,280 @@
+#!/usr/bin/env python3
+"""walkman-hil campaign from outside, on every engine. Usage: campaign_test.py PROGRAM SOURCE_TREE
+
+One campaign is run without interruption; each of its runs is then the same, field for field, as `experiment --faults` from
+power-on. On every engine the same campaign is killed and gone on with: what is left is the same to the byte. Its golden twins
+are taken from the first campaign, for they take most of the time.
+"""
+
+import json
+import os
+import random
+import shutil
+import signal
+import socket
+import subprocess
+import sys
+import tempfile
+import time
+from pathlib import Path
+
+from checks import PROGRAM, check, end, run
+
+TREE = Path(sys.argv[2])
+RUNS = 7
+
+# A run that ends at its first weighing: the method takes whatever torque there is.
+SCENE = "extends: %s\nparameters: parameters.yaml\n"
+PARAMETERS = "stage_two:\n  torque_threshold: 50\n"
+PLAN = """experiments: [short.yaml]
+seeds: {first: 3, count: 1}
+golden: {seeds: 1}
+runs_per_chunk: 3
+faults:
+  - fault: bus-off
+    targets: [r_arm_ft]
+    phases: [{phase: boot}]
+  - fault: sdo-timeout
+    targets: [RElbj, l_arm_ft]
+    phases: [{phase: boot}]
+  - fault: overcurrent-trip
+    targets: [LElbj]
+    phases: [{phase: settle}]
+  - fault: payload-bitflip
+    targets: [rarm]
+    share: [0.02]
+    phases: [{phase: settle}]
+  - fault: undervoltage
+    targets: [RElbj]
+    phases: [{phase: lift, occurrence: 9}]
+  - fault: joint-locked
+    targets: [RElbj]
+    after_s: 0.5
+    phases: [{phase: look}]
+"""
+
+SLURM = """ClusterName=hil
+SlurmctldHost={host}(127.0.0.1)
+SlurmUser=root
+SlurmdUser=root
+AuthType=auth/munge
+AuthInfo=socket={folder}/munge.socket
+CryptoType=crypto/munge
+SlurmctldPort={port}
+SlurmdPort={other_port}
+StateSaveLocation={folder}/state
+SlurmdSpoolDir={folder}/spool
+SlurmctldPidFile={folder}/slurmctld.pid
+SlurmdPidFile={folder}/slurmd.pid
+SlurmctldLogFile={folder}/slurmctld.log
+SlurmdLogFile={folder}/slurmd.log
+ProctrackType=proctrack/linuxproc
+TaskPlugin=task/none
+JobAcctGatherType=jobacct_gather/none
+AccountingStorageType=accounting_storage/none
+SelectType=select/cons_tres
+SelectTypeParameters=CR_Core
+SchedulerType=sched/backfill
+SchedulerParameters=batch_sched_delay=0,sched_min_interval=0,sched_interval=1,bf_interval=1
+MpiDefault=none
+ReturnToService=2
+SlurmdTimeout=30
+KillWait=2
+NodeName={host} NodeAddr=127.0.0.1 CPUs={cores} RealMemory=500 State=UNKNOWN
+PartitionName=fi Nodes=ALL Default=YES MaxTime=INFINITE State=UP
+"""
+
+
+def campaign(plan, out, *options):
+    return run("campaign", "run", str(plan), "--out", str(out), *options)
+
+
+def contents(folder):
+    """Every file that the campaign's results are, as bytes."""
+    files = [p for p in sorted(folder.rglob("*")) if p.is_file() and (p.parent.name == "golden" or "runs" in p.parts)]
+    return {str(p.relative_to(folder)): p.read_bytes() for p in files + [folder / "campaign.json", folder / "plan.yaml"]}
+
+
+def report_without_place(folder):
+    return (folder / "report.json").read_text().replace(str(folder), "FOLDER")
+
+
+def from_the_start(plan, folder):
+    """Each run, begun again at power-on, is what its fork was."""
+    for number in range(1, RUNS + 1):
+        record = json.loads((folder / f"runs/{number:06}/record.json").read_text())
+        if record["observation"] is None:
+            check(record["class"] == "not-activated" and record["phase"] == "lift 9", f"run {number}: {record['class']}")
+            continue
+        fresh = run("experiment", "--scene", str(plan.parent / "short.yaml"), "--seed", "3", "--json", "--faults",
+                    str(folder / f"runs/{number:06}/fault.yaml"), "--out", str(folder.parent / "fresh"))
+        result = json.loads(fresh.stdout)["repetitions"][0]
+        check(record["observation"]["result"] == result, f"run {number} from the start: {record['observation']['result']} {result}")
+
+
+def classes(folder):
+    records = [json.loads((folder / f"runs/{n:06}/record.json").read_text()) for n in range(1, RUNS + 1)]
+    by = {(r["fault"], r["target"]): r for r in records}
+    for fault, target in (("sdo-timeout", "RElbj"), ("overcurrent-trip", "LElbj"), ("joint-locked", "RElbj")):
+        record = by[fault, target]
+        check(record["class"] == "safe-stop", f"{fault}: {record['class']}, {record['reason']}")
+        check(target in record["reason"], f"{fault}: {record['reason']}")
+        check(record["blames_target"], f"{fault} is blamed on {record['shown']}")
+    check(by["overcurrent-trip", "LElbj"]["detection"] <= 0.01, "an over-current is shown within two cycles")
+    check("2310" in by["overcurrent-trip", "LElbj"]["reason"], by["overcurrent-trip", "LElbj"]["reason"])
+    check(by["joint-locked", "RElbj"]["detection"] <= 0.25, "a jam in motion is shown within 250 ms")
+    report = json.loads((folder / "report.json").read_text())
+    check(report["all"]["runs"] == RUNS and report["golden"]["done"] == 1, "the report has all of it")
+    check(report["golden"]["alarmed"]["k"] == 0, f"false alarms: {report['golden']['false_alarms']}")
+    check(sum(group["runs"] for group in report["cells"]) == RUNS, "every run is in a cell")
+
+
+def killed_and_gone_on_with(engine, plan, whole, out, moment, environment=None):
+    shutil.copytree(whole / "golden", out / "golden")
+    for name in ("campaign.json", "plan.yaml"):
+        shutil.copy(whole / name, out)
+    options = [PROGRAM, "campaign", "run", str(plan), "--out", str(out), "--engine", engine, "--jobs", "2"]
+    process = subprocess.Popen(options, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env=environment)
+    limit = time.monotonic() + 120
+    while len(list(out.glob("runs/*/record.json"))) < 1 and time.monotonic() < limit and process.poll() is None:
+        time.sleep(0.02)
+    time.sleep(moment)
+    process.send_signal(signal.SIGKILL)
+    process.communicate()
+    before = len(list(out.glob("runs/*/record.json")))
+    done = subprocess.run(options, capture_output=True, text=True, check=False, env=environment)
+    log = (out / "engine.log").read_text() if (out / "engine.log").exists() else ""
+    check(done.returncode == 0, f"{engine}: {done.returncode} {done.stderr} {log}")
+    check(1 <= before <= RUNS, f"{engine}: {before} runs were done when it was killed")
+    ours, theirs = contents(out), contents(whole)
+    different = [name for name in set(ours) | set(theirs) if ours.get(name) != theirs.get(name)]
+    check(not different, f"{engine}, killed {moment:.3f} s after its first run, {before} done: {different} are others")
+    check(report_without_place(out) == report_without_place(whole), f"{engine}: the report is another")
+
+
+def interrupted(plan, whole, out):
+    """At Ctrl-C everything ends, and a report of what there is comes."""
+    shutil.copytree(whole / "golden", out / "golden")
+    for name in ("campaign.json", "plan.yaml"):
+        shutil.copy(whole / name, out)
+    process = subprocess.Popen([PROGRAM, "campaign", "run", str(plan), "--out", str(out), "--jobs", "1"],
+                               stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    limit = time.monotonic() + 120
+    while not (out / "engine.log").exists() and time.monotonic() < limit:
+        time.sleep(0.02)
+    time.sleep(0.5)
+    process.send_signal(signal.SIGINT)
+    _, errors = process.communicate(timeout=60)
+    check(process.returncode == 1 and "interrupted: the same command goes on" in errors, f"{process.returncode} {errors}")
+    left = subprocess.run(["pgrep", "-f", f"campaign exec {out}"], capture_output=True, text=True, check=False)
+    check(left.returncode == 1, f"processes are left: {left.stdout}")
+    check((out / "report.html").exists(), "a report of what there is")
+
+
+def refusals(folder, plan, whole):
+    broken = folder / "broken.yaml"
+    broken.write_text("experiments: [1]\nfaults:\n  - {fault: joint-loked, targets: [RElbj], phases: [{phase: lift}]}\n")
+    done = campaign(broken, folder / "refused")
+    check(done.returncode == 2 and ":3: faults[0].fault" in done.stderr and done.stderr.count("\n") == 1, done.stderr)
+    done = campaign(folder / "none.yaml", folder / "refused")
+    check(done.returncode == 2 and done.stderr.count("\n") == 1, done.stderr)
+    changed = folder / "changed.yaml"
+    changed.write_text(PLAN.replace("share: [0.02]", "share: [0.03]"))
+    done = campaign(changed, whole)
+    check(done.returncode == 2 and "another plan" in done.stderr, done.stderr)
+    done = run("campaign", "exec", str(whole), "--chunk", "99")
+    check(done.returncode == 2 and "expected 0 to" in done.stderr, done.stderr)
+    done = run("campaign", "report", str(folder))
+    check(done.returncode == 2 and "campaign.json" in done.stderr, done.stderr)
+
+
+def free_port():
+    with socket.socket() as one:
+        one.bind(("127.0.0.1", 0))
+        return one.getsockname()[1]
+
+
+class Cluster:
+    """munged, slurmctld and slurmd of this test's own, in a folder, as root."""
+
+    def __init__(self, folder):
+        self.folder, self.started = folder, []
+        self.environment = dict(os.environ, SLURM_CONF=str(folder / "slurm.conf"))
+        for name in ("state", "spool"):
+            (folder / name).mkdir()
+        host = socket.gethostname().split(".")[0]
+        (folder / "slurm.conf").write_text(SLURM.format(host=host, folder=folder, port=free_port(), other_port=free_port(),
+                                                        cores=os.cpu_count()))
+        (folder / "munge.key").write_bytes(os.urandom(128))
+        (folder / "munge.key").chmod(0o400)
+        folder.chmod(0o755)
+        # As root munged may use files that are root's, and any folder with --force.
+        self.start("munged", "--foreground", "--force", "--key-file", folder / "munge.key", "--socket",
+                   folder / "munge.socket", "--pid-file", folder / "munged.pid", "--log-file", folder / "munged.log",
+                   "--seed-file", folder / "munged.seed")
+        self.wait(lambda: (folder / "munge.socket").exists(), "munged")
+        self.start("slurmctld", "-D")
+        self.start("slurmd", "-D")
+        self.wait(lambda: "idle" in self.ask("sinfo", "-h", "-o", "%t"), "slurmd")
+
+    def start(self, *words):
+        log = open(self.folder / f"{words[0]}.out", "w", encoding="utf-8")
+        self.started.append(subprocess.Popen([str(w) for w in words], stdout=log, stderr=log, env=self.environment))
+
+    def ask(self, *words):
+        return subprocess.run(words, capture_output=True, text=True, check=False, env=self.environment).stdout
+
+    def wait(self, holds, what):
+        limit = time.monotonic() + 60
+        while time.monotonic() < limit:
+            if holds():
+                return
+            time.sleep(0.1)
+        logs = "".join(f"{p.name}: {p.read_text(errors='replace')[-600:]}\n" for p in self.folder.glob("*.[lo][ou][gt]"))
+        raise RuntimeError(f"{what} does not come up\n{logs}")
+
+    def stop(self):
+        for process in reversed(self.started):
+            process.terminate()
+            try:
+                process.wait(timeout=20)
+            except subprocess.TimeoutExpired:
+                process.kill()
+                process.wait()
+
+
+def main():
+    seed = int.from_bytes(os.urandom(4), "big")
+    print("moments are drawn with", seed)
+    draw = random.Random(seed)
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+        (folder / "short.yaml").write_text(SCENE % (TREE / "urdf/scenes/experiment_1.yaml"))
+        (folder / "parameters.yaml").write_text(PARAMETERS)
+        plan = folder / "plan.yaml"
+        plan.write_text(PLAN)
+        whole = folder / "whole"
+        done = campaign(plan, whole, "--jobs", "2")
+        check(done.returncode == 0, f"{done.returncode} {done.stderr} {done.stdout}")
+        if done.returncode != 0:
+            end()
+        classes(whole)
+        from_the_start(plan, whole)
+        refusals(folder, plan, whole)
+        interrupted(plan, whole, folder / "interrupted")
+        for engine in ("local", "parallel"):
+            (folder / engine).mkdir()
+            killed_and_gone_on_with(engine, plan, whole, folder / engine, draw.uniform(0, 2))
+        (folder / "cluster").mkdir()
+        cluster = Cluster(folder / "cluster")
+        try:
+            (folder / "slurm").mkdir()
+            killed_and_gone_on_with("slurm", plan, whole, folder / "slurm", draw.uniform(0, 2), cluster.environment)
+            queue = cluster.ask("squeue", "-h")
+            check(not queue.strip(), f"jobs are left: {queue}")
+        finally:
+            cluster.stop()
+    end()
+
+
+main()
