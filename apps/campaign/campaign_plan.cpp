@@ -82,8 +82,10 @@ FaultEntry read_entry(const YamlMap& map, const std::vector<PhaseBegin>& of_all)
     map.fail("fault", fmt::format("there is no fault \"{}\"{}; `walkman-hil fault list` has them", kind,
                                   did_you_mean(kind, names)));
   }
-  if (out.kind->target == faults::Target::kCamera) {
-    if (map.has("targets")) map.fail("targets", fmt::format("\"{}\" is of the camera, expected none", kind));
+  if (faults::is_single(out.kind->target)) {
+    if (map.has("targets"))
+      map.fail("targets",
+               fmt::format("\"{}\" is of the {}, expected none", kind, faults::to_word(out.kind->target)));
     out.targets = {""};
   } else {
     out.targets = map.texts("targets");
@@ -225,8 +227,10 @@ CampaignPlan load_campaign_plan(const std::filesystem::path& file, const std::fi
 
   for (const std::string& experiment : experiments) {
     const std::filesystem::path scene = scene_of(root, experiment, base, data);
-    const KnownRobot robot(load_scene(scene).robot);
-    const std::vector<faults::KnownTarget> targets = faults::known_targets(robot.devices);
+    const Scene loaded = load_scene(scene);
+    const KnownRobot robot(loaded.robot);
+    const std::vector<faults::KnownTarget> targets =
+        faults::known_targets(robot.model, robot.devices, loaded);
     for (int i = 0; i < seeds.golden; ++i) {
       const std::size_t twin = plan.twins.size();
       plan.twins.push_back({experiment, scene, seeds.first + static_cast<std::uint64_t>(i)});
