@@ -61,6 +61,36 @@ TEST_F(ComputerPortTest, BusOffRefusesFramesUntilARestart) {
   EXPECT_THAT(node.heard_ids(), ElementsAre(0x101));
 }
 
+TEST_F(ComputerPortTest, DownItNeitherSendsNorHears) {
+  ASSERT_EQ(end.send({0x101, {}}), SendResult::kQueued);
+  bus.advance(bus.now() + microseconds(10));  // on the wire
+  for (const std::uint32_t id : {0x102U, 0x103U}) ASSERT_EQ(end.send({id, {}}), SendResult::kQueued);
+  end.set_host_side(HostSide::kDown);
+  EXPECT_EQ(end.link(), LinkState::kDown);
+  EXPECT_EQ(end.send({0x104, {}}), SendResult::kInterfaceDown);
+  node.say({0x700, {}});
+  bus.advance(bus.now() + milliseconds(1));
+  EXPECT_TRUE(received(end).empty());
+  end.set_host_side(HostSide::kSound);
+  EXPECT_EQ(end.link(), LinkState::kActive);
+  ASSERT_EQ(end.send({0x105, {}}), SendResult::kQueued);
+  bus.advance(bus.now() + milliseconds(1));
+  EXPECT_THAT(node.heard_ids(), ElementsAre(0x101, 0x105)) << "what was queued is gone";
+}
+
+TEST_F(ComputerPortTest, AFullQueueRefusesAndADesertedOneTakesForNothing) {
+  end.set_host_side(HostSide::kFull);
+  EXPECT_EQ(end.send({0x101, {}}), SendResult::kQueueFull);
+  end.set_host_side(HostSide::kDeserted);
+  EXPECT_EQ(end.send({0x102, {}}), SendResult::kQueued);
+  node.say({0x700, {}});
+  bus.advance(bus.now() + milliseconds(1));
+  EXPECT_EQ(received(end).size(), 1U) << "it hears";
+  end.set_host_side(HostSide::kSound);
+  bus.advance(bus.now() + milliseconds(1));
+  EXPECT_TRUE(node.heard_ids().empty());
+}
+
 TEST_F(ComputerPortTest, HearsNothingInBusOff) {
   go_bus_off();
   ComputerPort& other = bus.add_port();
