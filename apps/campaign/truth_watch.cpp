@@ -4,6 +4,7 @@
 #include <bit>
 #include <cmath>
 #include <limits>
+#include <numbers>
 
 #include <fmt/format.h>
 
@@ -21,9 +22,11 @@ constexpr double kAtStop = 0.001;      // rad
 constexpr double kHardStop = 0.1;      // rad/s
 constexpr double kFallen = 0.5;        // rad
 constexpr double kFallingSpeed = 0.5;  // m/s, after 13 mm of free fall; the method lowers at a fifth of it
-constexpr double kStillSpeed = 0.05;   // rad/s: 50 mm/s at the end of an arm
-constexpr double kStillFor = 0.25;     // s
-constexpr double kLongestStop = 2;     // s of watching after the drives were told to stop
+// rad/s. After a stop the body swings on its springs, at 1.24 Hz at the slowest: at this speed it stays
+// within what the drivers let a drive be from its set-point.
+constexpr double kStillSpeed = 2 * std::numbers::pi * 1.24 * kJointOff;
+constexpr double kStillFor = 0.25;  // s
+constexpr double kLongestStop = 2;  // s of watching after the drives were told to stop
 
 void mix(std::uint64_t& hash, std::uint64_t value) {
   hash = (hash ^ value) * 1099511628211ULL;  // FNV-1a, by words

@@ -137,7 +137,8 @@ TEST_F(CampaignPlanTest, WhatIsNoPlanIsRefusedWithItsLine) {
   EXPECT_THAT(refusal(with("{fault: joint-locked, targets: [RElb]}")), HasSubstr("did you mean \"RElbj\"?"));
   EXPECT_THAT(refusal(with("{fault: joint-locked, targets: [r_arm_ft]}")), HasSubstr("is no drive"));
   EXPECT_THAT(refusal(with("{fault: joint-locked, targets: []}")), HasSubstr(":4: faults[0].targets"));
-  EXPECT_THAT(refusal(with("{fault: joint-locked}")), HasSubstr(":4: faults[0].targets"));
+  EXPECT_THAT(refusal(with("{fault: joint-locked}")),
+              HasSubstr(":4: faults[0]: the key \"targets\" is missing"));
   EXPECT_THAT(refusal(with("{fault: cloud-missing, targets: [RElbj]}")), HasSubstr(":4: faults[0].targets"));
   EXPECT_THAT(refusal(with("{fault: joint-locked, targets: [RElbj], share: [1]}")),
               HasSubstr(":4: faults[0].share: joint-locked has no such parameter"));
