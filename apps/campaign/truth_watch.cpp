@@ -4,7 +4,6 @@
 #include <bit>
 #include <cmath>
 #include <limits>
-#include <numbers>
 
 #include <fmt/format.h>
 
@@ -22,11 +21,9 @@ constexpr double kAtStop = 0.001;      // rad
 constexpr double kHardStop = 0.1;      // rad/s
 constexpr double kFallen = 0.5;        // rad
 constexpr double kFallingSpeed = 0.5;  // m/s, after 13 mm of free fall; the method lowers at a fifth of it
-// rad/s. After a stop the body swings on its springs, at 1.24 Hz at the slowest: at this speed it stays
-// within what the drivers let a drive be from its set-point.
-constexpr double kStillSpeed = 2 * std::numbers::pi * 1.24 * kJointOff;
-constexpr double kStillFor = 0.25;  // s
-constexpr double kLongestStop = 2;  // s of watching after the drives were told to stop
+// s that the robot is watched after its drives were told to stop, and of these it has to stand still: more
+// than half a period of its slowest sway, 1.24 Hz.
+constexpr double kWatched = 1.5, kStillFor = 0.45;
 
 void mix(std::uint64_t& hash, std::uint64_t value) {
   hash = (hash ^ value) * 1099511628211ULL;  // FNV-1a, by words
@@ -75,7 +72,6 @@ void TruthWatch::watch_devices() {
 void TruthWatch::cycle() {
   compare();
   watch_limits();
-  watch_motion();
   watch_faults();
   ++cycle_;
 }
@@ -85,6 +81,7 @@ void TruthWatch::compare() {
   positions_.clear();
   for (const WatchedJoint& joint : joints_)
     positions_.push_back(static_cast<float>(plant.joint_position(joint.joint)));
+  path_.insert(path_.end(), positions_.begin(), positions_.end());
   const auto place = [&](const Eigen::Isometry3d& X_W) {
     for (int i = 0; i < 3; ++i) positions_.push_back(static_cast<float>(X_W.translation()[i]));
   };
@@ -166,13 +163,22 @@ void TruthWatch::watch_limits() {
          touches[touches_].force, 0);
 }
 
-void TruthWatch::watch_motion() {
-  const plant::Plant& plant = world_->emulator.plant();
-  for (const WatchedJoint& joint : joints_) {
-    if (std::abs(plant.joint_velocity(joint.joint)) <= kStillSpeed) continue;
-    last_motion_ = now();
-    return;
+std::optional<double> TruthWatch::still_since() const {
+  const std::size_t width = joints_.size(), cycles = path_.size() / width;
+  const double period = now() / static_cast<double>(cycles);
+  std::vector<float> least(path_.end() - static_cast<std::ptrdiff_t>(width), path_.end()), most = least;
+  std::size_t first = cycles - 1;
+  for (; first > 0; --first) {
+    for (std::size_t i = 0; i < width; ++i) {
+      const float position = path_[(first - 1) * width + i];
+      least[i] = std::min(least[i], position);
+      most[i] = std::max(most[i], position);
+      if (static_cast<double>(most[i] - least[i]) <= 2 * kJointOff) continue;
+      const double since = static_cast<double>(first + 1) * period;
+      return now() - since < kStillFor ? std::nullopt : std::optional(since);
+    }
   }
+  return 0;
 }
 
 void TruthWatch::watch_faults() {
@@ -227,9 +233,8 @@ void TruthWatch::over(const RepetitionResult& result, robot::Cycle& cycle) {
     show(ShownEvent::By::kMethod, observation_.ended, device_in(result.reason), result.reason);
   if (result.outcome == Outcome::kRegraspLimit)
     show(ShownEvent::By::kMethod, observation_.ended, "", to_string(result.outcome));
-  const auto still = [&] { return now() - std::max(last_motion_, observation_.ended) > kStillFor; };
-  while (!still() && now() - observation_.ended < kLongestStop) cycle.next();
-  if (still()) observation_.still = last_motion_;
+  while (now() - observation_.ended < kWatched) cycle.next();
+  observation_.still = still_since();
 }
 
 }  // namespace walkman::apps

@@ -22,7 +22,8 @@ namespace walkman::apps {
 ///   mechanical stop faster than 0.1 rad/s,
 /// - a force/torque sensor's load leaves its range,
 /// - the robot touches itself or its surroundings (`TouchWatch`), leans by half a radian, or an object falls.
-/// All are looked at once a cycle.
+/// All are looked at once a cycle. The robot stands still from when on no joint leaves a band of 0.02 rad: a
+/// body on springs swings for long after a stop, and is where it is.
 class TruthWatch : public RepetitionWatch {
  public:
   /// `golden`: the twin to compare with, which must outlive this; null: this is the golden run itself.
@@ -58,8 +59,8 @@ class TruthWatch : public RepetitionWatch {
   void watch_devices();
   void compare();
   [[nodiscard]] bool off_path();
+  [[nodiscard]] std::optional<double> still_since() const;
   void watch_limits();
-  void watch_motion();
   void watch_faults();
   void pass(const std::string& what, double value, double limit);
   void show(ShownEvent::By by, double time, std::string device, std::string text);
@@ -76,11 +77,12 @@ class TruthWatch : public RepetitionWatch {
   std::uint64_t frames_hash_ = 14695981039346656037ULL;  // FNV-1a
   std::size_t cycle_ = 0, place_on_path_ = 0;
   std::vector<float> positions_;
+  std::vector<float> path_;  // of the joints, cycle by cycle
   std::vector<WatchedJoint> joints_;
   std::vector<WatchedSensor> sensors_;
   std::vector<double> heights_;  // of the objects, m
   Eigen::Vector3d up_B_ = Eigen::Vector3d::UnitZ();
-  double last_time_ = 0, last_motion_ = 0;
+  double last_time_ = 0;
   std::size_t touches_ = 0, recoveries_ = 0;
   Time last_fault_ = Time::min();
 };

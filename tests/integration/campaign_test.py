@@ -92,7 +92,8 @@ def campaign(plan, out, *options):
 
 def contents(folder):
     """Every file that the campaign's results are, as bytes."""
-    files = [p for p in sorted(folder.rglob("*")) if p.is_file() and (p.parent.name == "golden" or "runs" in p.parts)]
+    files = [p for p in sorted(folder.rglob("*")) if p.is_file() and (p.parent.name == "golden" or "runs" in p.parts)
+             and p.suffix != ".partial"]  # what somebody was writing when he was killed
     return {str(p.relative_to(folder)): p.read_bytes() for p in files + [folder / "campaign.json", folder / "plan.yaml"]}
 
 
