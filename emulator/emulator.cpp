@@ -48,7 +48,7 @@ struct Emulator::Impl {
   std::vector<std::string> objects;                      // of the scene
   std::map<std::string, int> weights;                    // and which object each is on
   std::vector<faults::KnownTarget> targets;              // of faults
-  std::optional<faults::FaultInjector> injector;  // there from the start, for it counts the phases
+  std::optional<faults::FaultInjector> injector;         // there from the start, for it counts the phases
   Time now{};
 };
 
@@ -144,17 +144,11 @@ Emulator::Emulator(const RobotModel& robot, const DeviceTable& devices, const Sc
 
 Emulator::~Emulator() = default;
 
-void Emulator::inject(const faults::Injection& injection) {
-  impl_->injector->add(injection, impl_->now);
-}
+void Emulator::inject(const faults::Injection& injection) { impl_->injector->add(injection, impl_->now); }
 
-bool Emulator::clear_fault(const std::string& name) {
-  return impl_->injector->clear(name);
-}
+bool Emulator::clear_fault(const std::string& name) { return impl_->injector->clear(name); }
 
-std::vector<faults::InjectionState> Emulator::injections() const {
-  return impl_->injector->states();
-}
+std::vector<faults::InjectionState> Emulator::injections() const { return impl_->injector->states(); }
 
 Time Emulator::take_stall() { return impl_->injector->take_stall(); }
 

@@ -62,6 +62,7 @@ json list_json() {
                    {"what", kind.what},
                    {"seen", kind.seen},
                    {"embedded_only", kind.embedded_only},
+                   {"interval", kind.interval ? json(*kind.interval) : json(nullptr)},
                    {"parameters", parameters}});
   }
   return {{"faults", out}};

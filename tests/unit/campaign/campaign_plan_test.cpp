@@ -117,6 +117,17 @@ TEST_F(CampaignPlanTest, TheFaultOfARunIsAPlanThatSaysTheSame) {
   }
 }
 
+TEST_F(CampaignPlanTest, OfTheExamplesOneIsSmallAndOneHasEveryFault) {
+  const std::filesystem::path examples = "examples/campaign";
+  EXPECT_LT(load_campaign_plan(examples / "small.yaml", examples, kTree).runs.size(), 20U);
+  const CampaignPlan full = load_campaign_plan(examples / "full.yaml", examples, kTree);
+  EXPECT_GE(full.runs.size(), 1000U);
+  std::set<const faults::InjectableFault*> kinds;
+  for (const CampaignRun& run : full.runs) kinds.insert(run.fault.kind);
+  for (const faults::InjectableFault& kind : faults::injectable_faults())
+    EXPECT_TRUE(kinds.contains(&kind)) << kind.name;
+}
+
 TEST_F(CampaignPlanTest, WhatIsNoPlanIsRefusedWithItsLine) {
   const auto with = [](const std::string& fault) {
     return "experiments: [1]\nphases: [{phase: lift}]\nfaults:\n  - " + fault + "\n";
