@@ -11,6 +11,7 @@
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
+#include <sys/resource.h>
 
 #include "apps/campaign/campaign_chunk.h"
 #include "apps/campaign/campaign_engine.h"
@@ -80,8 +81,17 @@ int run_campaign(const CampaignCommandLine& options) {
     line.clear();
     interrupted = end.interrupted;
     const std::size_t fresh = folder.done() - before;
-    say(fmt::format("{} of {} runs done, {} of them now in {}: {:.0f} an hour", folder.done(), folder.all(),
-                    fresh, time_text(taken()), 3600 * static_cast<double>(fresh) / std::max(1.0, taken())));
+    rusage used{};
+    getrusage(RUSAGE_CHILDREN, &used);
+    const double cpu = static_cast<double>(used.ru_utime.tv_sec + used.ru_stime.tv_sec);
+    std::string rate;
+    if (fresh > 0) {
+      rate = fmt::format(": {:.0f} an hour", 3600 * static_cast<double>(fresh) / std::max(1.0, taken()));
+      if (options.engine != "slurm")  // whose processes are not this one's
+        rate += fmt::format(", {:.1f} s of CPU time each", cpu / static_cast<double>(fresh));
+    }
+    say(fmt::format("{} of {} runs done, {} of them now in {}{}", folder.done(), folder.all(), fresh,
+                    time_text(taken()), rate));
     if (!interrupted && folder.done() < folder.all()) {
       if (end.code == kEnvironment) throw EnvironmentError(end.said);
       throw std::logic_error(fmt::format("{} runs have no result, {} says: {}", folder.all() - folder.done(),
