@@ -103,7 +103,7 @@ class AnsweringPort final : public DatagramPort {
       push(encode(full), false);
     } else if (id == static_cast<std::uint16_t>(Query::kDeviceInfo)) {
       DeviceInfo info;
-      info.imager_width = 8;
+      info.imager_width = 4;
       info.imager_height = 2;
       info.laser_name = "laser";
       push(encode(info), false);
