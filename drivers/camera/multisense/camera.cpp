@@ -1,6 +1,7 @@
 #include "drivers/camera/multisense/camera.h"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <limits>
 #include <numbers>
@@ -148,7 +149,10 @@ void Camera::take(std::span<const std::uint8_t> message) {
       has_disparity_ = decode(message, disparity_);
       return;
     case Image::kId:
-      if (auto image = decode<Image>(message)) images_[image->source] = std::move(*image);
+      // Of those that were asked for, each by itself: so there are never more than its bits.
+      if (auto image = decode<Image>(message);
+          image && (image->source & images_wanted_) != 0 && std::has_single_bit(image->source))
+        images_[image->source] = std::move(*image);
       return;
     case LidarData::kId:
       if (auto scan = decode<LidarData>(message); scan && scans_.size() < kMostScans)

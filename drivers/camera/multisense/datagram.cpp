@@ -76,11 +76,12 @@ std::span<const std::uint8_t> Assembler::take(std::span<const std::uint8_t> data
       ++lost_;
       unfinished_.pop_front();
     }
-    unfinished_.push_back({head->sequence, {}, payload.size()});
+    unfinished_.push_back({head->sequence, head->message_bytes, {}});
     std::vector<std::uint8_t>& bytes = unfinished_.back().bytes;
     bytes.swap(complete_);  // its memory
-    bytes.resize(head->message_bytes);
-    std::copy(payload.begin(), payload.end(), bytes.begin());
+    // Filled as the rest comes: a beginning that promises ten megabytes costs no more than its own.
+    bytes.assign(payload.begin(), payload.end());
+    bytes.reserve(head->message_bytes);
     return {};
   }
   if (same == unfinished_.end()) {
@@ -88,15 +89,14 @@ std::span<const std::uint8_t> Assembler::take(std::span<const std::uint8_t> data
     given_up_ = head->sequence;
     return {};
   }
-  if (head->offset != same->received || head->message_bytes != same->bytes.size()) {
+  if (head->offset != same->bytes.size() || head->message_bytes != same->message_bytes) {
     ++lost_;
     given_up_ = head->sequence;
     unfinished_.erase(same);
     return {};
   }
-  std::copy(payload.begin(), payload.end(), same->bytes.begin() + static_cast<std::ptrdiff_t>(head->offset));
-  same->received += payload.size();
-  if (same->received < same->bytes.size()) return {};
+  same->bytes.insert(same->bytes.end(), payload.begin(), payload.end());
+  if (same->bytes.size() < same->message_bytes) return {};
   complete_.swap(same->bytes);
   unfinished_.erase(same);
   return complete_;

@@ -65,8 +65,8 @@ class Assembler {
   static constexpr std::size_t kMostUnfinished = 4;
   struct Unfinished {
     std::uint16_t sequence;
+    std::size_t message_bytes;  // when it is whole
     std::vector<std::uint8_t> bytes;
-    std::size_t received;
   };
 
   std::list<Unfinished> unfinished_;  // oldest first

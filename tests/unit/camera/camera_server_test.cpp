@@ -153,6 +153,55 @@ TEST(MultiSenseInMemory, EverySourceOfLumaIsServedByItsName) {
   EXPECT_NE(client.image(sources[0])->pixels, client.image(sources[1])->pixels);
 }
 
+/// Has datagrams of somebody else come first.
+class IntrudedPort final : public multisense::DatagramPort {
+ public:
+  explicit IntrudedPort(multisense::DatagramPort& inner) : inner_(inner) {}
+  void send(std::span<const std::uint8_t> datagram) override { inner_.send(datagram); }
+  [[nodiscard]] bool receive(std::vector<std::uint8_t>& datagram) override {
+    if (intruders.empty()) return inner_.receive(datagram);
+    datagram = intruders.back();
+    intruders.pop_back();
+    return true;
+  }
+  [[nodiscard]] bool wait(Time limit) override { return inner_.wait(limit); }
+
+  std::vector<std::vector<std::uint8_t>> intruders;
+
+ private:
+  multisense::DatagramPort& inner_;
+};
+
+/// Each would be kept until the end: a client must not fill up with what it has no use for.
+TEST(MultiSenseInMemory, ImagesThatNobodyAskedForAreNotKept) {
+  Rig rig;
+  MultiSensePort inner(rig.eye);
+  IntrudedPort port(inner);
+  Camera client(port, "the camera", rig.clock);
+  constexpr std::uint64_t kWanted = multisense::source::kLumaLeft;
+  client.also_stream(kWanted);
+  camera::OrganizedCloud cloud;
+  rig.own = 500ms;
+  rig.advance(500ms);
+  ASSERT_TRUE(client.latest(0s, cloud));
+  ASSERT_NE(client.image(kWanted), nullptr);
+  rig.own = 600ms;
+  rig.advance(600ms);
+  const std::uint64_t strange[] = {0, 1U << 20U, kWanted | 1U << 20U, std::uint64_t{1} << 63U};
+  for (const std::uint64_t source : strange) {
+    multisense::Image image;
+    image.source = source;
+    image.frame = static_cast<std::int64_t>(cloud.frame) + 1;
+    const auto message = multisense::encode(image);
+    multisense::Fragments(message, 7, multisense::kLeastMtu).next(port.intruders.emplace_back());
+  }
+  const std::uint64_t before = cloud.frame;
+  ASSERT_TRUE(client.latest(600ms, cloud));
+  ASSERT_EQ(cloud.frame, before + 1);
+  EXPECT_NE(client.image(kWanted), nullptr);
+  for (const std::uint64_t source : strange) EXPECT_EQ(client.image(source), nullptr) << source;
+}
+
 TEST(MultiSenseInMemory, ACloudIsNoOlderThanWanted) {
   Rig rig;
   MultiSensePort port(rig.eye);
