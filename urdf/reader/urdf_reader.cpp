@@ -10,6 +10,7 @@
 #include "urdf/reader/text_file.h"
 #include "urdf/reader/urdf_screen.h"
 #include "urdf/reader/urdfdom_log.h"
+#include "urdf/reader/utf8.h"
 
 namespace walkman {
 namespace {
@@ -117,7 +118,7 @@ RobotModel UrdfReader::read() {
   const UrdfdomResult parsed = parse_with_urdfdom(printer.CStr());
   if (!parsed.model)
     throw std::runtime_error(
-        fmt::format("{}: urdfdom does not accept it: {}", file_.string(), parsed.complaint));
+        one_line(fmt::format("{}: urdfdom does not accept it: {}", file_.string(), parsed.complaint)));
 
   model_ = RobotModel{};
   model_.name = parsed.model->getName();

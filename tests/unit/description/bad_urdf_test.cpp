@@ -69,6 +69,7 @@ INSTANTIATE_TEST_SUITE_P(
         Bad{"bad_joint_limits_missing.urdf", 4, {"joint \"j\"", "no <limit>"}},
         Bad{"bad_joint_limits_swapped.urdf", 4, {"joint \"j\"", "lower 1 is above upper -1"}},
         Bad{"bad_joint_axis_zero.urdf", 4, {"joint \"j\"", "no direction"}},
+        Bad{"bad_joint_axis_lines.urdf", 0, {"urdfdom does not accept it: Malformed axis", "\\x0A"}},
         Bad{"bad_joint_damping_negative.urdf", 4, {"joint \"j\"", "damping is -1"}},
         Bad{"bad_joint_parent_unknown.urdf", 4, {"joint \"j\"", "no link \"bass\"", "did you mean \"base\""}},
         Bad{"bad_joint_child_missing.urdf", 4, {"joint \"j\"", "<child"}},
