@@ -1,5 +1,8 @@
 // A log of candump: what is read can be written, and is the same when it is read again.
 
+#include <string>
+#include <vector>
+
 #include "emulator/bus/frame_length.h"
 #include "emulator/logs/candump_log.h"
 #include "emulator/logs/candump_reader.h"

@@ -2,6 +2,8 @@
 
 #include <cmath>
 #include <sstream>
+#include <string>
+#include <vector>
 
 #include "emulator/faults/fault_plan.h"
 #include "tests/fuzz/input.h"

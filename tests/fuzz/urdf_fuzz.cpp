@@ -1,5 +1,7 @@
 // A URDF: what loads it has a tree whose every part is finite, and what checks it says so in words and JSON.
 
+#include <cmath>
+
 #include <nlohmann/json.hpp>
 
 #include "tests/fuzz/input.h"
