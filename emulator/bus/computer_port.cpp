@@ -25,7 +25,7 @@ bool ComputerPort::receive(can::StampedFrame& out) noexcept {
 void ComputerPort::set_host_side(HostSide host) noexcept {
   host_ = host;
   if (host != HostSide::kDown) return;
-  while (transmit_.size() > 1) transmit_.pop_newest();  // the oldest may be on the wire
+  while (!transmit_.empty()) transmit_.pop();
   while (!receive_.empty()) receive_.pop();
 }
 

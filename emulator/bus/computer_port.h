@@ -34,7 +34,6 @@ class Ring {
     head_ = head_ + 1 == slots_.size() ? 0 : head_ + 1;
     --size_;
   }
-  void pop_newest() noexcept { --size_; }
 
  private:
   std::vector<T> slots_;
