@@ -54,15 +54,29 @@ void report(const CampaignFolder& folder, bool as_json) {
   }
 }
 
+/// First one of each twin: what runs at the same time then has not the same golden run to do.
+std::vector<std::size_t> chunks_to_do(const CampaignFolder& folder) {
+  const std::vector<CampaignChunk>& all = folder.plan().chunks;
+  std::vector<std::pair<std::size_t, std::size_t>> places;  // among those of its twin, and its number
+  std::size_t place = 0;
+  for (std::size_t i = 0; i < all.size(); ++i) {
+    place = i > 0 && all[i].twin == all[i - 1].twin ? place + 1 : 0;
+    if (!folder.done(all[i])) places.emplace_back(place, i);
+  }
+  std::sort(places.begin(), places.end());
+  std::vector<std::size_t> out;
+  out.reserve(places.size());
+  for (const auto& one : places) out.push_back(one.second);
+  return out;
+}
+
 int run_campaign(const CampaignCommandLine& options) {
   const std::filesystem::path out =
       options.out.empty() ? std::filesystem::path("out") / std::filesystem::path(options.plan).stem()
                           : std::filesystem::path(options.out);
   StopSignals signals;
   const CampaignFolder folder = CampaignFolder::prepare(out, options.plan);
-  std::vector<std::size_t> chunks;
-  for (std::size_t i = 0; i < folder.plan().chunks.size(); ++i)
-    if (!folder.done(folder.plan().chunks[i])) chunks.push_back(i);
+  const std::vector<std::size_t> chunks = chunks_to_do(folder);
   const std::size_t before = folder.done();
   bool interrupted = false;
   if (!chunks.empty()) {

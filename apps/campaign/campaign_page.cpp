@@ -127,6 +127,7 @@ std::string group_table(const std::vector<RunGroup>& groups, bool of_faults) {
                                        "shown after p50",
                                        "p95",
                                        "max"};
+  headings.emplace_back("late");
   if (of_faults) headings.emplace_back("interval");
   headings.insert(headings.end(), {"still after p50", "p95", "max"});
   std::string out = table_head(headings);
@@ -135,6 +136,7 @@ std::string group_table(const std::vector<RunGroup>& groups, bool of_faults) {
                        group.runs, group.activated);
     out += proportion_cell(group.coverage) + proportion_cell(group.silent_wrong) +
            quantile_cells(group.detection);
+    out += fmt::format("<td>{}</td>", group.count(RunClass::kDetectedLate));
     if (of_faults)
       out += group.interval ? fmt::format("<td>{}</td>", milliseconds(*group.interval)) : "<td></td>";
     out += quantile_cells(group.reaction) + "</tr>\n";
@@ -218,9 +220,9 @@ std::string campaign_page(const CampaignReport& report) {
   page +=
       "<h2>By fault</h2>\n<p>Times are ms. \"Shown after\" counts from when the fault begins, \"still "
       "after\" "
-      "from then until the robot stood still, where the drivers stopped it; the interval counts from when "
-      "the "
-      "plant was off by what counts. What is shown in none of n is below 3/n.</p>\n" +
+      "from then until the robot stood still, where the drivers stopped it. Late are those shown after the "
+      "interval, which counts from when the plant was off by what counts, and those that did not stand still "
+      "in time. Of what was seen in none of n runs no more is known than that it is below 3/n.</p>\n" +
       group_table(report.faults, true);
   page += "<h2>By phase</h2>\n" + group_table(report.phases, false) + cell_table(report.cells);
   page += golden_part(report.golden);
