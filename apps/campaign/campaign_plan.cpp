@@ -33,9 +33,15 @@ struct FaultEntry {
   std::vector<std::vector<double>> values;  // of each parameter
   faults::Direction direction = faults::Direction::kBoth;
   std::vector<std::optional<double>> lasts;
-  std::vector<PhaseBegin> phases;  // with the times after their beginning
+  std::vector<PhaseBegin> phases;        // with the times after their beginning
+  std::vector<std::string> experiments;  // that it is for; none: all
   std::string where;
 };
+
+bool is_for(const FaultEntry& entry, const std::string& experiment) {
+  const auto& all = entry.experiments;
+  return all.empty() || std::find(all.begin(), all.end(), experiment) != all.end();
+}
 
 std::vector<double> numbers(const YamlMap& map, const std::string& key, double least, double most) {
   std::vector<double> out;
@@ -203,7 +209,8 @@ CampaignPlan load_campaign_plan(const std::filesystem::path& file, const std::fi
   const YamlMap root(file.string(), parse_yaml_file(file), "",
                      {"experiments", "seeds", "model_error", "golden", "phases", "faults", "runs_per_chunk",
                       "time_limit_s"});
-  std::vector<std::string> keys = {"fault", "targets", "direction", "after_s", "lasts_s", "phases"};
+  std::vector<std::string> keys = {"fault",   "targets", "direction",  "after_s",
+                                   "lasts_s", "phases",  "experiments"};
   for (const auto& kind : faults::injectable_faults())
     for (const faults::Parameter& parameter : kind.parameters) keys.emplace_back(parameter.name);
 
@@ -221,9 +228,17 @@ CampaignPlan load_campaign_plan(const std::filesystem::path& file, const std::fi
   const Seeds seeds = read_seeds(root);
   const std::vector<PhaseBegin> phases = root.has("phases") ? read_phases(root) : std::vector<PhaseBegin>{};
   std::vector<FaultEntry> entries;
-  for (const YamlMap& map : root.list("faults", keys)) entries.push_back(read_entry(map, phases));
   const std::vector<std::string> experiments = root.texts("experiments");
   if (experiments.empty()) root.fail("experiments", "is empty, expected at least one");
+  for (const YamlMap& map : root.list("faults", keys)) {
+    entries.push_back(read_entry(map, phases));
+    if (!map.has("experiments")) continue;
+    entries.back().experiments = map.texts("experiments");
+    for (const std::string& one : entries.back().experiments)
+      if (std::find(experiments.begin(), experiments.end(), one) == experiments.end())
+        map.fail("experiments",
+                 fmt::format("found \"{}\", expected of {}", one, fmt::join(experiments, ", ")));
+  }
 
   for (const std::string& experiment : experiments) {
     const std::filesystem::path scene = scene_of(root, experiment, base, data);
@@ -236,7 +251,7 @@ CampaignPlan load_campaign_plan(const std::filesystem::path& file, const std::fi
       plan.twins.push_back({experiment, scene, seeds.first + static_cast<std::uint64_t>(i)});
       std::vector<faults::Injection> all;
       for (const FaultEntry& entry : entries)
-        if (i < seeds.count) expand(entry, plan.twins.back().seed, all);
+        if (i < seeds.count && is_for(entry, experiment)) expand(entry, plan.twins.back().seed, all);
       if (plan.runs.size() + all.size() > kMostRuns)
         root.fail("faults", fmt::format("more than {} runs in all", kMostRuns));
       for (const faults::Injection& one : all) faults::require_target(one, targets);

@@ -1,6 +1,8 @@
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
+#include <string>
 
 #include "emulator/nodes/cia301/canopen_slave.h"
 #include "emulator/plant/actuators/series_elastic_actuator.h"
@@ -23,6 +25,14 @@ class BreakableDevice {
   virtual void set_actuator_fault(const plant::ActuatorFault& /*fault*/) {}
   /// Its electronics find a fault (CiA 402 error code, bits of 1001h). Drives only.
   virtual void trip(std::uint16_t /*code*/, std::uint8_t /*register_bits*/) {}
+};
+
+/// A device that can be broken.
+struct Breakable {
+  std::string name;
+  std::uint8_t node_id = 0;
+  std::size_t bus = 0;  ///< its number
+  BreakableDevice* device = nullptr;
 };
 
 }  // namespace walkman::faults

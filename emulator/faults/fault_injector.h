@@ -15,14 +15,6 @@
 
 namespace walkman::faults {
 
-/// A device that can be broken.
-struct Breakable {
-  std::string name;
-  std::uint8_t node_id = 0;
-  std::size_t bus = 0;  ///< its number
-  BreakableDevice* device = nullptr;
-};
-
 /// All that can be broken, and what it is called.
 struct BreakableWorld {
   std::vector<bus::CanBus*> buses;

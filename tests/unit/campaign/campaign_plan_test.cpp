@@ -56,6 +56,22 @@ faults:
     phases: [{phase: look}]
 )";
 
+TEST_F(CampaignPlanTest, AFaultMayBeForSomeExperimentsOnly) {
+  const std::string head =
+      "experiments: [1, 6]\nseeds: {first: 1, count: 1}\nphases: [{phase: lift}]\nfaults:\n";
+  const CampaignPlan plan = load(head +
+                                 "  - {fault: slip, targets: [bar], experiments: [1]}\n"
+                                 "  - {fault: slip, targets: [pipes], experiments: [6]}\n"
+                                 "  - {fault: driver-kill}\n");
+  std::vector<std::string> runs;
+  for (const CampaignRun& run : plan.runs)
+    runs.push_back(plan.twins[run.twin].experiment + " " + std::string(run.fault.kind->name) + " " +
+                   run.fault.target);
+  EXPECT_THAT(runs, ElementsAre("1 slip bar", "1 driver-kill ", "6 slip pipes", "6 driver-kill "));
+  EXPECT_THAT(refusal(head + "  - {fault: slip, targets: [bar]}\n"), HasSubstr("there is no object \"bar\""));
+  EXPECT_THAT(refusal(head + "  - {fault: driver-kill, experiments: [7]}\n"), HasSubstr("found \"7\""));
+}
+
 TEST_F(CampaignPlanTest, EveryCombinationIsARunWithANumber) {
   const CampaignPlan plan = load(kPlan);
   // 2 targets, 2 shares, 2 durations and 3 phases; one; two times after the phase: on 2 experiments, 2 seeds.
