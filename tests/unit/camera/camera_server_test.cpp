@@ -412,8 +412,8 @@ TEST(MultiSenseInMemory, ACroppedCloudLiesWhereTheWholeOneDoes) {
   // Row 272 of the one looks along the same rays as row 512 of the other; the matcher's noise is its own.
   int seen = 0, near = 0;
   for (int u = 300; u < 1024; ++u) {
-    const Eigen::Vector3f& p = whole.points[static_cast<std::size_t>(512 * 1024 + u)];
-    const Eigen::Vector3f& q = cropped.points[static_cast<std::size_t>(272 * 1024 + u)];
+    const Eigen::Vector3f& p = whole.points[512U * 1024U + static_cast<std::size_t>(u)];
+    const Eigen::Vector3f& q = cropped.points[272U * 1024U + static_cast<std::size_t>(u)];
     if (!p.allFinite() || !q.allFinite()) continue;
     near += (p - q).norm() < 0.03F * p.z() ? 1 : 0;
     ++seen;
