@@ -17,6 +17,7 @@
 #include "apps/campaign/campaign_engine.h"
 #include "apps/campaign/campaign_page.h"
 #include "apps/campaign/campaign_report.h"
+#include "apps/experiment/result_folder.h"
 #include "apps/shared/commands.h"
 #include "apps/shared/exit_code.h"
 #include "apps/shared/progress_line.h"
@@ -76,6 +77,7 @@ int run_campaign(const CampaignCommandLine& options) {
                           : std::filesystem::path(options.out);
   StopSignals signals;
   const CampaignFolder folder = CampaignFolder::prepare(out, options.plan);
+  const ResultFolder nobody_else(folder.path());
   const std::vector<std::size_t> chunks = chunks_to_do(folder);
   const std::size_t before = folder.done();
   bool interrupted = false;

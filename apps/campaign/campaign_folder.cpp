@@ -52,7 +52,7 @@ void write_once(const fs::path& file, std::string_view text) {
   char host[256] = "";
   gethostname(host, sizeof host - 1);
   fs::path own = file;
-  own += fmt::format(".{}-{}", host, getpid());
+  own += fmt::format(".{}-{}.partial", host, getpid());
   write_whole(own, text);
   fs::rename(own, file, error);
   if (error)

@@ -14,8 +14,8 @@ constexpr double kMoreTorque = 0.1;  // N·m at the wrist, as the judge of a wei
 constexpr double kSlower = 1.1;      // times the golden twin's time
 
 constexpr std::array<std::string_view, kRunClasses> kWords = {
-    "invalid",   "crash",    "damage",    "silent-wrong", "detected-late",
-    "safe-stop", "degraded", "recovered", "masked",       "not-activated"};
+    "invalid",   "crash/hang", "damage",    "silent-wrong", "detected-late",
+    "safe-stop", "degraded",   "recovered", "masked",       "not-activated"};
 
 bool says_done(Outcome outcome) { return outcome != Outcome::kStopped && outcome != Outcome::kRegraspLimit; }
 

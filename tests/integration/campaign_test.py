@@ -160,7 +160,31 @@ def killed_and_gone_on_with(engine, plan, whole, out, moment, environment=None):
     ours, theirs = contents(out), contents(whole)
     different = [name for name in set(ours) | set(theirs) if ours.get(name) != theirs.get(name)]
     check(not different, f"{engine}, killed {moment:.3f} s after its first run, {before} done: {different} are others")
+    nothing_left_of(out)
     check(report_without_place(out) == report_without_place(whole), f"{engine}: the report is another")
+
+
+def limited(folder, whole):
+    """A golden run that comes to no end within its limit is the program's failure; a run with a fault is of the class crash/hang."""
+    plan, out = folder / "limited.yaml", folder / "limited"
+    plan.write_text("experiments: [short.yaml]\nseeds: {first: 3}\ntime_limit_s: 1\nfaults:\n"
+                    "  - {fault: overcurrent-trip, targets: [LElbj], phases: [{phase: settle}]}\n")
+    done = campaign(plan, out)
+    check(done.returncode == 5 and "no end within 1 s of CPU time" in done.stderr, f"{done.returncode} {done.stderr}")
+    shutil.copytree(whole / "golden", out / "golden", dirs_exist_ok=True)
+    done = campaign(plan, out)
+    check(done.returncode == 0, f"{done.returncode} {done.stderr}")
+    record = json.loads((out / "runs/000001/record.json").read_text())
+    check(record["class"] == "crash/hang" and record["reason"] == "no end within 1 s of CPU time", f"{record}")
+
+
+def nothing_left_of(out):
+    for _ in range(100):
+        left = subprocess.run(["pgrep", "-f", f"campaign exec {out}"], capture_output=True, text=True, check=False)
+        if left.returncode == 1:
+            return
+        time.sleep(0.1)
+    check(False, f"processes are left: {left.stdout}")
 
 
 def interrupted(plan, whole, out):
@@ -175,8 +199,7 @@ def interrupted(plan, whole, out):
     process.send_signal(signal.SIGINT)
     _, errors = process.communicate(timeout=60)
     check(process.returncode == 1 and "interrupted: the same command goes on" in errors, f"{process.returncode} {errors}")
-    left = subprocess.run(["pgrep", "-f", f"campaign exec {out}"], capture_output=True, text=True, check=False)
-    check(left.returncode == 1, f"processes are left: {left.stdout}")
+    nothing_left_of(out)
     check((out / "report.html").exists(), "a report of what there is")
 
 
@@ -270,6 +293,7 @@ def main():
         classes(whole)
         from_the_start(plan, whole)
         refusals(folder, plan, whole)
+        limited(folder, whole)
         interrupted(plan, whole, folder / "interrupted")
         for engine in ("local", "parallel"):
             killed_and_gone_on_with(engine, plan, whole, folder / engine, draw.uniform(0, 2))
