@@ -103,7 +103,7 @@ int run_campaign(const CampaignCommandLine& options) {
     std::string rate;
     if (fresh > 0) {
       rate = fmt::format(": {:.0f} an hour", 3600 * static_cast<double>(fresh) / std::max(1.0, taken()));
-      if (options.engine != "slurm")  // whose processes are not this one's
+      if (options.engine != "slurm" && !interrupted)  // else it has not waited for all of them
         rate += fmt::format(", {:.1f} s of CPU time each", cpu / static_cast<double>(fresh));
     }
     say(fmt::format("{} of {} runs done, {} of them now in {}{}", folder.done(), folder.all(), fresh,

@@ -22,6 +22,7 @@ td.text,th.text{text-align:left}
 .key{display:inline-block;margin-right:1.1rem;white-space:nowrap}
 .key i{display:inline-block;width:.8rem;height:.8rem;margin-right:.35rem;border-radius:2px;vertical-align:-1px}
 .worst td{vertical-align:top}
+.worst th{text-align:left}
 code{font-size:12px;background:#f4f4f4;padding:.1rem .3rem;overflow-wrap:anywhere}
 .quiet{color:#777}
 )";
@@ -175,8 +176,8 @@ std::string worst_runs(const CampaignReport& report) {
         "{}</span></td><td class='text'>{}<br><code>{}</code></td></tr>\n",
         record.number, to_word(record.checked.run_class), record.fault, record.target.empty() ? "" : " of ",
         escaped(record.target), record.size.empty() ? "" : escaped(record.size) + "<br>",
-        escaped(record.experiment), record.seed, record.phase, escaped(record.checked.reason),
-        escaped(run.replay));
+        escaped(experiment_text(record.experiment)), record.seed, record.phase,
+        escaped(record.checked.reason), escaped(run.replay));
   }
   if (all == 0) return "<p>No run ended otherwise than safely.</p>\n";
   out += "</table>\n";

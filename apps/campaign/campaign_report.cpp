@@ -104,11 +104,6 @@ std::string replay_of(const CampaignFolder& folder, const CampaignRun& run) {
   return out + " --faults " + quoted(folder.fault_plan(run.number).string());
 }
 
-std::string twin_text(const Twin& twin) {
-  return fmt::format("{}{}, seed {}", is_number(twin.experiment) ? "experiment " : "", twin.experiment,
-                     twin.seed);
-}
-
 GoldenSummary golden_summary(const CampaignFolder& folder) {
   GoldenSummary out;
   const auto goldens = folder.goldens();
@@ -118,7 +113,8 @@ GoldenSummary golden_summary(const CampaignFolder& folder) {
     if (!goldens[i]) continue;
     ++out.done;
     out.hours += goldens[i]->result.simulated_seconds / 3600;
-    const std::string who = twin_text(folder.plan().twins[i]);
+    const std::string who = fmt::format("{}, seed {}", experiment_text(folder.plan().twins[i].experiment),
+                                        folder.plan().twins[i].seed);
     if (!goldens[i]->events.empty()) ++alarmed;
     for (const ShownEvent& event : goldens[i]->events)
       out.false_alarms.push_back(
@@ -250,6 +246,10 @@ nlohmann::json to_json(const CampaignReport& report) {
     json["runs"].back()["replay"] = run.replay;
   }
   return json;
+}
+
+std::string experiment_text(const std::string& experiment) {
+  return (is_number(experiment) ? "experiment " : "") + experiment;
 }
 
 std::string share_text(const Proportion& share) {

@@ -77,6 +77,9 @@ struct CampaignReport {
 [[nodiscard]] nlohmann::json to_json(const CampaignReport& report);
 [[nodiscard]] std::string to_text(const CampaignReport& report);
 
+/// "experiment 3", or the scene's file.
+[[nodiscard]] std::string experiment_text(const std::string& experiment);
+
 /// "below 0.3 %" by the rule of three when there was none, else "1.2 % (0.4 to 2.8 %)".
 [[nodiscard]] std::string share_text(const Proportion& share);
 

@@ -90,7 +90,8 @@ void classify(const RunObservation& run, const RunObservation& golden, const fau
   if (run.result.outcome == Outcome::kStopped) {
     if (!run.still || *run.still > run.ended + kStandstillWithin)
       return is(RunClass::kDetectedLate,
-                fmt::format("no standstill within {:.2f} s of the stop: {}", kStandstillWithin, shown));
+                fmt::format("no standstill within {:.2f} s of the stop{}{}: {}", kStandstillWithin,
+                            run.moving.empty() ? "" : ", of ", run.moving, shown));
     return is(RunClass::kSafeStop, shown);
   }
   if (const std::string how = worse(run, golden); !how.empty())

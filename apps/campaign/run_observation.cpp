@@ -61,6 +61,7 @@ nlohmann::json to_json(const RunObservation& observation) {
   json["off"] = optional_json(observation.off);
   json["ended"] = to_micro(observation.ended);
   json["still"] = optional_json(observation.still);
+  if (!observation.moving.empty()) json["moving"] = observation.moving;
   return json;
 }
 
@@ -77,6 +78,7 @@ RunObservation observation_from_json(const nlohmann::json& json) {
   out.off = optional_number(json.at("off"));
   out.ended = json.at("ended").get<double>();
   out.still = optional_number(json.at("still"));
+  out.moving = json.value("moving", "");
   return out;
 }
 

@@ -39,6 +39,7 @@ struct RunObservation {
   std::optional<double> off;        ///< and the plant was off by what counts: see `TruthWatch`
   double ended = 0;                 ///< the drives were told to stop
   std::optional<double> still;      ///< since when the robot stood still then; none: it did not
+  std::string moving;               ///< then: the joint that left its band last, one word
 };
 
 [[nodiscard]] std::string_view to_word(ShownEvent::By by);

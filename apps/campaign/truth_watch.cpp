@@ -163,22 +163,24 @@ void TruthWatch::watch_limits() {
          touches[touches_].force, 0);
 }
 
-std::optional<double> TruthWatch::still_since() const {
+void TruthWatch::find_standstill() {
   const std::size_t width = joints_.size(), cycles = path_.size() / width;
   const double period = now() / static_cast<double>(cycles);
   std::vector<float> least(path_.end() - static_cast<std::ptrdiff_t>(width), path_.end()), most = least;
-  std::size_t first = cycles - 1;
-  for (; first > 0; --first) {
+  observation_.still = 0;
+  for (std::size_t before = cycles - 1; before > 0; --before) {
     for (std::size_t i = 0; i < width; ++i) {
-      const float position = path_[(first - 1) * width + i];
+      const float position = path_[(before - 1) * width + i];
       least[i] = std::min(least[i], position);
       most[i] = std::max(most[i], position);
       if (static_cast<double>(most[i] - least[i]) <= 2 * kJointOff) continue;
-      const double since = static_cast<double>(first + 1) * period;
-      return now() - since < kStillFor ? std::nullopt : std::optional(since);
+      observation_.still = static_cast<double>(before + 1) * period;
+      if (now() - *observation_.still >= kStillFor) return;
+      observation_.still.reset();
+      observation_.moving = joints_[i].name;
+      return;
     }
   }
-  return 0;
 }
 
 void TruthWatch::watch_faults() {
@@ -234,7 +236,7 @@ void TruthWatch::over(const RepetitionResult& result, robot::Cycle& cycle) {
   if (result.outcome == Outcome::kRegraspLimit)
     show(ShownEvent::By::kMethod, observation_.ended, "", to_string(result.outcome));
   while (now() - observation_.ended < kWatched) cycle.next();
-  observation_.still = still_since();
+  find_standstill();
 }
 
 }  // namespace walkman::apps

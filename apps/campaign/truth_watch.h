@@ -59,7 +59,7 @@ class TruthWatch : public RepetitionWatch {
   void watch_devices();
   void compare();
   [[nodiscard]] bool off_path();
-  [[nodiscard]] std::optional<double> still_since() const;
+  void find_standstill();
   void watch_limits();
   void watch_faults();
   void pass(const std::string& what, double value, double limit);
