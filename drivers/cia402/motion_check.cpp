@@ -56,7 +56,7 @@ void MotionCheck::follow(double motor_position, double set_point, Time elapsed, 
 void MotionCheck::watch_link(double motor_position, double torque, const Joint& joint) noexcept {
   const double link = motor_position - torque / joint.spring_constant;
   const double step = joint.torque_step / joint.spring_constant + kRounding;
-  if (samples_ == 0 || std::abs(link - link_stands_) > 2 * step) {
+  if (samples_ == 0 || std::abs(link - link_stands_) > step) {
     link_stands_ = link;
     motor_then_ = motor_position;
   }

@@ -153,7 +153,7 @@ const std::vector<InjectableFault>& catalogue() {
        "an encoder stands still",
        "depends on the motion",
        {{"side", "", 0, 1, 1, "0 motor, 1 link"}},
-       0.25},
+       0.35},
       {"torque-dropout",
        kDrive,
        "the spring's torque reads zero",

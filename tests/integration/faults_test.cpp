@@ -175,7 +175,7 @@ std::vector<Case> cases() {
       {"LinkEncoderStuck",
        {"encoder-stuck", "RElbj", "side=1"},
        nothing,
-       Seen{FaultKind::kNotFinite, "RElbj", 250ms}},
+       Seen{FaultKind::kNotFinite, "RElbj", 350ms}},
       {"TorqueDropout", {"torque-dropout", "RElbj"}, nothing, nothing},
       {"HotWinding", {"temperature-high", "RElbj"}, emergency, emergency_too},
       {"TorqueLoss", {"torque-loss", "RElbj"}, Seen{FaultKind::kNotFollowing, "RElbj", 150ms}, astray},
