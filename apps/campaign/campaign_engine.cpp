@@ -55,9 +55,9 @@ EngineEnd run_engine(const std::filesystem::path& folder, const std::string& eng
   if (access(script.c_str(), X_OK) != 0)
     throw EnvironmentError(script.string() +
                            ": cannot be run, expected the script that came with the program");
-  std::string todo;
-  for (const std::size_t chunk : chunks) todo += fmt::format("{}\n", chunk);
-  write_whole(folder / "chunks.todo", todo);
+  std::string waiting;
+  for (const std::size_t chunk : chunks) waiting += fmt::format("{}\n", chunk);
+  write_whole(folder / "chunks.waiting", waiting);
   const std::filesystem::path log_file = folder / "engine.log";
   const int log = open(log_file.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0644);
   if (log < 0) throw EnvironmentError(fmt::format("{}: {}", log_file.string(), std::strerror(errno)));
