@@ -67,6 +67,13 @@ struct Rig {
     return emulator->now() - from;
   }
 
+  /// What the wrist's sensor last reported.
+  [[nodiscard]] Wrench wrist() const {
+    const auto& names = robot->sensor_names();
+    const auto place = std::find(names.begin(), names.end(), "r_arm_ft") - names.begin();
+    return robot->sensors()[static_cast<std::size_t>(place)].F_So_S;
+  }
+
   bool moving;
   std::filesystem::path tree = WALKMAN_SOURCE_TREE;
   Scene scene = load_scene(tree / "urdf/scenes/experiment_1.yaml");
@@ -330,15 +337,12 @@ TEST(InjectedObjectFault, IsOfTheObjectAndGoesAway) {
 TEST(InjectedPush, IsReadByTheSensorBehindIt) {
   Rig rig(false);
   rig.run(3s);
-  const auto names = rig.robot->sensor_names();
-  const auto place =
-      static_cast<std::size_t>(std::find(names.begin(), names.end(), "r_arm_ft") - names.begin());
-  const Eigen::Vector3d before = rig.robot->sensors()[place].F_So_S.force;
+  const Eigen::Vector3d before = rig.wrist().force;
   rig.emulator->inject(faults::parse_fault({"push", "RSoftHand", "y=15", "for=1"}));
   rig.run(500ms);
-  EXPECT_NEAR((rig.robot->sensors()[place].F_So_S.force - before).norm(), 15, 1.5);
+  EXPECT_NEAR((rig.wrist().force - before).norm(), 15, 1.5);
   rig.run(2s);
-  EXPECT_LT((rig.robot->sensors()[place].F_So_S.force - before).norm(), 1);
+  EXPECT_LT((rig.wrist().force - before).norm(), 1);
   EXPECT_FALSE(rig.robot->fault()) << rig.robot->fault()->text;
 }
 
@@ -347,13 +351,11 @@ TEST(InjectedSensorFault, IsInTheReadingsAndGoesAway) {
   // The mean of ten samples, up to 0.2 s from now.
   const auto reading = [](Rig& rig) {
     rig.run(150ms);
-    const auto names = rig.robot->sensor_names();
-    const auto place = std::find(names.begin(), names.end(), "r_arm_ft") - names.begin();
     constexpr int kSamples = 10;
     Wrench mean;
     for (int i = 0; i < kSamples; ++i) {
       rig.run(kCycle);
-      const Wrench& sample = rig.robot->sensors()[static_cast<std::size_t>(place)].F_So_S;
+      const Wrench sample = rig.wrist();
       mean.force += sample.force / kSamples;
       mean.torque += sample.torque / kSamples;
     }
@@ -391,9 +393,6 @@ TEST(InjectedSensorFault, IsInTheReadingsAndGoesAway) {
 TEST(InjectedNoise, HasTheDeviationAskedFor) {
   Rig rig(false);
   rig.run(3s);
-  const auto names = rig.robot->sensor_names();
-  const auto place =
-      static_cast<std::size_t>(std::find(names.begin(), names.end(), "r_arm_ft") - names.begin());
   rig.emulator->inject(faults::parse_fault({"ft-noise", "r_arm_ft", "force=5", "torque=0.2"}));
   double forces = 0, torques = 0;
   constexpr int kSamples = 400;
@@ -401,7 +400,7 @@ TEST(InjectedNoise, HasTheDeviationAskedFor) {
   std::vector<Wrench> all;
   for (int i = 0; i < kSamples; ++i) {
     rig.run(kCycle);
-    all.push_back(rig.robot->sensors()[place].F_So_S);
+    all.push_back(rig.wrist());
     mean.force += all.back().force / kSamples;
     mean.torque += all.back().torque / kSamples;
   }
