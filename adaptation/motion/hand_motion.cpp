@@ -22,6 +22,8 @@ constexpr double kAheadTime = 120;
 /// rad/s. In the quarter of a minute that a hand is still at most, it would go on by less than an encoder's
 /// step.
 constexpr double kAtRest = 1e-6;
+constexpr double kReturned = 0.005;      // rad, of each joint: what does not change where the hand can go
+constexpr double kReturnStalled = 0.01;  // rad/s: gain times that
 
 std::vector<int> active_dofs(const KinematicTree& kinematics, const std::vector<std::string>& active_joints) {
   std::vector<int> dofs;
@@ -164,6 +166,7 @@ void HandMotion::reset(const Eigen::VectorXd& q, const Eigen::VectorXd& q_stood)
                                std::to_string(kinematics_.dof()) + " finite ones");
   }
   q_stood_ = q_stood;
+  q_return_ = q;
   if (stance_) {
     kinematics_.update(q_stood);
     base_room_.reset(stance_->X_TB(kinematics_));
@@ -227,10 +230,17 @@ void HandMotion::go_to(const Eigen::Isometry3d& X_WH, const MotionLimits& limits
   state_.path = PoseTrajectory(this->X_WH(), X_WH, limits);
   state_.path_time = 0;
   state_.waited = 0;
+  state_.returns = false;
   state_.status = Status::kMoving;
   state_.at_rest = false;
   const Eigen::Isometry3d by = X_WH * this->X_WH().inverse();
   state_.finger_margin = guard_.finger_margin(by);
+}
+
+void HandMotion::return_to(const Eigen::VectorXd& q) noexcept {
+  go_to(X_WH(), {});
+  state_.returns = true;
+  q_return_ = q;
 }
 
 double HandMotion::twist_of(const KinematicTree& measured) const noexcept {
@@ -260,8 +270,9 @@ double HandMotion::limit_margin() const noexcept {
 
 void HandMotion::advance(double dt) noexcept {
   if (state_.status == Status::kIkFailed || state_.at_rest) return;
-  const bool tracks_hand = state_.status == Status::kMoving || state_.status == Status::kReached;
   const bool moving = state_.status == Status::kMoving;
+  const bool returns = moving && state_.returns;
+  const bool tracks_hand = (moving || state_.status == Status::kReached) && !returns;
 
   ik_.start(state_.q, dt);
   guard_.keep_apart(ik_, state_.finger_margin, options_.guard_gain);
@@ -292,16 +303,11 @@ void HandMotion::advance(double dt) noexcept {
     ik_.track_pose(hand_, Eigen::Vector3d::Zero(), sample.X_W, sample.V_W, options_.hand_gain);
     state_.path_time += progress * dt;
   }
-  // Once the hand is where it should be, the null space comes to rest too: weighing needs an arm that stands
-  // still.
-  stay_upright(moving);
-  if (moving) {
-    for (const auto* targets : {&posture_, &legs_})
-      for (const Target& target : *targets)
-        ik_.track_joint(target.dof, wanted(target), options_.posture_gain, options_.posture_weight);
+  if (returns) {
+    ik_.next_level(options_.hand_damping);
+    for (const int dof : active_) ik_.track_joint(dof, q_return_[dof], options_.posture_gain);
   } else {
-    ik_.next_level(options_.comfort_damping);
-    for (const int dof : active_) ik_.track_joint(dof, 0, 0);
+    stay_comfortable(moving);
   }
 
   if (ik_.solve() != QpStatus::kSolved) {
@@ -320,7 +326,11 @@ void HandMotion::advance(double dt) noexcept {
     }
   }
   integrate(dt);
-  if (moving) judge(dt, progress);
+  if (returns) {
+    judge_return(dt);
+  } else if (moving) {
+    judge(dt, progress);
+  }
   state_.at_rest =
       !moving && (!stance_ || balanced()) && ik_.joint_velocity().cwiseAbs().maxCoeff() < kAtRest;
 }
@@ -329,12 +339,22 @@ double HandMotion::wanted(const Target& target) const noexcept {
   return keep_posture_ ? kept_[target.dof] : target.position;
 }
 
-void HandMotion::stay_upright(bool tends) noexcept {
+/// Once the hand is where it should be, the null space comes to rest too: weighing needs an arm that stands
+/// still.
+void HandMotion::stay_comfortable(bool tends) noexcept {
   const double gain = tends ? options_.upright_gain : 0;
   ik_.next_level(options_.comfort_damping);
   for (const Target& target : upright_) ik_.track_joint(target.dof, wanted(target), gain);
   const Eigen::Matrix3d R_WB = keep_posture_ ? R_WB_kept_ : Eigen::Matrix3d::Identity();
   if (stance_) ik_.track_orientation(kRootLink, R_WB, Eigen::Vector3d::Zero(), gain);
+  if (tends) {
+    for (const auto* targets : {&posture_, &legs_})
+      for (const Target& target : *targets)
+        ik_.track_joint(target.dof, wanted(target), options_.posture_gain, options_.posture_weight);
+  } else {
+    ik_.next_level(options_.comfort_damping);
+    for (const int dof : active_) ik_.track_joint(dof, 0, 0);
+  }
 }
 
 void HandMotion::keep_posture(bool keep) {
@@ -370,6 +390,13 @@ void HandMotion::judge(double dt, double progress) noexcept {
   const bool accepted =
       left.position <= options_.accepted_position && left.rotation <= options_.accepted_rotation;
   state_.status = accepted ? Status::kReached : Status::kBlocked;
+}
+
+void HandMotion::judge_return(double dt) noexcept {
+  double farthest = 0;
+  for (const int dof : active_) farthest = std::max(farthest, std::abs(state_.q[dof] - q_return_[dof]));
+  state_.waited = ik_.joint_velocity().cwiseAbs().maxCoeff() < kReturnStalled ? state_.waited + dt : 0;
+  if (farthest <= kReturned || state_.waited > options_.blocked_after) state_.status = Status::kHolding;
 }
 
 const std::vector<robot::JointCommand>& HandMotion::step(double dt) noexcept {

@@ -75,6 +75,10 @@ class HandMotion {
   /// Starts towards a pose of the hand frame in W, along a straight line from where the reference is now.
   void go_to(const Eigen::Isometry3d& X_WH, const MotionLimits& limits) noexcept;
 
+  /// Starts towards the joint positions q (rad, joint_names order; of the joints that it moves), whatever way
+  /// the hand goes then, and holds where that ends: at them, or as near as obstacles let it.
+  void return_to(const Eigen::VectorXd& q) noexcept;
+
   /// The set-points of a robot that stands from now on have its centre of mass this far (m, horizontal, in W)
   /// from where the reference has it, by its legs; the reference itself stays. For a stabiliser.
   void shift_com(const Eigen::Vector2d& shift) noexcept { com_shift_ = shift; }
@@ -160,6 +164,7 @@ class HandMotion {
     PoseTrajectory balance;  // of the centre of mass, as the translation
     double balance_time = 0;
     double waited = 0;
+    bool returns = false;          // to joint positions, not to a pose
     double finger_margin = 0;      // m off obstacles, none when they end in one
     WholeBodyIk::Binding binding;  // what keeps the hand from its path
     BodyGuard::Nearness contact;   // where that is something near
@@ -174,9 +179,10 @@ class HandMotion {
   [[nodiscard]] std::string cause() const;
   void advance(double dt) noexcept;
   [[nodiscard]] double wanted(const Target& target) const noexcept;
-  void stay_upright(bool tends) noexcept;
+  void stay_comfortable(bool tends) noexcept;
   void integrate(double dt) noexcept;
   void judge(double dt, double progress) noexcept;
+  void judge_return(double dt) noexcept;
 
   HandMotionOptions options_;
   std::optional<Stance> stance_;
@@ -193,7 +199,7 @@ class HandMotion {
   State state_;
   Eigen::Vector2d com_shift_ = Eigen::Vector2d::Zero();
   double twist_ = 0;
-  Eigen::VectorXd q_stood_;
+  Eigen::VectorXd q_stood_, q_return_;
   bool keep_posture_ = false;
   Eigen::VectorXd kept_;  // of the joints, then
   Eigen::Matrix3d R_WB_kept_ = Eigen::Matrix3d::Identity();

@@ -239,20 +239,25 @@ double GraspPlanner::judge(const View& view, Hand& hand, const Place& place, dou
   return room_of(route.reach);
 }
 
+PlannedGrasp GraspPlanner::planned_at(const View& view, const Place& place, std::size_t hand, double pitch) {
+  PlannedGrasp grasp;
+  grasp.hand = hand;
+  grasp.pitch = pitch;
+  grasp.cost = place.cost;
+  grasp.radius = view.seen->object().handles[static_cast<std::size_t>(place.handle)].radius;
+  const Eigen::Isometry3d X_TUpright =
+      view.X_TC * perception::grasp_frame_at(*view.seen, place.handle, place.along).X_CG;
+  grasp.X_TG = turned_about_handle(X_TUpright, grasp.radius, pitch);
+  return grasp;
+}
+
 std::optional<PlannedGrasp> GraspPlanner::grasp_at(const View& view, const Place& place, std::size_t pitches,
                                                    double beside_room, Refusals& refusals) {
   std::optional<PlannedGrasp> best;
   double best_room = kNoGrasp;
-  const auto& handle = view.seen->object().handles[static_cast<std::size_t>(place.handle)];
-  const Eigen::Isometry3d X_TUpright =
-      view.X_TC * perception::grasp_frame_at(*view.seen, place.handle, place.along).X_CG;
   for (std::size_t turn = 0; turn < pitches && best_room < 1; ++turn) {
     for (std::size_t hand = 0; hand < hands_.size() && best_room < 1; ++hand) {
-      PlannedGrasp grasp;
-      grasp.hand = hand;
-      grasp.X_TG = turned_about_handle(X_TUpright, handle.radius, kPitches[turn]);
-      grasp.radius = handle.radius;
-      grasp.cost = place.cost;
+      PlannedGrasp grasp = planned_at(view, place, hand, kPitches[turn]);
       Refusal refusal;
       const double room = judge(view, *hands_[hand], place, beside_room, grasp, refusal);
       if (room < 0 && refusals.first[hand].empty()) refusals.first[hand] = refusal.reason;
@@ -264,6 +269,29 @@ std::optional<PlannedGrasp> GraspPlanner::grasp_at(const View& view, const Place
     }
   }
   return best;
+}
+
+PlannedGrasp GraspPlanner::nearest(const View& view, const Cost& cost, const std::vector<Place>& all,
+                                   const Place& place, double beside_room, PlannedGrasp grasp) {
+  double along = place.along, refused = std::numeric_limits<double>::infinity();
+  for (const Place& other : all) {
+    if (&other == &place) break;
+    if (other.handle == place.handle && std::abs(other.along - along) < std::abs(refused - along))
+      refused = other.along;
+  }
+  if (!std::isfinite(refused)) return grasp;
+  const perception::Handle& handle = view.seen->object().handles[static_cast<std::size_t>(place.handle)];
+  while (std::abs(along - refused) > kPlaceStep) {
+    const double middle = (along + refused) / 2;
+    const Place between{place.handle, middle, cost(handle, middle)};
+    PlannedGrasp next = planned_at(view, between, grasp.hand, grasp.pitch);
+    Refusal refusal;
+    const bool can_be = handle.nearest_graspable(middle) == middle &&
+                        judge(view, *hands_[grasp.hand], between, beside_room, next, refusal) >= 0;
+    (can_be ? along : refused) = middle;
+    if (can_be) grasp = std::move(next);
+  }
+  return grasp;
 }
 
 PlannedGrasp GraspPlanner::plan(const View& view, const Cost& cost, double nearer_than) {
@@ -280,20 +308,22 @@ PlannedGrasp GraspPlanner::plan(const View& view, const Cost& cost, double neare
   // The place is the method's to choose; which hand, and how it is turned, is a matter of room.
   const double what_counts = parameters_.stage_two.displacement_threshold;
   std::optional<PlannedGrasp> close;  // the nearest one, with little room beside
+  const Place* close_place = nullptr;
   double farthest = nearer_than;
   for (const Place& place : all) {
     if (place.cost >= farthest) break;
     const std::size_t pitches = &place == &all.front() ? kPitches.size() : kFewPitches;
     refusals.beside = false;
     if (std::optional<PlannedGrasp> grasp = grasp_at(view, place, pitches, kBesideRoom, refusals))
-      return planned(std::move(*grasp));
+      return planned(nearest(view, cost, all, place, kBesideRoom, std::move(*grasp)));
     if (close || !refusals.beside) continue;
     close = grasp_at(view, place, pitches, kLeastBesideRoom, refusals);
+    close_place = &place;
     // More room is not worth a place that would have to be regrasped from, or is farther off by what counts.
     if (close)
       farthest = std::min(farthest, close->cost <= what_counts ? what_counts : close->cost + what_counts);
   }
-  if (close) return planned(std::move(*close));
+  if (close) return planned(nearest(view, cost, all, *close_place, kLeastBesideRoom, std::move(*close)));
   throw RunStopped(fmt::format("no hand can grasp the object{}; at the best place, straight down, {}",
                                std::isfinite(nearer_than)
                                    ? fmt::format(" within {:.0f} mm of its centre of mass", 1e3 * nearer_than)

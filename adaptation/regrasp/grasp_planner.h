@@ -24,6 +24,7 @@ namespace walkman::regrasp {
 struct PlannedGrasp {
   std::size_t hand = 0;  ///< its place in the robot's description
   Eigen::Isometry3d X_TG = Eigen::Isometry3d::Identity();
+  double pitch = 0;       ///< from upright, about the handle, rad
   double radius = 0;      ///< of the handle there, m
   double cost = 0;        ///< of the place, see GraspPlanner::Cost
   double least_cost = 0;  ///< of the best place, which it may not be
@@ -84,7 +85,11 @@ class GraspPlanner {
     int handle;
     double along, cost;
   };
+  /// Along the handles, the cheapest first, farther from each other with their distance from the best.
   [[nodiscard]] std::vector<Place> places(const View& view, const Cost& cost) const;
+  /// Where the grasp would be; whether it can be and its way are `judge`'s.
+  [[nodiscard]] static PlannedGrasp planned_at(const View& view, const Place& place, std::size_t hand,
+                                               double pitch);
   /// Why a grasp cannot be: what would touch, or that there is or was no way to it. No reason when it can.
   struct Refusal {
     std::string reason;
@@ -108,6 +113,10 @@ class GraspPlanner {
   [[nodiscard]] std::optional<PlannedGrasp> grasp_at(const View& view, const Place& place,
                                                      std::size_t pitches, double beside_room,
                                                      Refusals& refusals);
+  /// `grasp`, found at `place` of `all`, as near to the wanted place as the hand can be turned like that: by
+  /// halves of what is between `place` and the next cheaper one of its handle, which was refused.
+  [[nodiscard]] PlannedGrasp nearest(const View& view, const Cost& cost, const std::vector<Place>& all,
+                                     const Place& place, double beside_room, PlannedGrasp grasp);
 
   const KnownRobot& known_;
   const MethodParameters& parameters_;

@@ -111,6 +111,7 @@ void Manipulator::start() {
   settle();
   session_.require_sound_encoders();
   X_TH_start_ = motion_->X_WH();
+  q_start_ = motion_->q_ref();
 }
 
 void Manipulator::cycle() {
@@ -293,8 +294,18 @@ void Manipulator::retreat() {
   };
   for (auto pose = way_.rbegin(); pose != way_.rend(); ++pose) static_cast<void>(go(*pose));
   // A table may have turned out to be in the way where the hand came from.
-  for (const double higher : kHigher)
-    if (go(raised(X_TH_start_, higher))) return;
+  for (const double higher : kHigher) {
+    if (!go(raised(X_TH_start_, higher))) continue;
+    if (higher == 0) return_to_start();
+    return;
+  }
+}
+
+/// The pose of the hand alone leaves the torso leaning as the last grasp had it, and from there a hand may
+/// find no way to what it can reach from where the robot stood up.
+void Manipulator::return_to_start() {
+  motion_->return_to(q_start_);
+  while (!motion_->done()) cycle();
 }
 
 void Manipulator::approach(const std::vector<Eigen::Isometry3d>& way) {

@@ -37,7 +37,7 @@ class Manipulator {
   void set_obstacles(const std::vector<motion::NamedObstacle>& obstacles);
 
   /// Moves back the way it came and on to where it started, out of the camera's view, or over it; as far as
-  /// that goes.
+  /// that goes. Where it started, all joints are as they were then.
   void retreat();
   /// Through the poses `way`, the last of them over the grasp, with the hand open. Throws WayBlocked.
   void approach(const std::vector<Eigen::Isometry3d>& way);
@@ -110,6 +110,7 @@ class Manipulator {
  private:
   void cycle();
   void take_over(const Eigen::VectorXd& q, const Eigen::VectorXd& q_stood);
+  void return_to_start();
   /// The two joints of the camera go where they are in q.
   void turn_head(const Eigen::VectorXd& q);
   [[nodiscard]] motion::MotionLimits limits(double speed) const;
@@ -173,6 +174,7 @@ class Manipulator {
   wrench::LoadEstimator estimator_;
   Wrench residual_So_S_, weighed_So_S_;  // the second: mean reading at the last weighing
   Eigen::Isometry3d X_TH_start_ = Eigen::Isometry3d::Identity();
+  Eigen::VectorXd q_start_;
   Eigen::Isometry3d X_TH_grasp_ = Eigen::Isometry3d::Identity();
   std::vector<Eigen::Isometry3d> way_;  // of the last approach, as far as it came
   double lifted_ = 0;

@@ -18,7 +18,6 @@ namespace walkman::apps {
 namespace {
 
 namespace fs = std::filesystem;
-using nlohmann::json;
 
 constexpr const char* kPlanName = "plan.yaml";
 constexpr const char* kManifestName = "campaign.json";
@@ -37,8 +36,8 @@ std::string inputs_of(const fs::path& plan_file, const CampaignPlan& plan, const
   return inputs_text(text_of(plan_file), places);
 }
 
-json parse(const fs::path& file) {
-  json out = json::parse(text_of(file), nullptr, false);
+nlohmann::json parse(const fs::path& file) {
+  nlohmann::json out = nlohmann::json::parse(text_of(file), nullptr, false);
   if (out.is_discarded())
     throw std::runtime_error(file.string() + ": no JSON, expected it as it was written");
   return out;
@@ -65,7 +64,7 @@ CampaignFolder CampaignFolder::prepare(const fs::path& folder, const fs::path& p
   CampaignPlan plan = load_campaign_plan(plan_file, base, data);
   const std::string inputs = inputs_of(plan_file, plan, data);
   if (fs::exists(folder / kManifestName)) {
-    const json manifest = parse(folder / kManifestName);
+    const nlohmann::json manifest = parse(folder / kManifestName);
     if (manifest.value("inputs", "") != inputs || manifest.value("base", "") != base.string())
       throw std::runtime_error(
           fmt::format("--out {}: holds a campaign of another plan, or of another program or data, expected a "
@@ -77,11 +76,11 @@ CampaignFolder CampaignFolder::prepare(const fs::path& folder, const fs::path& p
       throw std::runtime_error(fmt::format(
           "--out {}: holds something else, expected an empty folder or a campaign", folder.string()));
     write_once(folder / kPlanName, text_of(plan_file));
-    write_once(folder / kManifestName, json({{"base", base.string()},
-                                             {"inputs", inputs},
-                                             {"runs", plan.runs.size()},
-                                             {"golden", plan.twins.size()},
-                                             {"chunks", plan.chunks.size()}})
+    write_once(folder / kManifestName, nlohmann::json({{"base", base.string()},
+                                                       {"inputs", inputs},
+                                                       {"runs", plan.runs.size()},
+                                                       {"golden", plan.twins.size()},
+                                                       {"chunks", plan.chunks.size()}})
                                                .dump(2) +
                                            "\n");
   }
@@ -93,7 +92,7 @@ CampaignFolder CampaignFolder::open(const fs::path& folder, bool for_report) {
     throw std::runtime_error(
         fmt::format("{}: no {} here, expected the folder of a campaign", folder.string(), kManifestName));
   const fs::path data = data_directory();
-  const json manifest = parse(folder / kManifestName);
+  const nlohmann::json manifest = parse(folder / kManifestName);
   const fs::path plan_file = folder / kPlanName;
   CampaignPlan plan = load_campaign_plan(plan_file, manifest.value("base", ""), data);
   if (!for_report && manifest.value("inputs", "") != inputs_of(plan_file, plan, data))
@@ -137,7 +136,7 @@ std::vector<RunRecord> CampaignFolder::records() const {
     if (!fs::exists(file)) continue;
     try {
       out.push_back(record_from_json(parse(file)));
-    } catch (const json::exception& e) {
+    } catch (const nlohmann::json::exception& e) {
       throw std::runtime_error(fmt::format("{}: no record of a run ({})", file.string(), e.what()));
     }
   }
@@ -151,7 +150,7 @@ std::vector<std::optional<RunObservation>> CampaignFolder::goldens() const {
     if (!fs::exists(golden(i))) continue;
     try {
       out.back() = observation_from_json(parse(golden(i)));
-    } catch (const json::exception& e) {
+    } catch (const nlohmann::json::exception& e) {
       throw std::runtime_error(fmt::format("{}: no golden run ({})", golden(i).string(), e.what()));
     }
   }

@@ -217,7 +217,7 @@ CampaignPlan load_campaign_plan(const std::filesystem::path& file, const std::fi
   CampaignPlan plan;
   if (root.has("model_error")) {
     plan.model_error = root.text("model_error");
-    const auto levels = model_error_levels();
+    const auto& levels = model_error_levels();
     if (std::find(levels.begin(), levels.end(), plan.model_error) == levels.end())
       root.fail("model_error",
                 fmt::format("found \"{}\", expected {}", plan.model_error, fmt::join(levels, ", ")));

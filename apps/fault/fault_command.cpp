@@ -17,8 +17,6 @@
 namespace walkman::apps {
 namespace {
 
-using nlohmann::json;
-
 /// What a target is called on the command line and in a plan.
 std::string_view target_of(faults::Target target) {
   switch (target) {
@@ -46,10 +44,10 @@ std::string_view target_of(faults::Target target) {
   return "";
 }
 
-json list_json() {
-  json out = json::array();
+nlohmann::json list_json() {
+  nlohmann::json out = nlohmann::json::array();
   for (const faults::InjectableFault& kind : faults::injectable_faults()) {
-    json parameters = json::array();
+    nlohmann::json parameters = nlohmann::json::array();
     for (const faults::Parameter& parameter : kind.parameters)
       parameters.push_back({{"name", parameter.name},
                             {"unit", parameter.unit},
@@ -62,7 +60,7 @@ json list_json() {
                    {"what", kind.what},
                    {"seen", kind.seen},
                    {"embedded_only", kind.embedded_only},
-                   {"interval", kind.interval ? json(*kind.interval) : json(nullptr)},
+                   {"interval", kind.interval ? nlohmann::json(*kind.interval) : nlohmann::json(nullptr)},
                    {"parameters", parameters}});
   }
   return {{"faults", out}};

@@ -15,9 +15,7 @@
 namespace walkman::apps {
 namespace {
 
-using nlohmann::json;
-
-json vector_json(const Eigen::Vector3d& v) { return {v.x(), v.y(), v.z()}; }
+nlohmann::json vector_json(const Eigen::Vector3d& v) { return {v.x(), v.y(), v.z()}; }
 
 /// A result in the frame F of the cloud's file: the sensor is at `X_FC` in it.
 struct Located {
@@ -32,7 +30,7 @@ struct Located {
   }
 };
 
-json handle_json(const Located& located, const perception::Handle& handle) {
+nlohmann::json handle_json(const Located& located, const perception::Handle& handle) {
   return {{"centre", vector_json(located.point(handle.p_CM))},
           {"axis", vector_json(located.direction(handle.axis_C))},
           {"radius", handle.radius},
@@ -47,20 +45,20 @@ json handle_json(const Located& located, const perception::Handle& handle) {
           {"axis_deviation", handle.axis_deviation}};
 }
 
-json handles_json(const Located& located, const std::vector<perception::Handle>& handles) {
-  json out = json::array();
+nlohmann::json handles_json(const Located& located, const std::vector<perception::Handle>& handles) {
+  nlohmann::json out = nlohmann::json::array();
   for (const perception::Handle& handle : handles) out.push_back(handle_json(located, handle));
   return out;
 }
 
-json result_json(const Located& located) {
+nlohmann::json result_json(const Located& located) {
   const perception::StageOneResult& result = located.result;
-  json out;
+  nlohmann::json out;
   out["plane"] = {{"normal", vector_json(located.direction(result.plane.n_C))},
                   {"offset", located.plane_offset()}};
   out["sampling"] = {{"step", result.sampling.step}, {"noise", result.sampling.noise}};
-  out["objects"] = json::array();
-  out["clusters"] = json::array();
+  out["objects"] = nlohmann::json::array();
+  out["clusters"] = nlohmann::json::array();
   for (const perception::SeenObject& object : result.objects) {
     out["clusters"].push_back(object.points);
     out["objects"].push_back({{"points", object.points},
@@ -84,7 +82,7 @@ json result_json(const Located& located) {
   } else {
     out["grasp"] = nullptr;
   }
-  out["seconds"] = json::object();
+  out["seconds"] = nlohmann::json::object();
   for (const perception::StepTime& step : result.times) out["seconds"][step.step] = step.seconds;
   return out;
 }

@@ -314,7 +314,7 @@ TEST(InjectedObjectFault, IsOfTheObjectAndGoesAway) {
     const faults::Injection injection = faults::parse_fault(words);
     rig.emulator->inject(injection);
     rig.run(100ms);
-    const SceneObject broken = bar();
+    SceneObject broken = bar();
     EXPECT_TRUE(rig.emulator->clear_fault(injection.name));
     EXPECT_NEAR(bar().mass(), sound.mass(), 1e-9);
     EXPECT_EQ(bar().model.links.front().surface.friction, sound.model.links.front().surface.friction);
@@ -369,7 +369,7 @@ TEST(InjectedSensorFault, IsInTheReadingsAndGoesAway) {
   const auto broken = [&](const std::vector<std::string>& words) {
     const faults::Injection injection = faults::parse_fault(words);
     rig.emulator->inject(injection);
-    const Wrench read = reading(rig);
+    Wrench read = reading(rig);
     EXPECT_TRUE(rig.emulator->clear_fault(injection.name));
     EXPECT_LT((reading(rig).force - sound.force).norm(), 1.0) << "mended";
     return read;
@@ -444,9 +444,8 @@ TEST(InjectedCameraFault, IsInTheFrames) {
   const MultiSense::Frame seen = frame();
   const sensors::StereoOptions& optics = camera.optics();
   const auto pixel = [&](int beside) {
-    return seen.disparity.pixels[static_cast<std::size_t>(optics.height / 2 * optics.width +
-                                                          optics.width / 2 + beside)] /
-           16.0;
+    const int index = optics.height / 2 * optics.width + optics.width / 2 + beside;
+    return seen.disparity.pixels[static_cast<std::size_t>(index)] / 16.0;
   };
   const double expected = optics.focal_px * optics.baseline / 2;
   EXPECT_NEAR(pixel(0), expected, 0.04);

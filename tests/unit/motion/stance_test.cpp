@@ -146,10 +146,12 @@ class StandingMotionTest : public StanceTest {
  protected:
   StandingMotionTest() : motion(robot.model, robot.joint_names, stance, robot.right) {
     motion.reset(robot.q_home);
-    motion.set_obstacles(
-        {{"the table",
-          ConvexPrism(Eigen::Vector3d::UnitZ(),
-                      {{0.5, -0.8, -0.15}, {1.3, -0.8, -0.15}, {1.3, 0.8, -0.15}, {0.5, 0.8, -0.15}})}});
+    motion.set_obstacles(table());
+  }
+  static std::vector<NamedObstacle> table() {
+    return {{"the table",
+             ConvexPrism(Eigen::Vector3d::UnitZ(),
+                         {{0.5, -0.8, -0.15}, {1.3, -0.8, -0.15}, {1.3, 0.8, -0.15}, {0.5, 0.8, -0.15}})}};
   }
   void expect_feet_and_balance() const {
     for (int foot = 0; foot < Stance::kFeet; ++foot) {
@@ -246,6 +248,51 @@ TEST_F(StandingMotionTest, OneThatStoodUpThereGoesTheSameWayFromHere) {
   const double apart = (motion.q_ref() - q_there).cwiseAbs().maxCoeff();
   EXPECT_LT(apart, 0.02);
   EXPECT_GT((motion.q_ref() - q_anew).cwiseAbs().maxCoeff(), 5 * apart);
+}
+
+// With the hand back where it was, torso and arm are not: there are many postures to one pose.
+TEST_F(StandingMotionTest, ReturnsToThePostureThatItHad) {
+  motion.set_obstacles({});
+  while (!motion.balanced()) motion.step(kDt);
+  const Eigen::VectorXd q_start = motion.q_ref();
+  const Eigen::Isometry3d X_TH_start = motion.X_WH();
+  for (const Eigen::Isometry3d& X_TH : {palm_down(0.70, 0.05, -0.07), X_TH_start}) {
+    motion.go_to(X_TH, {});
+    while (!motion.done()) motion.step(kDt);
+    ASSERT_EQ(motion.status(), HandMotion::Status::kReached) << motion.describe();
+  }
+  EXPECT_GT((motion.q_ref() - q_start).cwiseAbs().maxCoeff(), 0.1);
+  motion.return_to(q_start);
+  for (int i = 0; i < 2000 && !motion.done(); ++i) {
+    motion.step(kDt);
+    expect_feet_and_balance();
+    EXPECT_LE(motion.v_ref().cwiseAbs().maxCoeff(), 1 + 1e-8);
+  }
+  EXPECT_EQ(motion.status(), HandMotion::Status::kHolding);
+  EXPECT_LT((motion.q_ref() - q_start).cwiseAbs().maxCoeff(), 0.0051);
+  const Eigen::VectorXd q_there = motion.q_ref();
+  for (int i = 0; i < 200; ++i) motion.step(kDt);
+  EXPECT_LT((motion.q_ref() - q_there).cwiseAbs().maxCoeff(), 0.02) << "it does not stay";
+}
+
+TEST_F(StandingMotionTest, WhatIsInTheWayOfItsPostureIsKeptOff) {
+  const auto go = [this](const Eigen::Isometry3d& X_TH) {
+    motion.go_to(X_TH, {});
+    while (!motion.done()) motion.step(kDt);
+    ASSERT_EQ(motion.status(), HandMotion::Status::kReached) << motion.describe();
+  };
+  motion.set_obstacles({});
+  go(palm_down(0.65, -0.30, -0.25));
+  const Eigen::VectorXd q_below = motion.q_ref();
+  go(palm_down(0.65, -0.30, 0.15));
+  motion.set_obstacles(table());
+  motion.return_to(q_below);
+  for (int i = 0; i < 10000 && !motion.done(); ++i) {
+    motion.step(kDt);
+    EXPECT_GT(motion.obstacle_clearance(), 0.005);
+  }
+  EXPECT_EQ(motion.status(), HandMotion::Status::kHolding);
+  EXPECT_GT((motion.q_ref() - q_below).cwiseAbs().maxCoeff(), 0.05);
 }
 
 // A robot that has bent down has no more room below than where it stood up.

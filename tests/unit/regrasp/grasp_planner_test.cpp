@@ -139,6 +139,17 @@ TEST_F(GraspPlannerTest, KeepsTheWholeHandOffWhatStandsBesideTheHandle) {
                   "right hand: R.* and what lies beside the handle would touch, [0-9.]+ mm too near"));
 }
 
+/// Against places tried one by one, each as the wanted one.
+TEST_F(GraspPlannerTest, IsAsNearToTheWantedPlaceAsTheHandFits) {
+  put_bar(0.65, -0.3, 0.035);
+  put_wall(-0.3, 0.15);
+  constexpr double kStep = 0.002;  // m
+  const double found = plan(-0.3).X_TG.translation().y() + 0.3;
+  double nearest = 0.03;
+  while (nearest < 0.15 && plan(-0.3 + std::copysign(nearest, found)).cost > kStep / 4) nearest += kStep;
+  EXPECT_NEAR(std::abs(found), nearest, 1.5 * kStep);
+}
+
 /// Between walls the palm of 11 cm has what is left of their distance; the next place with more is beyond one
 /// of them.
 TEST_F(GraspPlannerTest, TakesLittleRoomWhereMoreWouldBeFarOff) {
