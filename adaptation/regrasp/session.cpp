@@ -6,6 +6,8 @@
 
 #include <fmt/format.h>
 
+#include "adaptation/regrasp/reaction.h"
+
 namespace walkman::regrasp {
 namespace {
 
@@ -29,33 +31,6 @@ constexpr double kSoundEncoder = 0.03;
 
 constexpr int kMostRecoveries = 3;    // per run; what fails more often is broken
 constexpr int kRecoveryAttempts = 2;  // each as long as a boot may take
-
-/// Whether a fault is one of a device, bus or link that may be there again; the others are of what was
-/// commanded.
-bool recoverable(robot::FaultKind kind) {
-  switch (kind) {
-    case robot::FaultKind::kBusSilent:
-    case robot::FaultKind::kDataStale:
-    case robot::FaultKind::kHeartbeatLost:
-    case robot::FaultKind::kUnexpectedBootUp:
-    case robot::FaultKind::kDriveFault:
-    case robot::FaultKind::kNmtState:
-    case robot::FaultKind::kEmergency:
-    case robot::FaultKind::kSensorInvalid:
-    case robot::FaultKind::kBusOff:
-    case robot::FaultKind::kReceiveOverflow:
-      return true;
-    case robot::FaultKind::kBusFlooded:
-    case robot::FaultKind::kCycleLate:
-    case robot::FaultKind::kNotFinite:
-    case robot::FaultKind::kNotFollowing:
-    case robot::FaultKind::kLimit:
-    case robot::FaultKind::kRequestFailed:
-    case robot::FaultKind::kInterfaceDown:  // of the host: somebody took it away
-      return false;
-  }
-  return false;
-}
 
 std::size_t place_of(const std::vector<std::string>& names, const std::string& name, const char* what) {
   const auto found = std::find(names.begin(), names.end(), name);
@@ -195,7 +170,7 @@ void Session::tell_warnings() {
 
 void Session::recover() {
   const robot::Fault fault = robot_.fault().value();
-  if (holding_ || !recoverable(fault.kind)) throw RunStopped(fault.text);
+  if (reaction_to(fault.kind, holding_) == Reaction::kStop) throw RunStopped(fault.text);
   if (recoveries_ == kMostRecoveries) {
     throw RunStopped(fmt::format("{}; it is the fault number {} of this run", fault.text, recoveries_ + 1));
   }

@@ -27,16 +27,15 @@ constexpr double kWallPerCpu = 6;  // other processes want the cores as well
 
 using How = ChildEnd::How;
 
-RepetitionOptions options_of(const Twin& twin, const std::string& model_error,
-                             const std::filesystem::path& data) {
+RepetitionOptions options_of(const CampaignPlan& plan, const Twin& twin, const std::filesystem::path& data) {
   RepetitionOptions options;
   const Scene scene = load_scene(twin.scene);
   options.scene = twin.scene;
   options.seed = twin.seed;
-  options.robot = load_robot_options({}, scene.robot);
+  options.robot = load_robot_options({plan.layout, std::nullopt}, scene.robot);
   options.parameters = parameters_file(scene, data);
   options.actuators = data / "emulator" / "plant" / "actuators";
-  if (!model_error.empty()) options.model_error = model_error;
+  if (!plan.model_error.empty()) options.model_error = plan.model_error;
   return options;
 }
 
@@ -98,7 +97,7 @@ class ChunkRunner {
       : folder_(folder),
         chunk_(chunk),
         data_(data_directory()),
-        options_(options_of(folder.plan().twins[chunk.twin], folder.plan().model_error, data_)),
+        options_(options_of(folder.plan(), folder.plan().twins[chunk.twin], data_)),
         robot_(load_scene(options_.scene).robot),
         limits_{folder.plan().time_limit, kWallPerCpu * folder.plan().time_limit} {}
 

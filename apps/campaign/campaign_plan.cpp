@@ -202,13 +202,23 @@ Seeds read_seeds(const YamlMap& root) {
   return out;
 }
 
+/// By name alone: the plan is read again from the campaign's folder, where a file's path would lead
+/// elsewhere.
+void require_layout(const YamlMap& root, const std::string& layout, const RobotDescription& robot) {
+  if (layout.empty()) return;
+  std::vector<std::string> names;
+  for (const RobotDescription::PdoLayoutFile& one : robot.pdo_layouts) names.push_back(one.name);
+  if (std::find(names.begin(), names.end(), layout) == names.end())
+    root.fail("layout", fmt::format("found \"{}\", expected {}", layout, fmt::join(names, ", ")));
+}
+
 }  // namespace
 
 CampaignPlan load_campaign_plan(const std::filesystem::path& file, const std::filesystem::path& base,
                                 const std::filesystem::path& data) {
   const YamlMap root(file.string(), parse_yaml_file(file), "",
-                     {"experiments", "seeds", "model_error", "golden", "phases", "faults", "runs_per_chunk",
-                      "time_limit_s"});
+                     {"experiments", "seeds", "model_error", "layout", "golden", "phases", "faults",
+                      "runs_per_chunk", "time_limit_s"});
   std::vector<std::string> keys = {"fault",   "targets", "direction",  "after_s",
                                    "lasts_s", "phases",  "experiments"};
   for (const auto& kind : faults::injectable_faults())
@@ -222,6 +232,7 @@ CampaignPlan load_campaign_plan(const std::filesystem::path& file, const std::fi
       root.fail("model_error",
                 fmt::format("found \"{}\", expected {}", plan.model_error, fmt::join(levels, ", ")));
   }
+  if (root.has("layout")) plan.layout = root.text("layout");
   plan.time_limit = root.has("time_limit_s") ? root.number("time_limit_s", 1, 1e6) : kDefaultTimeLimit;
   const auto chunk = static_cast<std::size_t>(
       root.has("runs_per_chunk") ? root.integer("runs_per_chunk", 1, 100'000) : kDefaultChunk);
@@ -244,6 +255,7 @@ CampaignPlan load_campaign_plan(const std::filesystem::path& file, const std::fi
     const std::filesystem::path scene = scene_of(root, experiment, base, data);
     const Scene loaded = load_scene(scene);
     const KnownRobot robot(loaded.robot);
+    require_layout(root, plan.layout, loaded.robot);
     const std::vector<faults::KnownTarget> targets =
         faults::known_targets(robot.model, robot.devices, loaded);
     for (int i = 0; i < seeds.golden; ++i) {

@@ -37,6 +37,7 @@ struct CampaignPlan {
   std::vector<CampaignRun> runs;  ///< by their numbers; those of a twin follow each other
   std::vector<CampaignChunk> chunks;
   std::string model_error;  ///< a level in place of the scenes'; empty: theirs
+  std::string layout;       ///< one of the robot's PDO layouts; empty: its own
   double time_limit = 0;    ///< s of CPU time for a run
 };
 

@@ -101,6 +101,7 @@ std::string replay_of(const CampaignFolder& folder, const CampaignRun& run) {
                         : "walkman-hil experiment --scene " + quoted(twin.scene.string());
   out += fmt::format(" --seed {}", twin.seed);
   if (!folder.plan().model_error.empty()) out += " --model-error " + folder.plan().model_error;
+  if (!folder.plan().layout.empty()) out += " --layout " + folder.plan().layout;
   return out + " --faults " + quoted(folder.fault_plan(run.number).string());
 }
 

@@ -106,6 +106,7 @@ EmulationOptions emulation_options(const Options& options) {
   out.stalls = options.stalls == "drop" ? pacing::Stalls::kDrop : pacing::Stalls::kReplay;
   out.period = std::chrono::microseconds(std::llround(options.period_ms * 1e3));
   out.log = options.log;
+  out.live_faults = options.fault_socket.has_value();
   out.camera_address = options.camera_address;
   if (options.duration > 0) out.duration = Time(std::llround(options.duration * 1e9));
   return out;

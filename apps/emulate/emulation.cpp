@@ -6,6 +6,7 @@
 #include "apps/shared/standard_streams.h"
 #include "apps/shared/stop_signals.h"
 #include "drivers/camera/multisense/udp_port.h"
+#include "emulator/faults/fault_plan.h"
 #include "emulator/logs/can_log.h"
 #include "emulator/pacing/host.h"
 #include "emulator/pacing/lockstep_pacer.h"
@@ -22,7 +23,8 @@ double seconds(Time time) { return std::chrono::duration<double>(time).count(); 
 /// Everything the emulated buses carry, written to a file as it passes.
 class FrameLog {
  public:
-  FrameLog(const std::filesystem::path& file, Emulator& emulator) : log_(bus::open_can_log(file)) {
+  FrameLog(const std::filesystem::path& file, Emulator& emulator, bool live_faults)
+      : log_(bus::open_can_log(file, faults::log_note(emulator.injections(), live_faults))) {
     for (bus::CanBus* bus : emulator.buses()) {
       bus->set_observer([this, bus](const can::StampedFrame& f) { log_->write(bus->interface_name(), f); });
     }
@@ -80,7 +82,8 @@ struct Emulation::Impl {
 
 Emulation::Impl::Impl(const EmulationOptions& given) : options(given), world(given.world) {
   open_ports();
-  if (!options.log.empty()) log = std::make_unique<FrameLog>(options.log, world.emulator);
+  if (!options.log.empty())
+    log = std::make_unique<FrameLog>(options.log, world.emulator, options.live_faults);
   open_camera();
   if (options.pacing == Pacing::kLockstep) {
     lockstep = std::make_unique<pacing::LockstepPacer>(world.emulator, bridges(), options.period, events());

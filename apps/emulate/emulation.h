@@ -23,6 +23,7 @@ struct EmulationOptions {
   pacing::Stalls stalls = pacing::Stalls::kDrop;  ///< in real time
   Time period = std::chrono::milliseconds(5);     ///< of SYNC, in lock-step
   std::filesystem::path log;                      ///< of every bus; none when empty
+  bool live_faults = false;                       ///< faults may come while it runs; for the log's head
   std::string camera_address;                     ///< the default one when empty
   Time duration = Time::max();                    ///< emulated; without end by default
 };

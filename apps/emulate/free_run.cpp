@@ -12,6 +12,7 @@
 #include "apps/shared/exit_code.h"
 #include "apps/shared/stop_signals.h"
 #include "drivers/robot/robot.h"
+#include "emulator/faults/fault_plan.h"
 #include "emulator/logs/can_log.h"
 #include "emulator/pacing/host.h"
 
@@ -57,7 +58,7 @@ class FrameHash {
 class Wire {
  public:
   Wire(Emulator& emulator, const std::filesystem::path& log) : buses_(emulator.buses()) {
-    if (!log.empty()) log_ = bus::open_can_log(log);
+    if (!log.empty()) log_ = bus::open_can_log(log, faults::log_note(emulator.injections(), false));
     hashes_.resize(buses_.size());
     for (std::size_t i = 0; i < buses_.size(); ++i) {
       bus::CanBus* bus = buses_[i];

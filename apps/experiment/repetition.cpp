@@ -21,6 +21,7 @@
 #include "drivers/robot/robot.h"
 #include "emulator/datasheets/device_files.h"
 #include "emulator/emulator.h"
+#include "emulator/faults/fault_plan.h"
 #include "emulator/logs/candump_log.h"
 #include "emulator/logs/state_log.h"
 #include "emulator/pacing/host.h"
@@ -62,7 +63,8 @@ class WireTap {
     if (!options.out.empty()) {
       log_file_ = options.out / "can.log";
       state_file_ = options.out / "state.csv";
-      log_ = std::make_unique<bus::CandumpLog>(partial(log_file_));
+      log_ = std::make_unique<bus::CandumpLog>(partial(log_file_),
+                                               faults::log_note(emulator.injections(), false));
       if (options.state_log) states_ = std::make_unique<datasheets::StateLog>(partial(state_file_));
     }
     for (bus::CanBus* bus : emulator.buses()) {

@@ -26,9 +26,9 @@ Time period_of(double rate_hz) {
 }  // namespace
 
 void add_master_options(CLI::App& command, MasterOptions& options) {
-  command.add_option(
-      "--layout", options.layout,
-      "PDO layout that is written to the nodes at boot: a, b, c, d or a file (default: the robot's own, a)");
+  command.add_option("--layout", options.layout,
+                     "PDO layout that is written to the nodes at boot: a, b, c, d, e or a file (default: the "
+                     "robot's own, a)");
   command.add_option("--rate", options.rate_hz,
                      "SYNCs per second; the period is a whole number of milliseconds (default: 200)");
 }

@@ -71,9 +71,12 @@ struct Kind {
 
 struct Sentence {
   std::string operator()(const cause::NoTpdo& c) const {
+    const std::string refused =
+        c.refused == 0 ? "" : fmt::format(", {} came with a wrong CRC or an old count", c.refused);
     if (c.age == Time::max())
-      return fmt::format("no TPDO{} since the start (limit {:.4g} ms)", c.number, ms(c.limit));
-    return fmt::format("no TPDO{} for {:.4g} ms (limit {:.4g} ms)", c.number, ms(c.age), ms(c.limit));
+      return fmt::format("no TPDO{} since the start (limit {:.4g} ms){}", c.number, ms(c.limit), refused);
+    return fmt::format("no TPDO{} for {:.4g} ms (limit {:.4g} ms){}", c.number, ms(c.age), ms(c.limit),
+                       refused);
   }
   std::string operator()(const cause::CounterStuck& c) const {
     return fmt::format("counter 2050h stands at {} for {:.4g} ms although TPDOs arrive", c.counter,

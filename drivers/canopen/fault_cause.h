@@ -42,6 +42,7 @@ struct NoTpdo {
   int number = 0;  ///< 1..4
   Time age{};      ///< `Time::max()`: none since the start
   Time limit{};
+  std::uint64_t refused = 0;  ///< since then, because their protection (2052h) did not fit
 };
 struct CounterStuck {
   std::uint16_t counter = 0;  ///< 2050h

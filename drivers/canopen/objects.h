@@ -24,6 +24,7 @@ inline constexpr std::uint16_t kTemperature = 0x2030;
 inline constexpr std::uint16_t kTemperatureCompact = 0x2031;
 inline constexpr std::uint16_t kSensorTemperature = 0x2034;
 inline constexpr std::uint16_t kCycleCounter = 0x2050;
+inline constexpr std::uint16_t kPdoProtection = 0x2052;
 
 inline constexpr std::uint16_t kAbortConnection = 0x6007;
 inline constexpr std::uint16_t kErrorCode = 0x603F;

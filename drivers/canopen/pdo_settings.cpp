@@ -60,6 +60,10 @@ class PdoWriter {
 
 }  // namespace
 
+bool PdoSettings::protects() const noexcept {
+  return enabled && !mapping.empty() && mapping.back().index == object::kPdoProtection;
+}
+
 std::size_t PdoSettings::bytes() const noexcept {
   std::size_t bits = 0;
   for (const MappingEntry& object : mapping) bits += object.bits;

@@ -40,6 +40,8 @@ struct PdoSettings {
 
   /// Length of its frames: what the mapping adds up to, without the padding of CAN FD.
   [[nodiscard]] std::size_t bytes() const noexcept;
+  /// Its last object is the protection, 2052h.
+  [[nodiscard]] bool protects() const noexcept;
   /// Travels with SYNC, every `type`-th one.
   [[nodiscard]] bool cyclic() const noexcept { return enabled && type >= 1 && type <= 240; }
 };

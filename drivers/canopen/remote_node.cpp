@@ -20,6 +20,7 @@ RemoteNode::RemoteNode(NodeSettings settings)
     const PdoSettings& pdo = settings_.pdos.transmit[i];
     if (!pdo.enabled) continue;
     tpdos_[i].bytes = pdo.bytes();
+    tpdos_[i].protects = pdo.protects();
     tpdos_[i].divider = pdo.cyclic() ? pdo.type : 0;
     tpdo_of_function_[pdo.cob_id_base >> 7U & 0xFU] = static_cast<std::uint8_t>(i + 1);
   }
@@ -36,8 +37,13 @@ void RemoteNode::begin_boot(Time now) noexcept {
   nmt_state_ = NmtState::kBootUp;
   heartbeat_at_ = now;
   reset_sent_ = operational_seen_ = false;
+  odd_heartbeats_ = 0;
   heard_at_ = Time::min();
-  for (Tpdo& tpdo : tpdos_) tpdo.at = Time::min();
+  for (Tpdo& tpdo : tpdos_) {
+    tpdo.at = Time::min();
+    tpdo.guard.restart();
+    tpdo.refused = 0;
+  }
   sdo_.reset();
   clear_events();
   on_begin_boot();
@@ -68,6 +74,13 @@ void RemoteNode::start(Time now) noexcept {
   heartbeat_at_ = now;
   operational_seen_ = false;
   for (Tpdo& tpdo : tpdos_) tpdo.due = syncs_ + static_cast<std::uint64_t>(tpdo.divider);
+}
+
+bool RemoteNode::next_rpdo(int number, can::Frame& out) noexcept {
+  if (!rpdo(number, out)) return false;
+  const PdoSettings& pdo = settings_.pdos.receive[index_of(number)];
+  if (pdo.protects()) protect(out, pdo.bytes(), ++rpdo_counts_[index_of(number)]);
+  return true;
 }
 
 void RemoteNode::request_sent() noexcept {
@@ -119,11 +132,17 @@ bool RemoteNode::receive_tpdo(const can::StampedFrame& stamped) noexcept {
   if (number == 0) return false;
   Tpdo& tpdo = tpdos_[index_of(number)];
   if (frame.length != (frame.fd ? can::fd_length(tpdo.bytes) : tpdo.bytes)) return false;
+  if (tpdo.protects && tpdo.guard.judge(frame, tpdo.bytes) != PdoGuard::Verdict::kNew) {
+    ++tpdo.refused;
+    return false;
+  }
+  tpdo.refused = 0;
   tpdo.at = stamped.time;
   tpdo.due = syncs_ + static_cast<std::uint64_t>(tpdo.divider);
   if (stage_ == Stage::kStarted && !operational_seen_) {
     operational_seen_ = true;
     nmt_state_ = NmtState::kOperational;
+    odd_heartbeats_ = 0;
   }
   on_tpdo(number, stamped);
   return true;
@@ -180,6 +199,7 @@ bool RemoteNode::on_error_control(const can::StampedFrame& stamped) noexcept {
       return false;
   }
   nmt_state_ = state;
+  odd_heartbeats_ = state == NmtState::kOperational ? 0 : odd_heartbeats_ + 1;
   operational_seen_ = operational_seen_ || state == NmtState::kOperational;
   heartbeat_at_ = std::max(heartbeat_at_, stamped.time);
   return true;
@@ -207,16 +227,23 @@ std::optional<cause::NoTpdo> RemoteNode::stale(Time now) const noexcept {
     const Time limit = settings_.cycle * settings_.stale_after_cycles * tpdos_[i].divider;
     const Time age = age_of(tpdos_[i].at, now);
     if (limit == Time{0} || age <= limit) continue;
-    return cause::NoTpdo{static_cast<int>(i + 1), age, limit};
+    return cause::NoTpdo{static_cast<int>(i + 1), age, limit, tpdos_[i].refused};
   }
   return std::nullopt;
+}
+
+bool RemoteNode::left_operational(Time now) const noexcept {
+  if (nmt_state_ == NmtState::kOperational) return false;
+  if (odd_heartbeats_ != 1 || heartbeat_at_ == Time::min()) return true;
+  const Time newest = newest_cyclic_at();
+  return newest <= heartbeat_at_ && now - heartbeat_at_ > settings_.cycle * sync_divider();
 }
 
 std::optional<FaultCause> RemoteNode::judge(Time now) const noexcept {
   if (stage_ == Stage::kLost) return cause::BootUp{};
   if (emergency_) return cause::Emcy{*emergency_, error_text(emergency_->code)};
   if (auto found = judge_state()) return found;
-  if (nmt_state_ != NmtState::kOperational) return cause::LeftOperational{nmt_state_};
+  if (left_operational(now)) return cause::LeftOperational{nmt_state_};
   if (heartbeat_lost(now)) return cause::NoHeartbeat{heartbeat_age(now), settings_.heartbeat_timeout};
   if (request_failed_) return *request_failed_;
   if (const auto found = stale(now)) return *found;

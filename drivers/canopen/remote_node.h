@@ -11,6 +11,7 @@
 #include "drivers/canopen/emcy_message.h"
 #include "drivers/canopen/fault_cause.h"
 #include "drivers/canopen/node_settings.h"
+#include "drivers/canopen/pdo_protection.h"
 #include "drivers/canopen/sdo_client.h"
 #include "drivers/canopen/sdo_sequence.h"
 
@@ -110,8 +111,9 @@ class RemoteNode {
   virtual void advance() noexcept {}
   /// From now on the device is told to stop.
   virtual void quick_stop() noexcept {}
-  /// RPDO `number` 1..4 with the present command. False when there is none.
-  [[nodiscard]] virtual bool rpdo(int /*number*/, can::Frame& /*out*/) const noexcept { return false; }
+  /// RPDO `number` 1..4 with the present command, protected where the layout says so, to be sent now. False
+  /// when there is none.
+  [[nodiscard]] bool next_rpdo(int number, can::Frame& out) noexcept;
   /// That RPDO carries what makes the device stop.
   [[nodiscard]] virtual bool carries_stop(int /*number*/) const noexcept { return false; }
   /// Its PDOs travel with every n-th SYNC.
@@ -155,6 +157,8 @@ class RemoteNode {
   /// Before anything else; what `configure` runs through.
   void set_configuration(std::vector<SdoStep> steps) { configuration_ = SdoSequence(std::move(steps)); }
 
+  /// RPDO `number` 1..4 with the present command. False when there is none.
+  [[nodiscard]] virtual bool rpdo(int /*number*/, can::Frame& /*out*/) const noexcept { return false; }
   /// PDO `number` 1..4 arrived, with at least the bytes of its mapping.
   virtual void on_tpdo(int number, const can::StampedFrame& frame) noexcept = 0;
   /// The node is about to be booted: forget all samples.
@@ -178,6 +182,9 @@ class RemoteNode {
     int divider = 0;
     Time at = Time::min();
     std::uint64_t due = 0;  // number of the SYNC it comes with next
+    bool protects = false;
+    PdoGuard guard;
+    std::uint64_t refused = 0;  // since `at`
   };
   [[nodiscard]] static std::size_t index_of(int number) noexcept {
     return static_cast<std::size_t>(number - 1);
@@ -185,6 +192,9 @@ class RemoteNode {
   bool take(const can::StampedFrame& frame, Time now) noexcept;
   bool receive_tpdo(const can::StampedFrame& frame) noexcept;
   bool on_error_control(const can::StampedFrame& frame) noexcept;
+  /// Its last heartbeat says so, and it is not that one's bits that were turned over: the one before says it
+  /// too, or no TPDO comes behind it, which only an operational node sends (CiA 301, 7.3.2.2).
+  [[nodiscard]] bool left_operational(Time now) const noexcept;
   /// Due since the SYNC `since`, and no longer than `longest` SYNCs.
   [[nodiscard]] bool overdue(std::uint64_t since, std::uint64_t longest) const noexcept {
     return syncs_ >= since && syncs_ - since < longest;
@@ -194,6 +204,7 @@ class RemoteNode {
   SdoClient sdo_;
   SdoSequence configuration_{std::vector<SdoStep>{}};
   std::array<Tpdo, 4> tpdos_{};
+  std::array<std::uint8_t, 4> rpdo_counts_{};        // of protected RPDOs
   std::array<std::uint8_t, 16> tpdo_of_function_{};  // by function code: 1..4, or 0
 
   std::uint64_t syncs_ = 0;
@@ -201,6 +212,7 @@ class RemoteNode {
   Time heartbeat_at_{};
   Time heard_at_ = Time::min();
   int frames_since_sync_ = 0;
+  int odd_heartbeats_ = 0;  // in a row, of a state other than operational
   std::uint64_t emergencies_ = 0;
   std::optional<EmcyMessage> emergency_;  // the first since `clear_events`
   std::optional<cause::RequestFailed> request_failed_;

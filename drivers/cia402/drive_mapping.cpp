@@ -88,7 +88,7 @@ void DriveMapping::take(PdoDirection direction, const PdoSettings& settings,
       }
       field.value = known->value;
       present_ |= 1U << static_cast<unsigned>(known->value);
-    } else if (direction == kIn && !object.dummy()) {
+    } else if (direction == kIn && !object.dummy() && object.index != object::kPdoProtection) {
       if (object.bits > 32) {
         throw std::runtime_error(
             fmt::format("{} in an RPDO has {} bits, expected at most 32", name_of(object), object.bits));

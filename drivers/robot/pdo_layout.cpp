@@ -6,6 +6,7 @@
 
 #include <fmt/format.h>
 
+#include "drivers/canopen/objects.h"
 #include "drivers/robot/device_kinds.h"
 #include "urdf/reader/yaml_map.h"
 
@@ -79,6 +80,12 @@ PdoSettings read_pdo(const YamlMap& map, PdoDirection direction, bool fd) {
   if (map.has("event_ms")) pdo.event_ms = static_cast<std::uint16_t>(map.integer("event_ms", 0, 65535));
   for (const YamlMap& object : map.list("objects", {"index", "sub", "bits"})) {
     pdo.mapping.push_back(read_object(object, direction));
+  }
+  for (const MappingEntry& object : pdo.mapping) {
+    const bool last = &object == &pdo.mapping.back();
+    if (object.index == canopen::object::kPdoProtection && !(last && object.sub == 0 && object.bits == 16))
+      map.fail("objects",
+               "2052h, the protection, is of 16 bits and the last object of its PDO, expected it there");
   }
   if (pdo.mapping.empty()) map.fail("objects", "the list is empty, expected an object");
   const std::size_t limit = fd ? kFdBytes : kClassicalBytes;

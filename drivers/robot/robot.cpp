@@ -279,7 +279,7 @@ void Robot::stop() noexcept {
     for (const auto& device : bus->devices()) {
       device->quick_stop();
       for (int number = 1; number <= 4; ++number) {
-        if (device->carries_stop(number) && device->rpdo(number, frame)) bus->master().send(frame);
+        if (device->carries_stop(number) && device->next_rpdo(number, frame)) bus->master().send(frame);
       }
     }
     bus->commanded = bus->master().nmt(canopen::NmtCommand::kStop);

@@ -44,7 +44,7 @@ void RobotBus::send_rpdos(std::uint64_t syncs) noexcept {
       continue;
     }
     for (int number = 1; number <= 4; ++number) {
-      if (device->rpdo(number, frame)) master_.send(frame);
+      if (device->next_rpdo(number, frame)) master_.send(frame);
     }
   }
 }

@@ -284,4 +284,13 @@ Injection parse_fault(const std::vector<std::string>& words) {
   return out;
 }
 
+std::string log_note(const std::vector<InjectionState>& injections, bool live) {
+  std::vector<std::string> names;
+  for (const InjectionState& state : injections)
+    names.push_back(fmt::format("{}{}{}", state.injection.kind->name,
+                                state.injection.target.empty() ? "" : " of ", state.injection.target));
+  if (live) names.emplace_back("what a fault socket took");
+  return names.empty() ? "" : fmt::format("FAULTS ON PURPOSE: {}", fmt::join(names, ", "));
+}
+
 }  // namespace walkman::faults

@@ -89,4 +89,8 @@ void require_of_emulator(const Injection& injection);
 /// `direction`, `for` and `every` in s, `seed`. It begins at once. Throws std::runtime_error.
 [[nodiscard]] Injection parse_fault(const std::vector<std::string>& words);
 
+/// For the head of a log: which faults there are on purpose, and `live`, whether more may have come while it
+/// was written. Empty when there are none and none could come.
+[[nodiscard]] std::string log_note(const std::vector<InjectionState>& injections, bool live);
+
 }  // namespace walkman::faults

@@ -43,9 +43,9 @@ void CanLog::flush() {
                              ": CAN log could not be written completely, expected space on the device");
 }
 
-std::unique_ptr<CanLog> open_can_log(const std::filesystem::path& file) {
-  if (file.extension() == ".log") return std::make_unique<CandumpLog>(file);
-  if (file.extension() == ".pcapng") return std::make_unique<PcapngLog>(file);
+std::unique_ptr<CanLog> open_can_log(const std::filesystem::path& file, std::string_view note) {
+  if (file.extension() == ".log") return std::make_unique<CandumpLog>(file, note);
+  if (file.extension() == ".pcapng") return std::make_unique<PcapngLog>(file, note);
   throw std::runtime_error(file.string() +
                            ": a CAN log of this kind is not known, expected a name that ends in "
                            ".log (candump) or .pcapng (Wireshark)");

@@ -55,7 +55,9 @@ class CanLog {
 };
 
 /// The log that the file's suffix asks for: ".log" the text of `candump -L`, ".pcapng" a capture for
-/// Wireshark. Throws std::runtime_error for any other suffix, or when the file cannot be created.
-[[nodiscard]] std::unique_ptr<CanLog> open_can_log(const std::filesystem::path& file);
+/// Wireshark. `note`: what the log's head says of it, one line; nothing when empty. Throws std::runtime_error
+/// for any other suffix, or when the file cannot be created.
+[[nodiscard]] std::unique_ptr<CanLog> open_can_log(const std::filesystem::path& file,
+                                                   std::string_view note = {});
 
 }  // namespace walkman::bus

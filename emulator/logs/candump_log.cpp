@@ -75,6 +75,10 @@ std::string candump_line(std::string_view interface_name, const can::StampedFram
   return line.append(tail.view());
 }
 
+CandumpLog::CandumpLog(std::filesystem::path file, std::string_view note) : CanLog(std::move(file)) {
+  if (!note.empty()) stream() << "# " << note << '\n';
+}
+
 void CandumpLog::put(std::string_view interface_name, const can::StampedFrame& frame) {
   Text time;
   format_time(time, frame.time);

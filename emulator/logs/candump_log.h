@@ -11,10 +11,11 @@ namespace walkman::bus {
 /// switch) and data; an error report has its class bits under 20000000h for an identifier.
 [[nodiscard]] std::string candump_line(std::string_view interface_name, const can::StampedFrame& frame);
 
-/// A log as text that can-utils and Wireshark read.
+/// A log as text that can-utils and Wireshark read. `note`, if any, is a line with # before it, which they
+/// skip.
 class CandumpLog final : public CanLog {
  public:
-  explicit CandumpLog(std::filesystem::path file) : CanLog(std::move(file)) {}
+  explicit CandumpLog(std::filesystem::path file, std::string_view note = {});
 
  private:
   void put(std::string_view interface_name, const can::StampedFrame& frame) override;

@@ -13,6 +13,7 @@ namespace walkman::bus {
 namespace {
 
 // The longest line a frame can make has 190 characters.
+constexpr char kComment = '#';  // begins a line that is no frame
 constexpr std::size_t kLongestLine = 255;
 constexpr std::size_t kLongestInterfaceName = 15;  // IFNAMSIZ less the final zero
 constexpr std::uint32_t kErrorFlag = 0x20000000;
@@ -172,6 +173,7 @@ bool CandumpReader::read_line() {
   int c = 0;
   while ((c = stream_.get()) != std::ifstream::traits_type::eof() && c != '\n') {
     if (line_.size() == kLongestLine) {
+      if (line_.front() == kComment) continue;
       fail("line of more than " + std::to_string(kLongestLine) + " characters, expected a frame");
     }
     line_.push_back(static_cast<char>(c));
@@ -183,7 +185,7 @@ bool CandumpReader::read_line() {
 
 bool CandumpReader::next(LoggedFrame& out) {
   while (read_line()) {
-    if (line_.find_first_not_of(' ') == std::string::npos) continue;
+    if (line_.find_first_not_of(' ') == std::string::npos || line_.front() == kComment) continue;
     try {
       out = parse_line(line_);
     } catch (const Malformed& malformed) {

@@ -15,8 +15,8 @@ struct LoggedFrame {
 };
 
 /// Reads a log as `candump -L` writes it, a line at a time; lines may end in CR LF, the last one without a
-/// newline, and in the direction mark " R" or " T" of `candump -x`. Empty lines are skipped. Times are taken
-/// as they stand and need not be in order.
+/// newline, and in the direction mark " R" or " T" of `candump -x`. Empty lines, and those that begin with
+/// #, are skipped. Times are taken as they stand and need not be in order.
 ///
 /// Read are data frames, remote frames, FD frames (their flags digit is checked, not kept) and error reports.
 class CandumpReader {

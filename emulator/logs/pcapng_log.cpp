@@ -13,9 +13,11 @@ constexpr std::uint32_t kInterfaceDescription = 1;
 constexpr std::uint32_t kEnhancedPacket = 6;
 constexpr std::uint32_t kByteOrderMagic = 0x1A2B3C4D;
 constexpr std::uint16_t kEndOfOptions = 0;
+constexpr std::uint16_t kComment = 1;
 constexpr std::uint16_t kInterfaceName = 2;
 constexpr std::uint16_t kTimeResolution = 9;
 constexpr std::uint8_t kNanoseconds = 9;  // 10^-9 s
+constexpr std::size_t kLongestNote = 400;
 
 // LINKTYPE_CAN_SOCKETCAN: identifier with flags, big-endian; length; FD flags; two reserved bytes; data.
 constexpr std::uint16_t kLinkType = 227;
@@ -72,12 +74,16 @@ std::uint32_t socket_can_id(const can::Frame& frame) {
 
 }  // namespace
 
-PcapngLog::PcapngLog(std::filesystem::path file) : CanLog(std::move(file)) {
+PcapngLog::PcapngLog(std::filesystem::path file, std::string_view note) : CanLog(std::move(file)) {
   Block section(kSectionHeader);
   section.append(kByteOrderMagic);
   section.append(std::uint16_t{1});  // version 1.0
   section.append(std::uint16_t{0});
   section.append(std::int64_t{-1});  // length not given
+  if (!note.empty()) {
+    section.option(kComment, note.data(), std::min(note.size(), kLongestNote));
+    section.option(kEndOfOptions, nullptr, 0);
+  }
   section.write(stream());
 }
 

@@ -7,10 +7,11 @@
 namespace walkman::bus {
 
 /// A log as a pcapng capture that Wireshark and tshark read: link type 227 (SocketCAN), one interface block a
-/// bus with its name, times in nanoseconds. An interface's block stands before its first frame.
+/// bus with its name, times in nanoseconds. An interface's block stands before its first frame. `note`, if
+/// any, is the section's comment.
 class PcapngLog final : public CanLog {
  public:
-  explicit PcapngLog(std::filesystem::path file);
+  explicit PcapngLog(std::filesystem::path file, std::string_view note = {});
 
  private:
   void put(std::string_view interface_name, const can::StampedFrame& frame) override;

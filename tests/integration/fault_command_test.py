@@ -32,6 +32,11 @@ def kinds():
     return listed
 
 
+def head(file):
+    with open(file) as log:
+        return log.readline()
+
+
 def plans(folder):
     wrong = {
         "faults:\n  - fault: joint-loked\n    target: RElbj\n    at_s: 1\n": ":2: ",
@@ -69,6 +74,7 @@ def plans(folder):
     check(result["outcome"] == "stopped" and "RElbj" in result["reason"] and "does not follow" in result["reason"],
           f"it stopped for the elbow: {result['outcome']} {result.get('reason')}")
     jam, drops = result["faults"]
+    check(head(out / "can.log") == "# FAULTS ON PURPOSE: joint-locked of RElbj, frame-drop of larm\n", "the log's head says so")
     check(jam["times"] == 1 and drops["frames"] > 100, f"both were there: {jam} {drops}")
 
 
@@ -85,7 +91,8 @@ def standing_offsets(folder):
 
 def live(folder):
     socket = folder / "faults.sock"
-    emulator = subprocess.Popen([PROGRAM, "emulate", "--camera", "127.77.3.1", "--fault-socket", str(socket)],
+    log = folder / "live.log"
+    emulator = subprocess.Popen([PROGRAM, "emulate", "--camera", "127.77.3.1", "--fault-socket", str(socket), "--log", str(log)],
                                 stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
     try:
         for _ in range(200):
@@ -117,6 +124,7 @@ def live(folder):
         emulator.terminate()
         told = emulator.communicate(timeout=30)[1]
     check("faults are taken" in told and "fault injected: RElbj encoder-stuck" in told, f"the emulator tells: {told}")
+    check(head(log) == "# FAULTS ON PURPOSE: what a fault socket took\n", "the log's head says that there may have been some")
     check(not socket.exists(), "the socket goes with the emulator")
     done = run("fault", "active", "--socket", str(socket))
     check(done.returncode == 3 and done.stderr.count("\n") == 1, "without an emulator one sentence says so")

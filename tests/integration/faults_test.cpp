@@ -8,11 +8,13 @@
 #include <numbers>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "drivers/robot/pdo_layout.h"
 #include "drivers/robot/robot.h"
 #include "emulator/emulator.h"
 #include "emulator/faults/fault_plan.h"
@@ -28,12 +30,13 @@ constexpr Time kCycle = 5ms;
 
 /// The robot of Experiment 1, held by its base, its drives commanded to stay or to sway.
 struct Rig {
-  explicit Rig(bool moves) : moving(moves) {
+  explicit Rig(bool moves, const char* layout = nullptr) : moving(moves) {
     scene.base = BaseKind::kFixed;
     options.actuators = tree / "emulator/plant/actuators";
     emulator.emplace(model, devices, scene, options);
     robot::RobotOptions master;
     master.identities = robot::load_identities(tree / "urdf/walkman.identities.yaml");
+    if (layout != nullptr) master.layout = robot::load_pdo_layout(tree / "urdf/pdo_layouts" / layout);
     robot.emplace(model, devices, emulator->interfaces(), master);
     emulator->advance(kCycle);
     while (!robot->boot(emulator->now())) emulator->advance(emulator->now() + kCycle);
@@ -57,6 +60,7 @@ struct Rig {
                                                     ? 0.1 * std::sin(2 * std::numbers::pi * 0.5 * t)
                                                     : 0);
       robot->write(commands);
+      told = commands;
       robot->sync(emulator->now());
       emulator->advance(emulator->now() + kCycle);
       if (const Time stall = emulator->take_stall(); stall > Time{})
@@ -65,6 +69,42 @@ struct Rig {
       for (const std::string& warning : robot->new_warnings()) warnings.push_back(warning);
     }
     return emulator->now() - from;
+  }
+
+  /// The safe stop, quick stop and NMT stop: by how much a joint of the plant still swings to and fro, a
+  /// second later, rad.
+  [[nodiscard]] double swing_after_stop() {
+    robot->stop();
+    emulator->advance(emulator->now() + 1s);
+    std::vector<double> least = positions(), most = least;
+    for (const Time end = emulator->now() + 1s; emulator->now() < end;) {
+      emulator->advance(emulator->now() + kCycle);
+      const std::vector<double> now = positions();
+      for (std::size_t i = 0; i < now.size(); ++i) {
+        least[i] = std::min(least[i], now[i]);
+        most[i] = std::max(most[i], now[i]);
+      }
+    }
+    double swing = 0;
+    for (std::size_t i = 0; i < least.size(); ++i) swing = std::max(swing, most[i] - least[i]);
+    return swing;
+  }
+
+  /// Of the joints in the plant, rad, in the drivers' order.
+  [[nodiscard]] std::vector<double> positions() const {
+    std::vector<double> out;
+    for (const std::string& name : robot->joint_names())
+      out.push_back(emulator->plant().joint_position(model.joint_index(name)));
+    return out;
+  }
+
+  /// Largest distance of a joint in the plant from what it was last told, rad.
+  [[nodiscard]] double farthest_astray() const {
+    const std::vector<double> now = positions();
+    double most = 0;
+    for (std::size_t i = 0; i < told.size(); ++i)
+      most = std::max(most, std::abs(now[i] - told[i].link_position));
+    return most;
   }
 
   /// What the wrist's sensor last reported.
@@ -83,9 +123,14 @@ struct Rig {
   std::optional<Emulator> emulator;
   std::optional<robot::Robot> robot;
   std::vector<double> start;
+  std::vector<robot::JointCommand> told;
   std::vector<std::string> warnings;
   Time began{};
 };
+
+// In the plant, rad: what a moving arm's spring and loop are behind, with some brake dragging; what the
+// springs of a robot on its brakes swing by.
+constexpr double kMasked = 0.05, kStill = 0.02;
 
 /// What the drivers show of a fault: a kind, of whom, within which time from its beginning.
 struct Seen {
@@ -209,10 +254,14 @@ TEST_P(InjectedFault, IsSeenOnTheRightDeviceInItsTime) {
     const auto& fault = rig.robot->fault();
     EXPECT_EQ(fault.has_value(), seen.has_value()) << (fault ? fault->text : "nothing was seen");
     EXPECT_EQ(rig.emulator->injections().front().times, 1);
-    if (!seen || !fault) continue;
+    if (!seen || !fault) {
+      EXPECT_LT(rig.farthest_astray(), kMasked) << "nothing is to be seen, and something is";
+      continue;
+    }
     EXPECT_EQ(fault->kind, seen->kind) << fault->text;
     EXPECT_EQ(fault->device, seen->device) << fault->text;
     EXPECT_LE(took, seen->within) << fault->text;
+    EXPECT_LT(rig.swing_after_stop(), kStill) << "after " << fault->text;
   }
 }
 
@@ -230,6 +279,35 @@ TEST(InjectedBitFlips, EndInAFaultOfTheirDevice) {
     ASSERT_TRUE(rig.robot->fault()) << seed;
     EXPECT_EQ(rig.robot->fault()->device, "RElbj") << rig.robot->fault()->text;
   }
+}
+
+/// A set-point with a bit turned over is one that the drive follows, unless it is protected: then it is lost,
+/// and the one after it is soon enough.
+TEST(InjectedBitFlips, OfSetPointsAreFollowedUnlessThePdosAreProtected) {
+  for (const char* layout : {"layout_a.yaml", "layout_e.yaml"}) {
+    SCOPED_TRACE(layout);
+    const bool is_protected = layout == std::string_view("layout_e.yaml");
+    for (std::uint64_t seed = 1; seed <= 3; ++seed) {
+      Rig rig(true, layout);
+      faults::Injection flips = faults::parse_fault({"payload-bitflip", "RElbj", "share=0.2"});
+      flips.seed = seed;
+      flips.direction = faults::Direction::kTo;
+      rig.emulator->inject(flips);
+      rig.run(5s);
+      EXPECT_NE(rig.robot->fault().has_value(), is_protected);
+      if (!is_protected) continue;
+      EXPECT_GT(rig.emulator->injections().front().touched, 100U);
+    }
+  }
+}
+
+TEST(InjectedFrozenPdos, AreSeenByTheirCountWhereTheyAreProtected) {
+  Rig rig(false, "layout_e.yaml");
+  rig.emulator->inject(faults::parse_fault({"pdo-frozen", "RElbj"}));
+  EXPECT_LE(rig.run(2s), 30ms);
+  ASSERT_TRUE(rig.robot->fault());
+  EXPECT_EQ(rig.robot->fault()->kind, FaultKind::kDataStale);
+  EXPECT_EQ(rig.robot->fault()->device, "RElbj");
 }
 
 /// What only an SDO request meets: nothing in operation, and the next boot says it.

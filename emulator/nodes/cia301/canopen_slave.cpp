@@ -176,6 +176,7 @@ bool CanopenSlave::handle_rpdo(const can::Frame& frame) noexcept {
       continue;
     }
     clear(communication_error::kPdoTooShort);
+    if (outcome == ReceivePdo::Outcome::kRefused) continue;
     clear(communication_error::kRpdoTimeout);
     if (outcome == ReceivePdo::Outcome::kTakenTooLong) {
       raise(communication_error::kPdoTooLong, error_register::kCommunication);

@@ -1,6 +1,7 @@
 #include "emulator/nodes/cia301/communication_table.h"
 
 #include "drivers/canopen/cob_id.h"
+#include "drivers/canopen/objects.h"
 
 namespace walkman::nodes {
 namespace {
@@ -106,6 +107,11 @@ std::vector<ObjectRow> rows() {
       variable(0x1F80,
                read_write<u32>("NMT startup", 4)
                    .means("4 waits in pre-operational after boot-up, 0 enters operational by itself")),
+      variable(canopen::object::kPdoProtection,
+               read_write<u16>("PDO protection")
+                   .pdo()
+                   .called("protection")
+                   .means("last in a PDO: count of its transmissions, CRC-8 above it; over SDO nothing")),
       variable(kUserNote, string("User note", kUserNoteBytes).means("up to 1024 characters 20h–7Eh")),
       record(kNodeClock, "Network time",
              {read_only<u32>("Milliseconds after midnight"), read_only<u16>("Days since 1984-01-01")})

@@ -2,6 +2,7 @@
 
 #include <stdexcept>
 
+#include "drivers/canopen/objects.h"
 #include "emulator/nodes/cia301/communication_table.h"
 
 namespace walkman::nodes {
@@ -152,6 +153,7 @@ Refusal PdoRecord::resolve_all(std::size_t count) noexcept {
   objects_ = objects;
   count_ = count;
   bytes_ = bytes;
+  protects_ = count > 0 && mapping_[count - 1].get() >> 16U == canopen::object::kPdoProtection;
   return std::nullopt;
 }
 

@@ -80,6 +80,8 @@ class PdoRecord {
   [[nodiscard]] std::span<const MappedEntry> objects() const noexcept { return {objects_.data(), count_}; }
   [[nodiscard]] std::size_t bytes() const noexcept { return bytes_; }
   [[nodiscard]] bool maps(const Entry& entry) const noexcept;
+  /// Its last object is the protection, 2052h.
+  [[nodiscard]] bool protects() const noexcept { return protects_; }
 
  private:
   void bind_communication_record(std::uint32_t cob_id, const PdoDefaults& defaults, int number);
@@ -117,6 +119,7 @@ class PdoRecord {
   std::array<MappedEntry, kMaxObjects> objects_{};
   std::size_t count_ = 0;
   std::size_t bytes_ = 0;
+  bool protects_ = false;
 };
 
 }  // namespace walkman::nodes

@@ -22,11 +22,14 @@ void ReceivePdo::stop() noexcept {
 
 void ReceivePdo::restart() noexcept {
   waiting_ = false;
+  guard_.restart();
   deadline_ = Time::max();
 }
 
 ReceivePdo::Outcome ReceivePdo::receive(const can::Frame& frame, bool late, Time now) noexcept {
   if (frame.length < record_.bytes()) return Outcome::kTooShort;
+  if (record_.protects() && guard_.judge(frame, record_.bytes()) != canopen::PdoGuard::Verdict::kNew)
+    return Outcome::kRefused;
   if (record_.event_time() > Time{}) deadline_ = now + record_.event_time();
   const std::size_t expected = frame.fd ? can::fd_length(record_.bytes()) : record_.bytes();
   const Outcome outcome = frame.length > expected ? Outcome::kTakenTooLong : Outcome::kTaken;

@@ -1,6 +1,7 @@
 #pragma once
 
 #include "drivers/can/frame.h"
+#include "drivers/canopen/pdo_protection.h"
 #include "drivers/time.h"
 #include "emulator/nodes/cia301/pdo_record.h"
 
@@ -14,7 +15,8 @@ class ReceivePdo {
   enum class Outcome {
     kTaken,
     kTakenTooLong,  ///< longer than mapped (8220h)
-    kTooShort       ///< shorter than mapped (8210h); without effect
+    kTooShort,      ///< shorter than mapped (8210h); without effect
+    kRefused        ///< a protected one with a wrong CRC or an old count; without effect
   };
 
   /// `number` 1..4; `cob_id`: its predefined COB-ID, the factory setting of sub-index 1. The objects of the
@@ -49,6 +51,7 @@ class ReceivePdo {
   PdoRecord record_;
   bool operational_ = false;
   bool waiting_ = false;  // for the next SYNC
+  canopen::PdoGuard guard_;
   std::array<std::uint8_t, PdoRecord::kMaxBytes> data_{};
   Time deadline_ = Time::max();
 };

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cstring>
 
+#include "drivers/canopen/pdo_protection.h"
+
 namespace walkman::nodes {
 
 TransmitPdo::TransmitPdo(ObjectDictionary& dictionary, Outbox& outbox, int number, std::uint32_t cob_id,
@@ -37,12 +39,14 @@ can::Frame TransmitPdo::sample() const noexcept {
     std::memcpy(frame.data.data() + frame.length, &object.entry->raw, object.bytes);
     frame.length = static_cast<std::uint8_t>(frame.length + object.bytes);
   }
+  if (record_.protects()) canopen::protect(frame, record_.bytes(), count_);
   frame.fd = record_.fd();
   if (frame.fd) frame.length = can::fd_length(frame.length);
   return frame;
 }
 
 void TransmitPdo::take_sample() noexcept {
+  ++count_;
   last_ = sample();
   record_.report();
 }

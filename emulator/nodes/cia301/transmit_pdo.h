@@ -47,6 +47,7 @@ class TransmitPdo {
   Outbox& outbox_;
   PdoRecord record_;
   bool operational_ = false;
+  std::uint8_t count_ = 0;  // of the samples sent, for a protected one
   int syncs_ = 0;           // since the last transmission
   bool started_ = false;    // the SYNC with the start value has come
   bool requested_ = false;  // waits for the end of the inhibit time

@@ -116,7 +116,7 @@ TEST(CandumpReader, ReadsBackEveryLogLineUnchanged) {
   std::mt19937 random(4);
   std::vector<can::StampedFrame> frames;
   {
-    CandumpLog log(file);
+    CandumpLog log(file, "FAULTS ON PURPOSE: " + std::string(2000, 'x'));
     for (int i = 0; i < 2000; ++i) {
       can::Frame frame;
       frame.fd = i % 3 == 0;

@@ -151,6 +151,19 @@ TEST_F(PcapngTest, ABatchIsWrittenInOrderOfTime) {
   EXPECT_EQ(output("tshark -r " + file.string() + " -T fields -e can.id 2>/dev/null"), "386\n385\n");
 }
 
+TEST_F(PcapngTest, TheNoteIsTheSectionsComment) {
+  if (std::system("command -v capinfos > /dev/null") != 0) GTEST_SKIP() << "capinfos is not installed";
+  for (const std::string& note :
+       {std::string("FAULTS ON PURPOSE: joint-locked of RElbj"), std::string(2000, 'x')}) {
+    PcapngLog log(file, note);
+    log.write("can1", {microseconds(30), {0x181, {1}}});
+    log.flush();
+    EXPECT_THAT(
+        output("capinfos -k -c " + file.string() + " 2>&1"),
+        testing::AllOf(testing::HasSubstr(note.substr(0, 300)), testing::ContainsRegex("packets: +1")));
+  }
+}
+
 TEST(OpenCanLog, ChoosesByTheSuffix) {
   const auto folder = std::filesystem::temp_directory_path();
   EXPECT_NE(dynamic_cast<CandumpLog*>(open_can_log(folder / "walkman_x.log").get()), nullptr);

@@ -157,6 +157,8 @@ TEST_F(CampaignPlanTest, WhatIsNoPlanIsRefusedWithItsLine) {
               HasSubstr(":2: seeds.count"));
   EXPECT_THAT(refusal("experiments: [1]\nseeds: {count: 3}\ngolden: {seeds: 2}\nfaults: []\n"),
               HasSubstr(":3: golden.seeds"));
+  EXPECT_THAT(refusal("experiments: [1]\nlayout: f\nfaults: []\n"),
+              HasSubstr(":2: layout: found \"f\", expected a, b, c, d, e"));
   EXPECT_THAT(refusal("experiments: [1]\nmodel_error: some\nfaults: []\n"), HasSubstr(":2: model_error"));
   EXPECT_THAT(
       refusal(with("{fault: joint-loked, targets: [RElbj]}")),

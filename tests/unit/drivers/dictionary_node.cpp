@@ -13,6 +13,20 @@ std::uint64_t number(const std::uint8_t* bytes, unsigned count) {
   return value;
 }
 
+/// CRC-8 with polynomial 2Fh, init and final XOR FFh, bit by bit, over COB-ID and `bytes` bytes.
+std::uint8_t crc8(const can::Frame& frame, unsigned bytes) {
+  unsigned crc = 0xFF;
+  const auto add = [&crc](unsigned byte) {
+    crc ^= byte & 0xFFU;
+    for (int bit = 0; bit < 8; ++bit)
+      crc = (crc & 0x80U) != 0 ? (crc << 1 ^ 0x2FU) & 0xFFU : crc << 1 & 0xFFU;
+  };
+  add(frame.id);
+  add(frame.id >> 8U);
+  for (unsigned i = 0; i < bytes; ++i) add(frame.data[i]);
+  return static_cast<std::uint8_t>(crc ^ 0xFFU);
+}
+
 }  // namespace
 
 void DictionaryNode::define(unsigned index, unsigned sub, unsigned bytes, std::uint64_t value) {
@@ -29,6 +43,7 @@ void DictionaryNode::define_common(std::uint32_t device_type) {
   define(0x1018, 4, 4, 1000 + id_);
   define(0x1019, 0, 1, 0);
   define(0x2050, 1, 2, 0);
+  define(0x2052, 0, 2, 0);
   define_pdos();
 }
 
@@ -186,7 +201,12 @@ void DictionaryNode::sdo(const can::Frame& request) {
   send(answer);
 }
 
-can::Frame DictionaryNode::tpdo(unsigned n) const {
+bool DictionaryNode::protects(unsigned mapping) const {
+  const auto last = static_cast<unsigned>(value(mapping, 0));
+  return last > 0 && value(mapping, last) == 0x20520010;
+}
+
+can::Frame DictionaryNode::tpdo(unsigned n) {
   can::Frame frame;
   frame.id = static_cast<std::uint32_t>(value(0x1800 + n, 1) & 0x7FFU);
   for (unsigned i = 1; i <= value(0x1A00 + n, 0); ++i) {
@@ -195,6 +215,10 @@ can::Frame DictionaryNode::tpdo(unsigned n) const {
     for (unsigned k = 0; k < (entry & 0xFFU) / 8; ++k) {
       frame.data[frame.length++] = static_cast<std::uint8_t>(bits >> 8 * k);
     }
+  }
+  if (protects(0x1A00 + n)) {
+    frame.data[frame.length - 2U] = static_cast<std::uint8_t>(++counts_[n]);
+    frame.data[frame.length - 1U] = crc8(frame, frame.length - 1U);
   }
   frame.fd = fd_;
   if (frame.length > 8) {
@@ -216,6 +240,8 @@ void DictionaryNode::take_rpdo(unsigned n, const can::Frame& frame) {
     offset += bytes;
   }
   if (offset > frame.length) refusals.emplace_back("RPDO too short");
+  if (protects(0x1600 + n) && frame.data[offset - 1] != crc8(frame, offset - 1))
+    refusals.emplace_back("RPDO with a wrong CRC");
   run_state_machine();
 }
 

@@ -60,7 +60,9 @@ class DictionaryNode : public BusNode {
   void sdo(const can::Frame& request);
   [[nodiscard]] std::uint32_t judge_write(unsigned index, unsigned sub, unsigned bytes,
                                           std::uint64_t value) const;
-  [[nodiscard]] can::Frame tpdo(unsigned n) const;
+  [[nodiscard]] can::Frame tpdo(unsigned n);
+  /// The last object of the mapping is 2052h.
+  [[nodiscard]] bool protects(unsigned mapping) const;
   void take_rpdo(unsigned n, const can::Frame& frame);
   void sync();
   void run_state_machine();
@@ -71,7 +73,7 @@ class DictionaryNode : public BusNode {
   std::map<std::pair<unsigned, unsigned>, Object> objects_;
   unsigned nmt_state_ = 0x7F;
   Time now_{}, heartbeat_due_ = Time::max(), event_due_{};
-  std::array<unsigned, 4> syncs_{};
+  std::array<unsigned, 4> syncs_{}, counts_{};
   std::array<bool, 4> waiting_{};
   std::array<can::Frame, 4> rpdos_{};
   std::uint16_t last_controlword_ = 0;

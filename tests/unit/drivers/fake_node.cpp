@@ -163,6 +163,7 @@ bool FakeBus::receive(can::StampedFrame& out) noexcept {
   if (received_.empty()) return false;
   out = received_.front();
   received_.pop_front();
+  if (filter) filter(out.frame);
   return true;
 }
 

@@ -109,7 +109,8 @@ class FakeBus final : public can::Interface {
   can::LinkState state = can::LinkState::kActive;
   std::uint64_t overflows = 0;
   int flushes = 0;
-  bool fd = false;  ///< carries FD frames
+  bool fd = false;                          ///< carries FD frames
+  std::function<void(can::Frame&)> filter;  ///< what becomes of a received frame, if anything
 
   /// Text of the sent frames with this identifier.
   [[nodiscard]] std::vector<std::string> sent_with(std::uint32_t id) const;

@@ -13,7 +13,7 @@ namespace walkman::test {
 /// unit imu_link (91). The master configures all of them with a layout from a file.
 class LayoutRig {
  public:
-  /// `layout`: "a" to "d".
+  /// `layout`: "a" to "e".
   explicit LayoutRig(const std::string& layout);
 
   /// Calls boot (or recover) once a cycle until it returns true or `limit` cycles have passed.
@@ -45,7 +45,7 @@ class LayoutRig {
                   std::uint32_t rated);
 };
 
-/// The file of a layout: "a" to "d".
+/// The file of a layout: "a" to "e".
 [[nodiscard]] std::string layout_file(const std::string& layout);
 
 }  // namespace walkman::test

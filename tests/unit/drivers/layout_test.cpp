@@ -1,3 +1,6 @@
+#include <functional>
+#include <map>
+
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -99,7 +102,7 @@ TEST_P(EveryLayout, StopReachesTheDrives) {
   EXPECT_THAT(text_of(rig.rarm.sent.front()), HasSubstr("#02 00"));
 }
 
-INSTANTIATE_TEST_SUITE_P(Layouts, EveryLayout, ::testing::Values("a", "b", "c", "d"),
+INSTANTIATE_TEST_SUITE_P(Layouts, EveryLayout, ::testing::Values("a", "b", "c", "d", "e"),
                          [](const auto& layout) { return std::string(layout.param); });
 
 // What the master writes to make TPDO1 of node 11 that of layout C, byte by byte, and what it reads back.
@@ -163,6 +166,40 @@ TEST(LayoutD, FramesByteByByte) {
   EXPECT_DOUBLE_EQ(rig.robot->joints()[0].motor_position, 0.5);
   EXPECT_DOUBLE_EQ(rig.robot->joints()[0].motor_velocity, -0.01);
   EXPECT_DOUBLE_EQ(rig.robot->joints()[0].torque, 30);
+}
+
+TEST(LayoutE, WhatIsNotAsItWasSentIsNotUsed) {
+  LayoutRig rig("e");
+  ASSERT_TRUE(rig.boot());
+  ASSERT_TRUE(rig.cycles(10)) << rig.fault_text();
+  const auto filtered = [&](const std::function<void(can::Frame&)>& filter) {
+    rig.rarm.filter = [filter](can::Frame& frame) {
+      if (frame.id == 0x18B || frame.id == 0x28B) filter(frame);
+    };
+  };
+  // One in three: two in a row always come.
+  int n = 0;
+  filtered([&](can::Frame& frame) {
+    if (frame.id == 0x18B && ++n % 3 == 0) frame.data[5] ^= 0x10;
+  });
+  const double there = rig.robot->joints()[0].motor_position;
+  ASSERT_TRUE(rig.cycles(60)) << rig.fault_text();
+  EXPECT_EQ(rig.robot->joints()[0].motor_position, there);
+  filtered([](can::Frame& frame) { frame.data[5] ^= 0x10; });
+  EXPECT_LE(rig.cycles_to_fault(), 5);
+  EXPECT_THAT(rig.fault_text(), HasSubstr("3 came with a wrong CRC or an old count"));
+}
+
+TEST(LayoutE, FrozenPdosAreNotFresh) {
+  LayoutRig rig("e");
+  ASSERT_TRUE(rig.boot());
+  ASSERT_TRUE(rig.cycles(10)) << rig.fault_text();
+  std::map<std::uint32_t, can::Frame> kept;
+  rig.rarm.filter = [&](can::Frame& frame) {
+    if (frame.id == 0x18B || frame.id == 0x28B) frame = kept.emplace(frame.id, frame).first->second;
+  };
+  EXPECT_LE(rig.cycles_to_fault(), 6);
+  EXPECT_THAT(rig.fault_text(), HasSubstr("no TPDO1"));
 }
 
 TEST(LayoutD, NeedsAnInterfaceThatCarriesFd) {

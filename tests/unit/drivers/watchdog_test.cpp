@@ -118,7 +118,19 @@ TEST_F(WatchdogTest, UnexpectedBootUpIsNamedAndTheNodeIsNotDriven) {
   EXPECT_TRUE(rig.bus.sent_with(0x30B).empty());
 }
 
+// 05h with a bit turned over is 04h, and only an operational node sends PDOs.
+TEST_F(WatchdogTest, OneHeartbeatThatTheNodesOwnTpdosContradictIsNotBelieved) {
+  EXPECT_TRUE(feed("712#04"));
+  EXPECT_TRUE(rig.cycles(40)) << rig.fault_text();
+  rig.sensor.mute(true);
+  EXPECT_TRUE(rig.cycle()) << "what was under way";
+  EXPECT_TRUE(feed("712#04"));
+  EXPECT_LE(cycles_to_fault(), 2);
+  EXPECT_EQ(kind(), FaultKind::kNmtState);
+}
+
 TEST_F(WatchdogTest, LeavingOperationalIsNamed) {
+  EXPECT_TRUE(feed("712#7F")) << "one bit of 05h";
   EXPECT_FALSE(feed("712#7F"));
   EXPECT_EQ(kind(), FaultKind::kNmtState);
   EXPECT_EQ(rig.fault_text(),
@@ -200,6 +212,7 @@ TEST_F(WatchdogTest, InterfaceDownIsNamed) {
 }
 
 TEST_F(WatchdogTest, FirstFaultStaysUntilRecovered) {
+  feed("712#7F");
   feed("712#7F");
   feed("08B#10 23 03 00 00 00 00 00");
   EXPECT_EQ(kind(), FaultKind::kNmtState);

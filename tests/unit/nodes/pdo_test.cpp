@@ -77,6 +77,41 @@ TEST_F(PdoTest, RemappingByTheStandardsOrder) {
   EXPECT_THAT(talk.ask("080#"), ElementsAre("185#5002088200", "285#A086010018FCFFFF", "385#C83200008200"));
 }
 
+// The check bytes are those of the CRC-8 with polynomial 2Fh as its definition has it, bit by bit.
+TEST_F(PdoTest, AProtectedTpdoCountsAndChecksItself) {
+  accept("605#2F021A0000000000");
+  accept("605#23021A0120006460");
+  accept("605#23021A0210005220");
+  accept("605#2F021A0002000000");
+  accept("605#2F02180201000000");
+  accept("605#2302180185030040");
+  talk.ask("000#0105");
+  EXPECT_THAT(talk.ask("080#"), testing::Contains("385#A08601000169"));
+  EXPECT_THAT(talk.ask("080#"), testing::Contains("385#A08601000218"));
+}
+
+TEST_F(PdoTest, OfProtectedRpdosOnlyNewAndSoundOnesAreTaken) {
+  accept("605#2F03160000000000");
+  accept("605#2303160120007A60");
+  accept("605#2303160210005220");
+  accept("605#2F03160002000000");
+  accept("605#2F031402FF000000");
+  accept("605#2303140105050000");
+  talk.ask("000#0105");
+  const auto target_after = [this](const std::string& frame) {
+    talk.ask(frame);
+    return talk.ask("605#407A600000000000").at(0).substr(12, 2);
+  };
+  EXPECT_EQ(target_after("505#40420F000724"), "40");
+  EXPECT_EQ(target_after("505#41420F000813"), "41");
+  EXPECT_EQ(target_after("505#50420F00094C"), "41") << "a bit of the CRC";
+  EXPECT_EQ(target_after("505#51420F000948"), "41") << "a bit of the target";
+  EXPECT_EQ(target_after("505#60420F000A4E"), "41") << "of another COB-ID";
+  EXPECT_EQ(target_after("505#51420F0008CA"), "41") << "an old count";
+  EXPECT_EQ(target_after("505#41420F000813"), "41") << "again";
+  EXPECT_EQ(target_after("505#50420F000948"), "50");
+}
+
 TEST_F(PdoTest, MappingsThatDoNotFitAreRefused) {
   accept("605#2F021A0000000000");
   accept("605#23021A0120006460");
