@@ -17,13 +17,13 @@ constexpr int kRootLink = 0;  // parents come before their children
 constexpr double kAheadStep = 0.02;
 /// Between a leg's joints and their limits, rad: what the stabiliser's 4 cm take, and bent knees.
 constexpr double kLegMargin = 0.1;
-/// Longest motion `reachable` follows, s.
+/// Longest motion that `reachable` follows, and longest return to a posture, s.
 constexpr double kAheadTime = 120;
 /// rad/s. In the quarter of a minute that a hand is still at most, it would go on by less than an encoder's
 /// step.
 constexpr double kAtRest = 1e-6;
-constexpr double kReturned = 0.005;      // rad, of each joint: what does not change where the hand can go
-constexpr double kReturnStalled = 0.01;  // rad/s: gain times that
+/// rad, of each joint: what does not change where the hand can go.
+constexpr double kReturned = 0.005;
 
 std::vector<int> active_dofs(const KinematicTree& kinematics, const std::vector<std::string>& active_joints) {
   std::vector<int> dofs;
@@ -395,8 +395,11 @@ void HandMotion::judge(double dt, double progress) noexcept {
 void HandMotion::judge_return(double dt) noexcept {
   double farthest = 0;
   for (const int dof : active_) farthest = std::max(farthest, std::abs(state_.q[dof] - q_return_[dof]));
-  state_.waited = ik_.joint_velocity().cwiseAbs().maxCoeff() < kReturnStalled ? state_.waited + dt : 0;
-  if (farthest <= kReturned || state_.waited > options_.blocked_after) state_.status = Status::kHolding;
+  const double slow = options_.posture_gain * kReturned;
+  state_.waited = ik_.joint_velocity().cwiseAbs().maxCoeff() < slow ? state_.waited + dt : 0;
+  state_.path_time += dt;
+  if (farthest <= kReturned || state_.waited > options_.blocked_after || state_.path_time > kAheadTime)
+    state_.status = Status::kHolding;
 }
 
 const std::vector<robot::JointCommand>& HandMotion::step(double dt) noexcept {

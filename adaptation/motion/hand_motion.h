@@ -34,11 +34,12 @@ struct PoseError {
 class HandMotion {
  public:
   enum class Status {
-    kHolding,  ///< at rest where `reset` left it
+    kHolding,  ///< at rest where `reset` or `return_to` left it
     kMoving,
     kReached,   ///< hand on the target within the tolerances; it stays there
     kBlocked,   ///< joints' limits or something in the way keep the hand from the target; it came to rest
-    kIkFailed,  ///< no solution was found; the reference stays where it was until `go_to` or `reset`
+    kIkFailed,  ///< no solution was found; the reference stays where it was until `go_to`, `return_to` or
+                ///< `reset`
   };
 
   /// A base that is held. `joint_names` are the set-points' order and must contain the active joints; `X_WB`
@@ -75,8 +76,9 @@ class HandMotion {
   /// Starts towards a pose of the hand frame in W, along a straight line from where the reference is now.
   void go_to(const Eigen::Isometry3d& X_WH, const MotionLimits& limits) noexcept;
 
-  /// Starts towards the joint positions q (rad, joint_names order; of the joints that it moves), whatever way
-  /// the hand goes then, and holds where that ends: at them, or as near as obstacles let it.
+  /// Starts towards the joint positions q (rad, of all joint_names in their order; those that it does not
+  /// move stay), whatever way the hand goes then, and holds where that ends: at them, or as near as obstacles
+  /// let it. There is no target then, and no error.
   void return_to(const Eigen::VectorXd& q) noexcept;
 
   /// The set-points of a robot that stands from now on have its centre of mass this far (m, horizontal, in W)

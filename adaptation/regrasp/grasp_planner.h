@@ -69,7 +69,9 @@ class GraspPlanner {
 
   /// At the nearest place that either hand can grasp, the grasp with the most room: to joints' limits, to the
   /// robot's own links, to what is on the table. A place with less room beside the handle is taken when the
-  /// next roomier one is farther off by more than the displacement threshold. Takes seconds.
+  /// next roomier one is farther off by more than the displacement threshold. Places are tried at steps that
+  /// grow with the distance; the last step is halved down to 2 mm with the same hand, turned the same. Takes
+  /// seconds.
   /// Throws RunStopped with what stops each hand at the nearest place when there is none that costs less than
   /// `nearer_than` (m).
   [[nodiscard]] PlannedGrasp plan(const View& view, const Cost& cost,

@@ -37,7 +37,7 @@ class Manipulator {
   void set_obstacles(const std::vector<motion::NamedObstacle>& obstacles);
 
   /// Moves back the way it came and on to where it started, out of the camera's view, or over it; as far as
-  /// that goes. Where it started, all joints are as they were then.
+  /// that goes. Where it started, its arm, torso and legs go back to how they were then, as far as that goes.
   void retreat();
   /// Through the poses `way`, the last of them over the grasp, with the hand open. Throws WayBlocked.
   void approach(const std::vector<Eigen::Isometry3d>& way);

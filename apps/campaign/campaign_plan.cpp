@@ -10,6 +10,7 @@
 #include <fmt/ranges.h>
 
 #include "adaptation/regrasp/observer.h"
+#include "apps/shared/master_options.h"
 #include "apps/shared/scene_options.h"
 #include "emulator/scene/model_error.h"
 #include "emulator/scene/scene.h"
@@ -204,12 +205,17 @@ Seeds read_seeds(const YamlMap& root) {
 
 /// By name alone: the plan is read again from the campaign's folder, where a file's path would lead
 /// elsewhere.
-void require_layout(const YamlMap& root, const std::string& layout, const RobotDescription& robot) {
+void require_layout(const YamlMap& root, const std::string& layout, const KnownRobot& robot) {
   if (layout.empty()) return;
   std::vector<std::string> names;
-  for (const RobotDescription::PdoLayoutFile& one : robot.pdo_layouts) names.push_back(one.name);
+  for (const RobotDescription::PdoLayoutFile& one : robot.description.pdo_layouts) names.push_back(one.name);
   if (std::find(names.begin(), names.end(), layout) == names.end())
     root.fail("layout", fmt::format("found \"{}\", expected {}", layout, fmt::join(names, ", ")));
+  try {
+    require_fit(load_robot_options({layout, std::nullopt}, robot.description), robot.devices);
+  } catch (const std::runtime_error& error) {
+    root.fail("layout", error.what());
+  }
 }
 
 }  // namespace
@@ -255,7 +261,7 @@ CampaignPlan load_campaign_plan(const std::filesystem::path& file, const std::fi
     const std::filesystem::path scene = scene_of(root, experiment, base, data);
     const Scene loaded = load_scene(scene);
     const KnownRobot robot(loaded.robot);
-    require_layout(root, plan.layout, loaded.robot);
+    require_layout(root, plan.layout, robot);
     const std::vector<faults::KnownTarget> targets =
         faults::known_targets(robot.model, robot.devices, loaded);
     for (int i = 0; i < seeds.golden; ++i) {

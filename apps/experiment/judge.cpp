@@ -262,7 +262,8 @@ Eigen::Vector3d volume_centroid(const RobotModel& object) {
   for (const motion::BodyShape& shape : shapes) {
     const Eigen::Isometry3d X_OS = X_OL[static_cast<std::size_t>(shape.link)] * shape.X_LS;
     X_SO.push_back(X_OS.inverse());
-    const auto reach = Eigen::Vector3d::Constant(shape.half.norm() + shape.rounding);
+    const Eigen::Vector3d reach =
+        X_OS.linear().cwiseAbs() * shape.half + Eigen::Vector3d::Constant(shape.rounding);
     box.extend(X_OS.translation() + reach);
     box.extend(X_OS.translation() - reach);
   }
@@ -275,11 +276,12 @@ Eigen::Vector3d volume_centroid(const RobotModel& object) {
   };
   Eigen::Vector3d sum = Eigen::Vector3d::Zero();
   double count = 0;
-  const Eigen::Vector3i cells = (box.sizes() / kStep).cast<int>();
-  for (int i = 0; i <= cells.x(); ++i) {
-    for (int j = 0; j <= cells.y(); ++j) {
-      for (int k = 0; k <= cells.z(); ++k) {
-        const Eigen::Vector3d p_O = box.min() + kStep * Eigen::Vector3d(i, j, k);
+  const Eigen::Array3d cells = (box.sizes().array() / kStep).ceil().max(1);
+  const Eigen::Array3d step = box.sizes().array() / cells;
+  for (int i = 0; i < cells.x(); ++i) {
+    for (int j = 0; j < cells.y(); ++j) {
+      for (int k = 0; k < cells.z(); ++k) {
+        const Eigen::Vector3d p_O = box.min().array() + step * (Eigen::Array3d(i, j, k) + 0.5);
         if (!is_inside(p_O)) continue;
         sum += p_O;
         count += 1;

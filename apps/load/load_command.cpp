@@ -76,7 +76,7 @@ void add_load_command(CLI::App& app, std::function<int()>& run) {
   CLI::App* command =
       app.add_subcommand("load", "Tell what a SYNC rate and a PDO layout ask of each bus, at worst");
   command->add_option("--rate", options->rate_hz, "SYNC rate in Hz (200)")->check(CLI::Range(1.0, 10000.0));
-  command->add_option("--layout", options->layout, "a, b, c, d or a layout file (the robot's own, a)");
+  command->add_option("--layout", options->layout, "a, b, c, d, e or a layout file (the robot's own, a)");
   add_robot_file_option(*command, options->robot);
   add_robot_options(*command, options->choice);
   command->add_flag("--json", options->as_json, "Print JSON");

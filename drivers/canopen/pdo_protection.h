@@ -10,8 +10,8 @@ namespace walkman::canopen {
 
 /// Mapped as the last object of a PDO, 2052h makes it a protected one: its low byte counts the transmissions,
 /// its high byte is the CRC-8 of AUTOSAR's end-to-end profile 2 (polynomial 2Fh, init and final XOR FFh) over
-/// COB-ID (16 bits), the objects before it and that count. It tells every error of up to three bits in a
-/// frame of 8 bytes; of frames of chance, one in 256 passes.
+/// COB-ID (16 bits), the objects before it and that count. It detects every error of up to three bits in
+/// a frame of 8 bytes; of random frames, one in 256 passes.
 
 /// Fills the protection in. `bytes`: of all mapped objects, without a CAN FD frame's padding.
 void protect(can::Frame& frame, std::size_t bytes, std::uint8_t count) noexcept;

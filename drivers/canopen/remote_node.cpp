@@ -73,6 +73,8 @@ void RemoteNode::start(Time now) noexcept {
   stage_ = Stage::kStarted;
   heartbeat_at_ = now;
   operational_seen_ = false;
+  odd_heartbeats_ = 0;
+  for (Tpdo& tpdo : tpdos_) tpdo.guard.restart();
   for (Tpdo& tpdo : tpdos_) tpdo.due = syncs_ + static_cast<std::uint64_t>(tpdo.divider);
 }
 
@@ -132,9 +134,14 @@ bool RemoteNode::receive_tpdo(const can::StampedFrame& stamped) noexcept {
   if (number == 0) return false;
   Tpdo& tpdo = tpdos_[index_of(number)];
   if (frame.length != (frame.fd ? can::fd_length(tpdo.bytes) : tpdo.bytes)) return false;
-  if (tpdo.protects && tpdo.guard.judge(frame, tpdo.bytes) != PdoGuard::Verdict::kNew) {
-    ++tpdo.refused;
-    return false;
+  if (tpdo.protects) {
+    const PdoGuard::Verdict verdict = tpdo.guard.judge(frame, tpdo.bytes);
+    if (verdict == PdoGuard::Verdict::kCorrupt)  // the one that was due, and no other comes in its place
+      tpdo.due = syncs_ + static_cast<std::uint64_t>(tpdo.divider);
+    if (verdict != PdoGuard::Verdict::kNew) {
+      ++tpdo.refused;
+      return true;
+    }
   }
   tpdo.refused = 0;
   tpdo.at = stamped.time;
@@ -234,9 +241,9 @@ std::optional<cause::NoTpdo> RemoteNode::stale(Time now) const noexcept {
 
 bool RemoteNode::left_operational(Time now) const noexcept {
   if (nmt_state_ == NmtState::kOperational) return false;
-  if (odd_heartbeats_ != 1 || heartbeat_at_ == Time::min()) return true;
-  const Time newest = newest_cyclic_at();
-  return newest <= heartbeat_at_ && now - heartbeat_at_ > settings_.cycle * sync_divider();
+  if (odd_heartbeats_ != 1) return true;
+  // The next SYNC's TPDOs are there a cycle after it, and may be a cycle late.
+  return newest_cyclic_at() <= heartbeat_at_ && now - heartbeat_at_ > settings_.cycle * (sync_divider() + 1);
 }
 
 std::optional<FaultCause> RemoteNode::judge(Time now) const noexcept {

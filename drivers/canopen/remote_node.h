@@ -74,7 +74,7 @@ class RemoteNode {
 
   /// Takes a frame with one of the node's transmit COB-IDs of the predefined connection set.
   /// False when it was of the wrong length, of an unknown kind or no plain data frame; it is then without
-  /// effect.
+  /// effect. A protected PDO that does not fit is the node's own, so true, but of no other effect.
   bool receive(const can::StampedFrame& frame, Time now) noexcept;
 
   /// Once a cycle after receiving: SDO time-outs, background requests, ages.

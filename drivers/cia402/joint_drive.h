@@ -81,10 +81,10 @@ class JointDrive final : public canopen::RemoteNode {
   void hold() noexcept override;
   void advance() noexcept override;
   void quick_stop() noexcept override { controlword_ = controlword::kQuickStop; }
-  /// Longer than 8 bytes it is a CAN FD frame.
   [[nodiscard]] bool carries_stop(int number) const noexcept override;
 
  private:
+  /// Longer than 8 bytes it is a CAN FD frame.
   [[nodiscard]] bool rpdo(int number, can::Frame& out) const noexcept override;
   void on_tpdo(int number, const can::StampedFrame& frame) noexcept override;
   void on_begin_boot() noexcept override;

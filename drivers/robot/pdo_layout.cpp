@@ -81,11 +81,14 @@ PdoSettings read_pdo(const YamlMap& map, PdoDirection direction, bool fd) {
   for (const YamlMap& object : map.list("objects", {"index", "sub", "bits"})) {
     pdo.mapping.push_back(read_object(object, direction));
   }
-  for (const MappingEntry& object : pdo.mapping) {
-    const bool last = &object == &pdo.mapping.back();
-    if (object.index == canopen::object::kPdoProtection && !(last && object.sub == 0 && object.bits == 16))
-      map.fail("objects",
-               "2052h, the protection, is of 16 bits and the last object of its PDO, expected it there");
+  for (std::size_t i = 0; i < pdo.mapping.size(); ++i) {
+    const MappingEntry& object = pdo.mapping[i];
+    const bool fits = i + 1 == pdo.mapping.size() && object.sub == 0 && object.bits == 16;
+    if (object.index != canopen::object::kPdoProtection || fits) continue;
+    map.fail(
+        "objects",
+        fmt::format("found {} (protection) with {} bits in place {} of {}, expected it last, with 16 bits",
+                    name_of(object), object.bits, i + 1, pdo.mapping.size()));
   }
   if (pdo.mapping.empty()) map.fail("objects", "the list is empty, expected an object");
   const std::size_t limit = fd ? kFdBytes : kClassicalBytes;

@@ -103,6 +103,8 @@ FaultRecord RobotBus::explained(const FaultRecord& symptom, Time now) const noex
   for (const auto& device : devices_) newest = std::max(newest, device->newest_cyclic_at());
   const Time age = canopen::age_of(newest, now);
   if (age < quiet_limit()) return symptom;
+  const auto* none = std::get_if<cause::NoTpdo>(&symptom.cause);
+  if (none != nullptr && none->refused > 0) return symptom;  // they come, and are not what was sent
   // They are heard, but what this computer has to say does not get out.
   if (master_.full_cycles() > 0) return record(cause::QueueFull{master_.full_cycles()}, now);
   return record(cause::BusSilent{devices, 1, age, true}, now);

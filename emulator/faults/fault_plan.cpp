@@ -289,7 +289,7 @@ std::string log_note(const std::vector<InjectionState>& injections, bool live) {
   for (const InjectionState& state : injections)
     names.push_back(fmt::format("{}{}{}", state.injection.kind->name,
                                 state.injection.target.empty() ? "" : " of ", state.injection.target));
-  if (live) names.emplace_back("what a fault socket took");
+  if (live) names.emplace_back("whatever came by the fault socket");
   return names.empty() ? "" : fmt::format("FAULTS ON PURPOSE: {}", fmt::join(names, ", "));
 }
 

@@ -36,6 +36,9 @@ class CanLog {
   void flush();
 
  protected:
+  /// Characters of a note that are kept: can-utils read lines of up to 400.
+  static constexpr std::size_t kLongestNote = 300;
+
   /// Creates or truncates the file. Throws std::runtime_error with the file and the system's reason.
   explicit CanLog(std::filesystem::path file);
 

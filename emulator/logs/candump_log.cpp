@@ -76,7 +76,7 @@ std::string candump_line(std::string_view interface_name, const can::StampedFram
 }
 
 CandumpLog::CandumpLog(std::filesystem::path file, std::string_view note) : CanLog(std::move(file)) {
-  if (!note.empty()) stream() << "# " << note << '\n';
+  if (!note.empty()) stream() << "# " << note.substr(0, kLongestNote) << '\n';
 }
 
 void CandumpLog::put(std::string_view interface_name, const can::StampedFrame& frame) {

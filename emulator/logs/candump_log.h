@@ -11,8 +11,8 @@ namespace walkman::bus {
 /// switch) and data; an error report has its class bits under 20000000h for an identifier.
 [[nodiscard]] std::string candump_line(std::string_view interface_name, const can::StampedFrame& frame);
 
-/// A log as text that can-utils and Wireshark read. `note`, if any, is a line with # before it, which they
-/// skip.
+/// A log as text that can-utils and Wireshark read. `note`, if any, is a first line with # before it, which
+/// can-utils skip and Wireshark does not read.
 class CandumpLog final : public CanLog {
  public:
   explicit CandumpLog(std::filesystem::path file, std::string_view note = {});

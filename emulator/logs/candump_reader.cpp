@@ -12,8 +12,8 @@
 namespace walkman::bus {
 namespace {
 
-// The longest line a frame can make has 190 characters.
 constexpr char kComment = '#';  // begins a line that is no frame
+// The longest line a frame can make has 190 characters.
 constexpr std::size_t kLongestLine = 255;
 constexpr std::size_t kLongestInterfaceName = 15;  // IFNAMSIZ less the final zero
 constexpr std::uint32_t kErrorFlag = 0x20000000;

@@ -17,7 +17,6 @@ constexpr std::uint16_t kComment = 1;
 constexpr std::uint16_t kInterfaceName = 2;
 constexpr std::uint16_t kTimeResolution = 9;
 constexpr std::uint8_t kNanoseconds = 9;  // 10^-9 s
-constexpr std::size_t kLongestNote = 400;
 
 // LINKTYPE_CAN_SOCKETCAN: identifier with flags, big-endian; length; FD flags; two reserved bytes; data.
 constexpr std::uint16_t kLinkType = 227;

@@ -124,7 +124,7 @@ def live(folder):
         emulator.terminate()
         told = emulator.communicate(timeout=30)[1]
     check("faults are taken" in told and "fault injected: RElbj encoder-stuck" in told, f"the emulator tells: {told}")
-    check(head(log) == "# FAULTS ON PURPOSE: what a fault socket took\n", "the log's head says that there may have been some")
+    check(head(log) == "# FAULTS ON PURPOSE: whatever came by the fault socket\n", "the log's head says that there may have been some")
     check(not socket.exists(), "the socket goes with the emulator")
     done = run("fault", "active", "--socket", str(socket))
     check(done.returncode == 3 and done.stderr.count("\n") == 1, "without an emulator one sentence says so")

@@ -161,6 +161,15 @@ TEST(Layouts, C) {
   expect_each_sync(run, 0x513, 4);
 }
 
+TEST(Layouts, EWithProtectedPdos) {
+  LayoutRun run("e");
+  expect_motion(run);
+  EXPECT_THAT(run.pdos(11, false),
+              ElementsAre(Pair(0x180, 8), Pair(0x280, 8), Pair(0x480, 7), Pair(0x500, 8)));
+  EXPECT_THAT(run.pdos(18, false), ElementsAre(Pair(0x180, 8), Pair(0x280, 8), Pair(0x380, 5)));
+  expect_each_sync(run, 0x193, 4);
+}
+
 TEST(Layouts, DInFdFrames) {
   LayoutRun run("d", Frames::kFd);
   expect_motion(run);

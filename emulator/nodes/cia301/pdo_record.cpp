@@ -145,15 +145,19 @@ Refusal PdoRecord::resolve_all(std::size_t count) noexcept {
   if (count > (fd_ ? kMaxObjects : kClassicalObjects)) return SdoAbort::kPdoLength;
   std::array<MappedEntry, kMaxObjects> objects{};
   std::size_t bytes = 0;
+  bool protects = false;
   for (std::size_t i = 0; i < count; ++i) {
     if (const Refusal refused = resolve(mapping_[i].get(), objects[i])) return refused;
     bytes += objects[i].bytes;
+    const bool protection = mapping_[i].get() >> 16U == canopen::object::kPdoProtection;
+    if (protection && i + 1 < count) return SdoAbort::kNotMappable;
+    protects = protects || protection;
   }
   if (bytes > (fd_ ? kMaxBytes : kClassicalBytes)) return SdoAbort::kPdoLength;
   objects_ = objects;
   count_ = count;
   bytes_ = bytes;
-  protects_ = count > 0 && mapping_[count - 1].get() >> 16U == canopen::object::kPdoProtection;
+  protects_ = protects;
   return std::nullopt;
 }
 

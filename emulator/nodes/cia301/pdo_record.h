@@ -51,13 +51,15 @@ class PdoRecord {
   /// Called after a communication parameter has changed.
   void on_change(std::function<void()> hook) { changed_ = std::move(hook); }
 
-  /// Called by `report` with each mapped object, for logs. Must not throw.
+  /// Called by `report` with each mapped object, for logs; not with the protection, which has no value of its
+  /// own. Must not throw.
   using Observer = std::function<void(std::uint32_t cob_id, const Entry& entry)>;
   void observe(Observer observer) { observer_ = std::move(observer); }
   void report() const noexcept {
     if (!observer_) return;
     for (const MappedEntry& object : objects())
-      if (object.entry != nullptr) observer_(identifier_, *object.entry);
+      if (object.entry != nullptr && !(protects_ && &object == &objects().back()))
+        observer_(identifier_, *object.entry);
   }
 
   /// Makes it a PDO of up to 64 bytes in CAN FD frames. At most once; allocates.

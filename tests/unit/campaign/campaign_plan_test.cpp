@@ -133,9 +133,16 @@ TEST_F(CampaignPlanTest, TheFaultOfARunIsAPlanThatSaysTheSame) {
   }
 }
 
-TEST_F(CampaignPlanTest, OfTheExamplesOneIsSmallAndOneHasEveryFault) {
+TEST_F(CampaignPlanTest, OfTheExamplesOneIsSmallOneHasEveryFaultAndTwoAreOfTheWire) {
   const std::filesystem::path examples = "examples/campaign";
   EXPECT_LT(load_campaign_plan(examples / "small.yaml", examples, kTree).runs.size(), 20U);
+  const CampaignPlan wire = load_campaign_plan(examples / "wire.yaml", examples, kTree);
+  const CampaignPlan with_protection = load_campaign_plan(examples / "wire_protected.yaml", examples, kTree);
+  EXPECT_EQ(wire.layout, "");
+  EXPECT_EQ(with_protection.layout, "e");
+  ASSERT_EQ(wire.runs.size(), with_protection.runs.size()) << "one is held against the other";
+  for (std::size_t i = 0; i < wire.runs.size(); ++i)
+    EXPECT_EQ(fault_plan_text(wire.runs[i].fault), fault_plan_text(with_protection.runs[i].fault));
   const CampaignPlan full = load_campaign_plan(examples / "full.yaml", examples, kTree);
   EXPECT_GE(full.runs.size(), 1000U);
   std::set<const faults::InjectableFault*> kinds;
@@ -159,6 +166,8 @@ TEST_F(CampaignPlanTest, WhatIsNoPlanIsRefusedWithItsLine) {
               HasSubstr(":3: golden.seeds"));
   EXPECT_THAT(refusal("experiments: [1]\nlayout: f\nfaults: []\n"),
               HasSubstr(":2: layout: found \"f\", expected a, b, c, d, e"));
+  EXPECT_THAT(refusal("experiments: [1]\nlayout: d\nfaults: []\n"),
+              HasSubstr(":2: layout: bus torso: classical CAN, layout D needs CAN FD"));
   EXPECT_THAT(refusal("experiments: [1]\nmodel_error: some\nfaults: []\n"), HasSubstr(":2: model_error"));
   EXPECT_THAT(
       refusal(with("{fault: joint-loked, targets: [RElbj]}")),

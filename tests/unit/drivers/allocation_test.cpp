@@ -158,7 +158,7 @@ TEST_P(AllocationInLayout, NoneInTheCycle) {
   EXPECT_EQ(allocations, 0);
 }
 
-INSTANTIATE_TEST_SUITE_P(Layouts, AllocationInLayout, ::testing::Values("a", "b", "c", "d"),
+INSTANTIATE_TEST_SUITE_P(Layouts, AllocationInLayout, ::testing::Values("a", "b", "c", "d", "e"),
                          [](const auto& layout) { return std::string(layout.param); });
 
 }  // namespace

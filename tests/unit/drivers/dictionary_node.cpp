@@ -240,8 +240,11 @@ void DictionaryNode::take_rpdo(unsigned n, const can::Frame& frame) {
     offset += bytes;
   }
   if (offset > frame.length) refusals.emplace_back("RPDO too short");
-  if (protects(0x1600 + n) && frame.data[offset - 1] != crc8(frame, offset - 1))
-    refusals.emplace_back("RPDO with a wrong CRC");
+  if (protects(0x1600 + n)) {
+    if (frame.data[offset - 1] != crc8(frame, offset - 1)) refusals.emplace_back("RPDO with a wrong CRC");
+    if (const unsigned count = frame.data[offset - 2]; std::exchange(rpdo_counts_[n], count) == count)
+      refusals.emplace_back("RPDO with the count of the last");
+  }
   run_state_machine();
 }
 

@@ -74,6 +74,7 @@ class DictionaryNode : public BusNode {
   unsigned nmt_state_ = 0x7F;
   Time now_{}, heartbeat_due_ = Time::max(), event_due_{};
   std::array<unsigned, 4> syncs_{}, counts_{};
+  std::array<unsigned, 4> rpdo_counts_{256, 256, 256, 256};  // none yet
   std::array<bool, 4> waiting_{};
   std::array<can::Frame, 4> rpdos_{};
   std::uint16_t last_controlword_ = 0;

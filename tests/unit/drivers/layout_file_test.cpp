@@ -169,8 +169,9 @@ TEST(LayoutFiles, WhatIsWrongIsNamedWithLineAndPlace) {
       {"a", "tpdos", "event_ms: 100", "event_ms: 70000",
        "event_ms: found \"70000\", expected a whole number"},
       {"e", "joint_drive:", "{index: 0x2052, bits: 16}", "{index: 0x2052, bits: 8}",
-       "2052h, the protection, is of 16 bits and the last object of its PDO"},
-      {"e", "joint_drive:", "0x6040", "0x2052", "objects: 2052h, the protection, is of 16 bits and the last"},
+       "objects: found 2052h:0 (protection) with 8 bits in place 3 of 3, expected it last, with 16 bits"},
+      {"e", "joint_drive:", "0x6040", "0x2052",
+       "objects: found 2052h:0 (protection) with 16 bits in place 1 of 3"},
       {"d", "name:", "can_fd: yes", "can_fd: no",
        "objects: 17 bytes in all, expected at most 8 in a classical"},
   };

@@ -190,6 +190,22 @@ TEST(LayoutE, WhatIsNotAsItWasSentIsNotUsed) {
   EXPECT_THAT(rig.fault_text(), HasSubstr("3 came with a wrong CRC or an old count"));
 }
 
+// The whole bus is heard, and SYNC reaches it.
+TEST(LayoutE, OfABusWhosePdosAreAllDamagedThatIsSaid) {
+  LayoutRig rig("e");
+  ASSERT_TRUE(rig.boot());
+  ASSERT_TRUE(rig.cycles(10)) << rig.fault_text();
+  rig.rarm.filter = [](can::Frame& frame) {
+    if ((frame.id & 0x780U) >= 0x180 && (frame.id & 0x780U) <= 0x480) frame.data[0] ^= 0x01;
+  };
+  EXPECT_LE(rig.cycles_to_fault(), 6);
+  EXPECT_THAT(rig.fault_text(), HasSubstr("came with a wrong CRC or an old count"));
+  EXPECT_EQ(rig.robot->counters().foreign_frames, 0U);
+  rig.rarm.filter = nullptr;
+  ASSERT_TRUE(rig.recover()) << rig.fault_text();
+  EXPECT_TRUE(rig.cycles(20)) << rig.fault_text();
+}
+
 TEST(LayoutE, FrozenPdosAreNotFresh) {
   LayoutRig rig("e");
   ASSERT_TRUE(rig.boot());

@@ -25,7 +25,7 @@ TEST(PdoProtection, IsTheCataloguesCrc) {
   EXPECT_EQ(frame.data[7], 0xDF);
 }
 
-TEST(PdoProtection, TellsEveryErrorOfUpToThreeBits) {
+TEST(PdoProtection, DetectsEveryErrorOfUpToThreeBits) {
   const can::Frame sound = sent(1);
   const auto passes = [](const can::Frame& frame) {
     PdoGuard guard;

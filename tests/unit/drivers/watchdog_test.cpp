@@ -125,12 +125,12 @@ TEST_F(WatchdogTest, OneHeartbeatThatTheNodesOwnTpdosContradictIsNotBelieved) {
   rig.sensor.mute(true);
   EXPECT_TRUE(rig.cycle()) << "what was under way";
   EXPECT_TRUE(feed("712#04"));
-  EXPECT_LE(cycles_to_fault(), 2);
+  EXPECT_LE(cycles_to_fault(), 3);
   EXPECT_EQ(kind(), FaultKind::kNmtState);
 }
 
 TEST_F(WatchdogTest, LeavingOperationalIsNamed) {
-  EXPECT_TRUE(feed("712#7F")) << "one bit of 05h";
+  EXPECT_TRUE(feed("712#7F")) << "one is not believed yet";
   EXPECT_FALSE(feed("712#7F"));
   EXPECT_EQ(kind(), FaultKind::kNmtState);
   EXPECT_EQ(rig.fault_text(),

@@ -7,6 +7,7 @@ pdo_layouts:
   - {name: b, file: pdo_layouts/layout_b.yaml}
   - {name: c, file: pdo_layouts/layout_c.yaml}
   - {name: d, file: pdo_layouts/layout_d.yaml}
+  - {name: e, file: pdo_layouts/layout_e.yaml}
 pdo_layout: a
 hands:
   - name: right
