@@ -19,7 +19,7 @@ TEST(RobotDescription, WalkmanIsKnownWithoutAScene) {
   EXPECT_EQ(known.description.hands[1].frame, "l_hand_grasp");
   ASSERT_TRUE(known.description.stance);
   EXPECT_THAT(known.description.stance->feet, ::testing::ElementsAre("l_leg_ft", "r_leg_ft"));
-  EXPECT_EQ(known.description.pdo_layouts.size(), 4U);
+  EXPECT_EQ(known.description.pdo_layouts.size(), 5U);
 }
 
 TEST(RobotDescription, FdIsASwitch) {
