@@ -286,6 +286,7 @@ Injection parse_fault(const std::vector<std::string>& words) {
 
 std::string log_note(const std::vector<InjectionState>& injections, bool live) {
   std::vector<std::string> names;
+  names.reserve(injections.size() + 1);
   for (const InjectionState& state : injections)
     names.push_back(fmt::format("{}{}{}", state.injection.kind->name,
                                 state.injection.target.empty() ? "" : " of ", state.injection.target));
