@@ -6,8 +6,6 @@
 
 #include <fmt/format.h>
 
-#include "adaptation/regrasp/reaction.h"
-
 namespace walkman::regrasp {
 namespace {
 
@@ -32,6 +30,34 @@ constexpr double kSoundEncoder = 0.03;
 constexpr int kMostRecoveries = 3;    // per run; what fails more often is broken
 constexpr int kRecoveryAttempts = 2;  // each as long as a boot may take
 
+/// Recovered from is what a device, a bus or a link has lost and may have again. What was commanded, computed
+/// or measured wrong would come again.
+bool recoverable(robot::FaultKind kind) noexcept {
+  using enum robot::FaultKind;
+  switch (kind) {
+    case kBusOff:
+    case kReceiveOverflow:
+    case kBusSilent:
+    case kUnexpectedBootUp:
+    case kEmergency:
+    case kDriveFault:
+    case kNmtState:
+    case kHeartbeatLost:
+    case kDataStale:
+    case kSensorInvalid:
+      return true;
+    case kInterfaceDown:  // of the host: somebody took it away
+    case kBusFlooded:
+    case kCycleLate:
+    case kNotFinite:
+    case kNotFollowing:
+    case kLimit:
+    case kRequestFailed:
+      return false;
+  }
+  return false;
+}
+
 std::size_t place_of(const std::vector<std::string>& names, const std::string& name, const char* what) {
   const auto found = std::find(names.begin(), names.end(), name);
   if (found == names.end())
@@ -40,6 +66,11 @@ std::size_t place_of(const std::vector<std::string>& names, const std::string& n
 }
 
 }  // namespace
+
+Reaction reaction_to(robot::FaultKind kind, bool holding) noexcept {
+  // A boot would let go of what the drives carry.
+  return recoverable(kind) && !holding ? Reaction::kRecover : Reaction::kStop;
+}
 
 Session::Session(const KnownRobot& known, robot::Robot& robot, robot::Cycle& cycle, Observer& observer)
     : robot_(robot),

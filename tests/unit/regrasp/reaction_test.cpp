@@ -1,5 +1,3 @@
-#include "adaptation/regrasp/reaction.h"
-
 #include <fstream>
 #include <string>
 #include <utility>
@@ -8,6 +6,8 @@
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+
+#include "adaptation/regrasp/session.h"
 
 namespace walkman::regrasp {
 namespace {
