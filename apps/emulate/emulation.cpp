@@ -213,6 +213,7 @@ void Emulation::Impl::run_real_time(const Events& told) {
       real_time->note_arrival(i);
     }
     real_time->run(wall);
+    if (real_time->lateness().worst > pacing::RealTimeSchedule::kLongestReplay) pacing::take_turns();
     tell(wall, told);
   }
 }

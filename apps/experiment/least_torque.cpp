@@ -16,11 +16,12 @@
 namespace walkman::apps {
 namespace {
 
-constexpr double kGravity = 9.81;   // m/s²
-constexpr double kGrid = 0.006;     // m between points of a surface
-constexpr double kPlace = 0.01;     // m between places on a handle
-constexpr double kLevel = 0.7;      // of a handle's axis, sine of its slope
-constexpr double kTableTop = 0.01;  // m by which what an object stands on may be beside its lowest point
+constexpr double kGravity = 9.81;     // m/s²
+constexpr double kGrid = 0.006;       // m between points of a surface
+constexpr double kPlace = 0.01;       // m between places on a handle
+constexpr double kLevel = 0.7;        // of a handle's axis, sine of its slope
+constexpr double kTableTop = 0.01;    // m by which what an object stands on may be beside its lowest point
+constexpr double kOnePlane = 0.9998;  // cosine of a degree
 
 /// Points of a collision shape's surface, in its frame.
 std::vector<Eigen::Vector3d> surface(const LinkGeometry& geometry) {
@@ -88,9 +89,24 @@ std::optional<perception::Handle> handle_of(const LinkGeometry& geometry, const 
   return handle;
 }
 
-/// Corners of the tops of fixed bodies' boxes at the height `top`, in T.
-std::vector<Eigen::Vector3d> table_under(const Scene& scene, const Eigen::Isometry3d& X_TW, double top) {
-  std::vector<Eigen::Vector3d> corners;
+/// What an object stands on.
+struct Top {
+  Eigen::Vector3d n_T = Eigen::Vector3d::UnitZ();  ///< up
+  std::vector<Eigen::Vector3d> corners_T;
+};
+
+double lowest_along(const Eigen::Vector3d& n_T, const std::vector<Eigen::Vector3d>& points_T) {
+  double lowest = std::numeric_limits<double>::infinity();
+  for (const Eigen::Vector3d& p : points_T) lowest = std::min(lowest, n_T.dot(p));
+  return lowest;
+}
+
+/// The upper faces of fixed bodies' boxes that lie at an object's lowest points, in one plane.
+Top top_under(const Scene& scene, const Eigen::Isometry3d& X_TW,
+              const std::vector<Eigen::Vector3d>& object_T) {
+  std::vector<Top> faces;
+  Top top;
+  double nearest = kTableTop;
   for (const FixedBody& body : scene.fixed) {
     const std::vector<Eigen::Isometry3d> X_FL = link_poses(body.model, {});
     for (std::size_t i = 0; i < X_FL.size(); ++i)
@@ -98,15 +114,29 @@ std::vector<Eigen::Vector3d> table_under(const Scene& scene, const Eigen::Isomet
         const auto* box = std::get_if<BoxShape>(&geometry.shape);
         if (box == nullptr) continue;
         const Eigen::Isometry3d X_TG = X_TW * body.X_WF * X_FL[i] * geometry.X_LG;
-        for (const double x : {-0.5, 0.5})
-          for (const double y : {-0.5, 0.5}) {
-            const Eigen::Vector3d p =
-                X_TG * Eigen::Vector3d(x * box->size.x(), y * box->size.y(), box->size.z() / 2);
-            if (std::abs(p.z() - top) < kTableTop) corners.push_back(p);
+        int axis = 0;
+        X_TG.linear().row(2).cwiseAbs().maxCoeff(&axis);
+        const double side = X_TG.linear()(2, axis) < 0 ? -0.5 : 0.5;
+        Top face{2 * side * X_TG.linear().col(axis), {}};
+        for (const double u : {-0.5, 0.5})
+          for (const double v : {-0.5, 0.5}) {
+            Eigen::Vector3d p_G;
+            p_G[axis] = side * box->size[axis];
+            p_G[(axis + 1) % 3] = u * box->size[(axis + 1) % 3];
+            p_G[(axis + 2) % 3] = v * box->size[(axis + 2) % 3];
+            face.corners_T.emplace_back(X_TG * p_G);
           }
+        const double gap = std::abs(lowest_along(face.n_T, object_T) - face.n_T.dot(face.corners_T.front()));
+        if (gap > kTableTop) continue;
+        if (gap < nearest) top.n_T = face.n_T;
+        nearest = std::min(nearest, gap);
+        faces.push_back(std::move(face));
       }
   }
-  return corners;
+  for (const Top& face : faces)
+    if (face.n_T.dot(top.n_T) > kOnePlane)
+      top.corners_T.insert(top.corners_T.end(), face.corners_T.begin(), face.corners_T.end());
+  return top;
 }
 
 }  // namespace
@@ -135,25 +165,25 @@ std::optional<double> least_torque(const Scene& scene, const SceneObject& object
   perception::SeenObject& shape = seen.objects.front();
   const RobotModel whole = plant::with_weights(object);
   const std::vector<Eigen::Isometry3d> X_OL = link_poses(whole, {});
-  double lowest = std::numeric_limits<double>::infinity();
+  std::vector<Eigen::Vector3d> object_T;
   for (std::size_t i = 0; i < whole.links.size(); ++i) {
     for (const LinkGeometry& geometry : whole.links[i].collisions) {
       const Eigen::Isometry3d X_TG = X_TW * object.X_WO * X_OL[i] * geometry.X_LG;
       for (const Eigen::Vector3d& p_G : surface(geometry)) {
-        const Eigen::Vector3d p_T = X_TG * p_G;
-        lowest = std::min(lowest, p_T.z());
-        shape.surface_C.push_back(p_T.cast<float>());
+        object_T.emplace_back(X_TG * p_G);
+        shape.surface_C.push_back(object_T.back().cast<float>());
       }
       if (const auto handle = handle_of(geometry, X_TG, parameters.stage_one))
         shape.handles.push_back(*handle);
     }
   }
   if (shape.handles.empty()) return std::nullopt;
-  seen.plane.n_C = Eigen::Vector3d::UnitZ();
-  seen.plane.offset = -lowest;
+  const Top top = top_under(scene, X_TW, object_T);
+  seen.plane.n_C = top.n_T;
+  seen.plane.offset = -lowest_along(top.n_T, object_T);
   std::vector<motion::NamedObstacle> obstacles;
-  if (const auto table_T = table_under(scene, X_TW, lowest); table_T.size() > 3)
-    obstacles = regrasp::surroundings(seen, table_T, Eigen::Isometry3d::Identity());
+  if (!top.corners_T.empty())
+    obstacles = regrasp::surroundings(seen, top.corners_T, Eigen::Isometry3d::Identity());
 
   const Eigen::Vector3d p_TCm = X_TW * object.X_WO * object.p_OOcm();
   regrasp::GraspPlanner planner(robot, joint_names, stance, parameters);

@@ -44,6 +44,10 @@ void let_bursts_finish() noexcept {
 }
 
 void go_first() noexcept {
+  if (sched_getscheduler(0) != SCHED_OTHER) return;
+  // Threads that it starts, which cast rays, are normal ones.
+  const sched_param lowest{.sched_priority = sched_get_priority_min(SCHED_FIFO)};
+  if (!one_processor() && sched_setscheduler(0, SCHED_FIFO | SCHED_RESET_ON_FORK, &lowest) == 0) return;
   struct {
     std::uint32_t size = sizeof(*this), policy = SCHED_OTHER;
     std::uint64_t flags = 0;
@@ -52,7 +56,12 @@ void go_first() noexcept {
     std::uint64_t runtime = kShortSlice, deadline = 0, period = 0;
   } attributes;
   attributes.nice = getpriority(PRIO_PROCESS, 0);
-  if (sched_getscheduler(0) == SCHED_OTHER) (void)syscall(SYS_sched_setattr, 0, &attributes, 0U);
+  (void)syscall(SYS_sched_setattr, 0, &attributes, 0U);
+}
+
+void take_turns() noexcept {
+  const sched_param none{};
+  if (sched_getscheduler(0) == (SCHED_FIFO | SCHED_RESET_ON_FORK)) sched_setscheduler(0, SCHED_OTHER, &none);
 }
 
 void stay_behind() noexcept {

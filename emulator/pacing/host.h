@@ -18,9 +18,14 @@ void pause_until(Time host) noexcept;
 void let_bursts_finish() noexcept;
 
 /// Has the calling thread, which runs for less than a millisecond at a time, take the processor from others
-/// as soon as it wakes: a slice of 0.1 ms instead of some milliseconds (sched_setattr(2); Linux 6.12 and
-/// later, others ignore it). A policy other than the normal one stays.
+/// as soon as it wakes: in real time (SCHED_FIFO of sched(7), the lowest priority) where there are several
+/// processors and the user may (`ulimit -r`); else with a slice of 0.1 ms instead of some milliseconds
+/// (sched_setattr(2); Linux 6.12 and later, others ignore it). A policy other than the normal one stays.
 void go_first() noexcept;
+
+/// Ends what `go_first` began, of a thread that runs longer than was thought: in real time it would keep
+/// others from a processor.
+void take_turns() noexcept;
 
 /// Has the calling thread run when nothing else wants to: on one processor SCHED_IDLE, which any waking
 /// thread interrupts, also one that lets bursts finish; on several, a little behind the others.

@@ -1,5 +1,6 @@
 #!/usr/bin/env python3
-"""Runs Experiment 1 with a wrist sensor that lies, each in its own way, and judges by the plant's truth.
+"""Runs Experiment 1 with a wrist sensor that lies, each in its own way, with a weight that comes off in the lift, with a bar that
+becomes slippery, and on a table that is not level, and judges by the plant's truth.
 
 A probe is right when the run comes to a right result all the same, or stops with a reason that fits. It fails when a run
 ends as a success that the truth denies, falls, touches what it should not, or stops for another reason. The exit code is 0
@@ -17,39 +18,74 @@ import subprocess
 import sys
 import tempfile
 
+import scenes
+
 SENSOR = "r_arm_ft"
 FROM_BOOT = "at_s: 0.5"
 COM_ERROR = 0.02  # m, the method's d_thres
 DRIFTS = "drift|does not stay|contradict"
 LIES = "contradict|weighs|does not stay|drift|beside|holds nothing|object turns|outside of the object"
 
-# Name, when, what, and what a stop may say.
+
+def event(text):
+    return lambda urdf, folder: ["--scene", written(folder / "scene.yaml", f"extends: {urdf / 'scenes/experiment_1.yaml'}\n"
+                                                    f"events:\n  - {text}\n")]
+
+
+def fault(text):
+    return lambda urdf, folder: ["--faults", written(folder / "faults.yaml", f"faults:\n  - {text}\n")]
+
+
+def table(**angles):
+    return lambda urdf, folder: ["--scene", scenes.write_scene(scenes.Case("", **angles), urdf, folder)]
+
+
+def written(file, text):
+    file.write_text(text)
+    return file
+
+
+def lie(name, when, what, reasons):
+    return name, event(f"{when}\n    sensor_fault: {{sensor: {SENSOR}, {what}}}"), reasons
+
+
+GRASP = "in_phase: {phase: grasp}"
+LIFT = "in_phase: {phase: lift}"
+# Name, arguments of `experiment`, and what a stop may say.
 PROBES = [
-    ("drift 0.02 N·m/s, all torques", "in_phase: {phase: grasp}", "drift_per_s: [0, 0, 0, 0.02, 0.02, 0.02]", DRIFTS),
-    ("drift 0.05 N·m/s, all torques", "in_phase: {phase: grasp}", "drift_per_s: [0, 0, 0, 0.05, 0.05, 0.05]", DRIFTS),
-    ("drift 0.02 N·m/s, Tx", "in_phase: {phase: grasp}", "drift_per_s: [0, 0, 0, 0.02, 0, 0]", DRIFTS),
-    ("drift 0.02 N·m/s, Ty", "in_phase: {phase: grasp}", "drift_per_s: [0, 0, 0, 0, 0.02, 0]", DRIFTS),
-    ("gain 1.3", FROM_BOOT, "gain: [1.3, 1.3, 1.3, 1.3, 1.3, 1.3]", LIES),
-    ("gain 1.3 of the torques", FROM_BOOT, "gain: [1, 1, 1, 1.3, 1.3, 1.3]", LIES),
-    ("sign of Fz", FROM_BOOT, "gain: [1, 1, -1, 1, 1, 1]", LIES),
-    ("sign of Tx", FROM_BOOT, "gain: [1, 1, 1, -1, 1, 1]", LIES),
-    ("sign of Ty", FROM_BOOT, "gain: [1, 1, 1, 1, -1, 1]", LIES),
-    ("Tx and Ty swapped", FROM_BOOT, "swap: [Tx, Ty]", LIES),
-    ("Fx and Fz swapped", FROM_BOOT, "swap: [Fx, Fz]", LIES),
-    ("bit 6 of Ty flips in 5 %", FROM_BOOT, "bit: {channel: Ty, number: 6, flipped_share: 0.05}", LIES),
-    ("bit 7 of Tx sticks in the lift", "in_phase: {phase: lift}", "bit: {channel: Tx, number: 7, stuck_at: 1}", LIES),
-    ("bit 7 of Ty sticks in the lift", "in_phase: {phase: lift}", "bit: {channel: Ty, number: 7, stuck_at: 1}", LIES),
+    lie("drift 0.02 N·m/s, all torques", GRASP, "drift_per_s: [0, 0, 0, 0.02, 0.02, 0.02]", DRIFTS),
+    lie("drift 0.05 N·m/s, all torques", GRASP, "drift_per_s: [0, 0, 0, 0.05, 0.05, 0.05]", DRIFTS),
+    lie("drift 0.02 N·m/s, Tx", GRASP, "drift_per_s: [0, 0, 0, 0.02, 0, 0]", DRIFTS),
+    lie("drift 0.02 N·m/s, Ty", GRASP, "drift_per_s: [0, 0, 0, 0, 0.02, 0]", DRIFTS),
+    lie("drift 0.05 N·m/s, Tx", GRASP, "drift_per_s: [0, 0, 0, 0.05, 0, 0]", DRIFTS),
+    lie("drift 0.05 N·m/s, Ty", GRASP, "drift_per_s: [0, 0, 0, 0, 0.05, 0]", DRIFTS),
+    lie("gain 1.3", FROM_BOOT, "gain: [1.3, 1.3, 1.3, 1.3, 1.3, 1.3]", LIES),
+    lie("gain 1.3 of the torques", FROM_BOOT, "gain: [1, 1, 1, 1.3, 1.3, 1.3]", LIES),
+    lie("sign of Fz", FROM_BOOT, "gain: [1, 1, -1, 1, 1, 1]", LIES),
+    lie("sign of Tx", FROM_BOOT, "gain: [1, 1, 1, -1, 1, 1]", LIES),
+    lie("sign of Ty", FROM_BOOT, "gain: [1, 1, 1, 1, -1, 1]", LIES),
+    lie("Tx and Ty swapped", FROM_BOOT, "swap: [Tx, Ty]", LIES),
+    lie("Fx and Fz swapped", FROM_BOOT, "swap: [Fx, Fz]", LIES),
+    lie("bit 6 of Ty flips in 5 %", FROM_BOOT, "bit: {channel: Ty, number: 6, flipped_share: 0.05}", LIES),
+    lie("bit 7 of Tx sticks in the lift", LIFT, "bit: {channel: Tx, number: 7, stuck_at: 1}", LIES),
+    lie("bit 7 of Ty sticks in the lift", LIFT, "bit: {channel: Ty, number: 7, stuck_at: 1}", LIES),
 ]
+PROBES += [(f"{side} weight off {after} s into the lift",  # while the hand takes the load up, and while it rises
+            event(f"in_phase: {{phase: lift, after_s: {after}}}\n    remove_weight: {{object: bar, weight: {side}_weight}}"),
+            "turns|does not stay|contradict|weighs") for side in ("left", "right") for after in (1, 4)]
+PROBES += [(f"{100 * share:g} % of the friction in the {phase}",
+            fault(f"{{fault: slip, target: bar, friction: {share}, in_phase: {{phase: {phase}, after_s: 1}}}}"), "slip|turns")
+           for share in (0.05, 0.3) for phase in ("lift", "weigh")]
+PROBES += [("table's far edge 0.06 rad up", table(tilt=0.06), "table"),
+           ("table's near edge 0.06 rad up", table(tilt=-0.06), "table"),
+           ("table's left side 0.06 rad up", table(slope=0.06), "table"),
+           ("table's right side 0.06 rad up", table(slope=-0.06), "table")]
 
 
 def run(program, urdf, probe, seed, folder):
-    _, when, what, _ = probe
     folder.mkdir(parents=True)
-    scene = folder / "scene.yaml"
-    scene.write_text(f"extends: {urdf / 'scenes/experiment_1.yaml'}\n"
-                     f"events:\n  - {when}\n    sensor_fault: {{sensor: {SENSOR}, {what}}}\n")
-    done = subprocess.run([program, "experiment", "1", "--scene", scene, "--seed", str(seed), "--json", "--out",
-                           folder / "out"], capture_output=True, text=True, check=False)
+    done = subprocess.run([program, "experiment", "1", *probe[1](urdf, folder), "--seed", str(seed), "--model-error", "calibrated",
+                           "--json", "--out", folder / "out"], capture_output=True, text=True, check=False)
     shutil.rmtree(folder)
     try:
         return json.loads(done.stdout)["repetitions"][0]
@@ -61,7 +97,7 @@ def verdict(probe, r):
     if r.get("touches"):
         return "WRONG", f"touched: {r['touches'][0]}"
     if r["outcome"] == "stopped":
-        return ("stopped" if re.search(probe[3], r["reason"]) else "OTHER"), r["reason"]
+        return ("stopped" if re.search(probe[2], r["reason"]) else "OTHER"), r["reason"]
     if r["outcome"] in ("minimum torque", "minimum displacement") and abs(r["d_after_true"]) <= COM_ERROR:
         return "right", f"held {1e3 * abs(r['d_after_true']):.1f} mm from the centre of mass"
     return "WRONG", f"{r['outcome']}: {r.get('reason', '')}"

@@ -55,6 +55,20 @@ TEST(PdoProtection, AnotherPdosFrameIsNoneOfThis) {
   EXPECT_EQ(PdoGuard().judge(frame, kBytes), Verdict::kCorrupt);
 }
 
+// 10 bytes of objects travel in a CAN FD frame of 12.
+TEST(PdoProtection, AFramesPaddingIsNoPartOfIt) {
+  constexpr std::size_t kObjects = 10;
+  can::Frame frame(0x18B, {0x37, 0x12, 0xA0, 0x86, 0x01, 0x00, 0x21, 0x43, 0x00, 0x00, 0x00, 0x00});
+  frame.fd = true;
+  protect(frame, kObjects, 1);
+  EXPECT_EQ(frame.data[8], 1);
+  EXPECT_EQ(frame.data[10] | frame.data[11], 0);
+  frame.data[11] = 0xCC;
+  EXPECT_EQ(PdoGuard().judge(frame, kObjects), Verdict::kNew);
+  frame.data[7] ^= 1;
+  EXPECT_EQ(PdoGuard().judge(frame, kObjects), Verdict::kCorrupt);
+}
+
 TEST(PdoProtection, OldFramesAreToldFromNewOnes) {
   PdoGuard guard;
   for (int count = 0; count < 600; ++count)

@@ -13,23 +13,37 @@
 namespace walkman::apps {
 namespace {
 
-/// Of the first object of a shipped scene.
-double least_of(const std::string& scene) {
+/// Of the first object of a shipped scene, with all that stands in it turned by `angle` (rad) about
+/// `axis` through that.
+double least_of(const std::string& scene, double angle = 0,
+                const Eigen::Vector3d& axis = Eigen::Vector3d::UnitX()) {
   const std::string tree = WALKMAN_SOURCE_TREE;
   WorldOptions options;
   options.scene = tree + "/urdf/scenes/" + scene + ".yaml";
   options.actuators = tree + "/emulator/plant/actuators";
   options.model_error = "none";
   EmulatedWorld world(options);
+  SceneObject& object = world.scene.objects.front();
+  const Eigen::Vector3d middle = object.X_WO.translation();
+  const Eigen::Isometry3d turned =
+      Eigen::Translation3d(middle) * Eigen::AngleAxisd(angle, axis) * Eigen::Translation3d(-middle);
+  object.X_WO = turned * object.X_WO;
+  for (FixedBody& body : world.scene.fixed) body.X_WF = turned * body.X_WF;
   const robot::Robot robot(world.robot.model, world.robot.devices, world.emulator.interfaces());
   const MethodParameters parameters = load_method_parameters(tree + "/adaptation/parameters.yaml");
-  const auto least =
-      least_torque(world.scene, world.scene.objects.front(), world.robot, robot.joint_names(), parameters);
+  const auto least = least_torque(world.scene, object, world.robot, robot.joint_names(), parameters);
   return least.value_or(std::nan(""));
 }
 
 TEST(LeastTorque, IsNothingWhereAHandCanBeAroundTheCentreOfMass) {
   EXPECT_LT(least_of("experiment_1"), 0.02);
+}
+
+TEST(LeastTorque, OnATableThatIsNotLevelToo) {
+  for (const double slope : {-0.06, 0.06}) {
+    EXPECT_LT(least_of("experiment_1", slope, Eigen::Vector3d::UnitX()), 0.02) << slope;
+    EXPECT_LT(least_of("experiment_1", slope, Eigen::Vector3d::UnitY()), 0.02) << slope;
+  }
 }
 
 /// The centre of mass is 14.9 mm inside the head; a palm of 11 cm cannot come nearer to the head than its
