@@ -90,6 +90,22 @@ struct Rig {
     return swing;
   }
 
+  /// Whether the motors stay where they are, to a step of their encoders, when the arm is pushed: brakes do
+  /// that, a drive that holds its position gives way first.
+  [[nodiscard]] bool on_brakes() {
+    const std::vector<double> before = motors();
+    emulator->inject(faults::parse_fault({"push", "RForearm", "y=200", "for=0.5"}));
+    emulator->advance(emulator->now() + 400ms);
+    return motors() == before;
+  }
+
+  [[nodiscard]] std::vector<double> motors() const {
+    std::vector<double> out;
+    for (int i = 0; i < emulator->plant().drive_count(); ++i)
+      out.push_back(emulator->plant().readings(i).motor_position);
+    return out;
+  }
+
   /// Of the joints in the plant, rad, in the drivers' order.
   [[nodiscard]] std::vector<double> positions() const {
     std::vector<double> out;
@@ -261,8 +277,16 @@ TEST_P(InjectedFault, IsSeenOnTheRightDeviceInItsTime) {
     EXPECT_EQ(fault->kind, seen->kind) << fault->text;
     EXPECT_EQ(fault->device, seen->device) << fault->text;
     EXPECT_LE(took, seen->within) << fault->text;
-    EXPECT_LT(rig.swing_after_stop(), kStill) << "after " << fault->text;
+    const std::string found = fault->text;
+    EXPECT_LT(rig.swing_after_stop(), kStill) << "after " << found;
+    EXPECT_TRUE(rig.on_brakes()) << "after " << found;
   }
+}
+
+/// What the check above is worth.
+TEST(StandingStill, ByADriveThatHoldsIsNotOnBrakes) {
+  Rig rig(false);
+  EXPECT_FALSE(rig.on_brakes());
 }
 
 INSTANTIATE_TEST_SUITE_P(All, InjectedFault, testing::ValuesIn(cases()),
