@@ -283,7 +283,18 @@ TEST_P(InjectedFault, IsSeenOnTheRightDeviceInItsTime) {
   }
 }
 
-/// What the check above is worth.
+/// Sways are at their turning point above, half a second in; a link that is to move at once is missed sooner.
+TEST(InjectedLinkEncoder, ThatSticksAtFullSpeedIsSeenSooner) {
+  Rig rig(true);
+  rig.run(500ms);
+  rig.emulator->inject(faults::parse_fault({"encoder-stuck", "RElbj", "side=1"}));
+  EXPECT_LE(rig.run(2s), 250ms);
+  ASSERT_TRUE(rig.robot->fault());
+  EXPECT_EQ(rig.robot->fault()->kind, FaultKind::kNotFinite);
+  EXPECT_EQ(rig.robot->fault()->device, "RElbj");
+}
+
+/// What the check of brakes is worth.
 TEST(StandingStill, ByADriveThatHoldsIsNotOnBrakes) {
   Rig rig(false);
   EXPECT_FALSE(rig.on_brakes());
