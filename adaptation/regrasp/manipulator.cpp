@@ -178,6 +178,13 @@ void Manipulator::calibrate() {
     weigh_empty(X_TH_start_);
   } while (session_.recoveries() != recoveries);
   motion_->keep_posture(false);
+  if (const double misfit = estimator_.object().misfit; !(misfit < kMostMisfit)) {
+    throw Refused(
+        fmt::format("the wrist's readings of the empty hand contradict its weight: turned four ways, they are "
+                    "{:.1f} standard deviations away from what it would make, expected less than {:g}: the "
+                    "sensor is wrong",
+                    misfit, kMostMisfit));
+  }
 }
 
 Manipulator::MeanReading Manipulator::mean_reading(double seconds) {
