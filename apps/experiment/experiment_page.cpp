@@ -124,7 +124,7 @@ Trace read_trace(const std::filesystem::path& file) {
 
 /// The paper's three labels, and what is between.
 const char* label_of(const std::string& phase) {
-  if (phase == "tare" || phase == "grasp") return "approach/grasp";
+  if (phase == "approach" || phase == "tare" || phase == "grasp") return "approach/grasp";
   if (phase == "lift" || phase == "turn" || phase == "weigh" || phase == "watch") return "lift";
   if (phase == "lower") return "lower/release";
   return "";
@@ -135,13 +135,8 @@ std::string torque_chart(const std::filesystem::path& folder) {
   std::size_t first = 0;  // before the first tare there is nothing to compare with
   while (first < trace.time.size() && trace.torque[first] == 0) ++first;
   if (trace.time.size() < first + 2) return "";
-  const auto of_lift = [](const std::string& phase) { return *label_of(phase) != '\0'; };
-  double most = 0.1;
-  std::size_t p = 0;
-  for (std::size_t i = first; i < trace.time.size(); ++i) {
-    while (p + 1 < trace.phases.size() && trace.phases[p + 1].first <= trace.time[i]) ++p;
-    if (of_lift(trace.phases[p].second)) most = std::max(most, trace.torque[i]);
-  }
+  const auto past = static_cast<std::ptrdiff_t>(first);
+  const double most = std::max(0.1, *std::max_element(trace.torque.begin() + past, trace.torque.end()));
   const Axis x{trace.time[first], trace.time.back(), kMargin, kWidth - 8};
   const Axis y{0, 1.1 * most, kHeight - 24, 26};
   std::string svg;
@@ -165,14 +160,8 @@ std::string torque_chart(const std::filesystem::path& folder) {
   svg += y_grid(y, "N·m");
   svg += "<polyline fill='none' stroke='#333' points='";
   const std::size_t step = std::max<std::size_t>(1, (trace.time.size() - first) / 1500);
-  p = 0;
-  for (std::size_t i = first; i < trace.time.size(); i += step) {
-    while (p + 1 < trace.phases.size() && trace.phases[p + 1].first <= trace.time[i]) ++p;
-    if (of_lift(trace.phases[p].second))
-      svg += fmt::format("{:.1f},{:.1f} ", x.at(trace.time[i]), y.at(std::min(trace.torque[i], y.to)));
-    else if (i + step < trace.time.size() && svg.back() != '\'')
-      svg += fmt::format("{:.1f},{:.1f} ", x.at(trace.time[i]), y.at(0));
-  }
+  for (std::size_t i = first; i < trace.time.size(); i += step)
+    svg += fmt::format("{:.1f},{:.1f} ", x.at(trace.time[i]), y.at(trace.torque[i]));
   svg += "'/>";
   for (const double value : ticks(x))
     svg += fmt::format("<text x='{:.1f}' y='{}' text-anchor='middle'>{:g} s</text>", x.at(value), kHeight - 6,
@@ -180,7 +169,7 @@ std::string torque_chart(const std::filesystem::path& folder) {
   return chart(
       svg,
       "Torque at the wrist about the hand frame, in the first repetition: what the sensor reads more than "
-      "with the hand empty.");
+      "at the last tare of the empty hand; turned, that hand makes a torque of its own.");
 }
 
 std::string base64(const std::string& bytes) {

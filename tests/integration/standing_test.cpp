@@ -83,6 +83,27 @@ TEST(Standing, SixtySecondsAtHome) {
               1e3 * away, 1e3 * (most - least).norm());
 }
 
+/// Motors are on their brakes then, and the body on its springs: what they give way by stays within a tenth
+/// of a foot's length.
+TEST(Standing, IsNotEndedBySafeStopOrTheDriversEnd) {
+  for (const bool stop : {true, false}) {
+    SCOPED_TRACE(stop ? "safe stop" : "the drivers' end");
+    rigs::CommandedRobot robot(scene(), emulator_options());
+    const Feet feet(robot);
+    robot.start();
+    robot.manipulator().hold(2);
+    const Eigen::Vector3d before = robot.p_Wcm();
+    robot.abandon(stop, std::chrono::seconds(10));
+    const Eigen::Vector3d after = robot.p_Wcm();
+    robot.abandon(false, std::chrono::seconds(10));
+    std::printf("centre of mass moved by %.3f mm in ten seconds, by %.3f mm in ten more\n",
+                1e3 * (after - before).norm(), 1e3 * (robot.p_Wcm() - after).norm());
+    EXPECT_LT((after - before).norm(), 0.005);
+    EXPECT_LT((robot.p_Wcm() - after).norm(), 0.001) << "it stands";
+    EXPECT_LT(feet.slide(), 1e-3);
+  }
+}
+
 /// A push for 0.1 s at the chest, 1.67 m above the ground.
 struct Push {
   double force = 0;      // N

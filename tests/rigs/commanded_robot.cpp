@@ -53,6 +53,11 @@ void CommandedRobot::grasp(const Eigen::Isometry3d& X_TG, double radius, const s
                                                  Eigen::Vector3d(0.5, 0, radius)));
 }
 
+void CommandedRobot::abandon(bool stop, Time period) {
+  if (stop) robot_.stop();
+  emulator_.advance(emulator_.now() + period);
+}
+
 double CommandedRobot::seconds() const { return std::chrono::duration<double>(emulator_.now()).count(); }
 
 int CommandedRobot::sensor(const std::string& frame) const {

@@ -40,6 +40,9 @@ class CommandedRobot : private regrasp::Observer {
   /// Takes a handle of `radius` (m) by the frame X_TG on its surface; `over` is called with the hand over it.
   void grasp(const Eigen::Isometry3d& X_TG, double radius, const std::function<void()>& over = {});
 
+  /// The drivers' safe stop or, without `stop`, their sudden end; then the world goes on without them.
+  void abandon(bool stop, Time period);
+
   /// Called after every cycle, outside of which nothing moves.
   std::function<void()> each_cycle;
 
