@@ -80,8 +80,18 @@ std::string list_text() {
   return out;
 }
 
+/// Where each kind can be: rows of docs/faults.md.
+std::string list_markdown() {
+  std::string out =
+      "| fault | of | in an experiment or a campaign | while `emulate` runs |\n|---|---|---|---|\n";
+  for (const faults::InjectableFault& kind : faults::injectable_faults())
+    out += fmt::format("| `{}` | {} | yes | {}{} |\n", kind.name, target_of(kind.target),
+                       kind.embedded_only.empty() ? "yes" : "no: ", kind.embedded_only);
+  return out;
+}
+
 struct Options {
-  bool as_json = false;
+  bool as_json = false, as_markdown = false;
   std::string socket = default_fault_socket().string();
   std::vector<std::string> words;
   std::string lasts;
@@ -123,12 +133,17 @@ void add_fault_command(CLI::App& app, std::function<int()>& run) {
                      "The emulator's, as its --fault-socket (" + options->socket + ")");
     return verb;
   };
-  add("list", "Every kind with its target, its parameters and what the drivers see",
-      [](const Options& given) -> int {
-        given.as_json ? print_json(list_json().dump(2) + "\n") : print(list_text());
-        return kOk;
-      })
-      ->add_flag("--json", options->as_json, "As JSON");
+  CLI::App* list = add("list", "Every kind with its target, its parameters and what the drivers see",
+                       [](const Options& given) -> int {
+                         if (given.as_json) {
+                           print_json(list_json().dump(2) + "\n");
+                         } else {
+                           print(given.as_markdown ? list_markdown() : list_text());
+                         }
+                         return kOk;
+                       });
+  auto* as_json = list->add_flag("--json", options->as_json, "As JSON");
+  list->add_flag("--markdown", options->as_markdown, "Where each can be, as a table")->excludes(as_json);
   CLI::App* verb =
       with_socket(add("inject", "Break something of an emulator that runs; prints the fault's name", inject));
   verb->add_option("FAULT", options->words, "Target and fault, and NAME=VALUE: RElbj encoder-stuck side=0")
