@@ -277,6 +277,8 @@ TEST_P(InjectedFault, IsSeenOnTheRightDeviceInItsTime) {
     EXPECT_EQ(fault->kind, seen->kind) << fault->text;
     EXPECT_EQ(fault->device, seen->device) << fault->text;
     EXPECT_LE(took, seen->within) << fault->text;
+    const auto interval = faults::find_fault(one.words.front())->interval;
+    EXPECT_GE(interval.value_or(0), std::chrono::duration<double>(took).count()) << "as campaigns have it";
     const std::string found = fault->text;
     EXPECT_LT(rig.swing_after_stop(), kStill) << "after " << found;
     EXPECT_TRUE(rig.on_brakes()) << "after " << found;
