@@ -24,6 +24,7 @@ SENSOR = "r_arm_ft"
 FROM_BOOT = "at_s: 0.5"
 COM_ERROR = 0.02  # m, the method's d_thres
 DRIFTS = "drift|does not stay|contradict"
+EMPTY_HAND = "empty hand contradict"  # before anything is lifted
 LIES = "contradict|weighs|does not stay|drift|beside|holds nothing|object turns|outside of the object"
 
 
@@ -59,13 +60,13 @@ PROBES = [
     lie("drift 0.02 N·m/s, Ty", GRASP, "drift_per_s: [0, 0, 0, 0, 0.02, 0]", DRIFTS),
     lie("drift 0.05 N·m/s, Tx", GRASP, "drift_per_s: [0, 0, 0, 0.05, 0, 0]", DRIFTS),
     lie("drift 0.05 N·m/s, Ty", GRASP, "drift_per_s: [0, 0, 0, 0, 0.05, 0]", DRIFTS),
-    lie("gain 1.3", FROM_BOOT, "gain: [1.3, 1.3, 1.3, 1.3, 1.3, 1.3]", LIES),
-    lie("gain 1.3 of the torques", FROM_BOOT, "gain: [1, 1, 1, 1.3, 1.3, 1.3]", LIES),
-    lie("sign of Fz", FROM_BOOT, "gain: [1, 1, -1, 1, 1, 1]", LIES),
-    lie("sign of Tx", FROM_BOOT, "gain: [1, 1, 1, -1, 1, 1]", LIES),
-    lie("sign of Ty", FROM_BOOT, "gain: [1, 1, 1, 1, -1, 1]", LIES),
-    lie("Tx and Ty swapped", FROM_BOOT, "swap: [Tx, Ty]", LIES),
-    lie("Fx and Fz swapped", FROM_BOOT, "swap: [Fx, Fz]", LIES),
+    lie("gain 1.3", FROM_BOOT, "gain: [1.3, 1.3, 1.3, 1.3, 1.3, 1.3]", EMPTY_HAND),
+    lie("gain 1.3 of the torques", FROM_BOOT, "gain: [1, 1, 1, 1.3, 1.3, 1.3]", EMPTY_HAND),
+    lie("sign of Fz", FROM_BOOT, "gain: [1, 1, -1, 1, 1, 1]", EMPTY_HAND),
+    lie("sign of Tx", FROM_BOOT, "gain: [1, 1, 1, -1, 1, 1]", EMPTY_HAND),
+    lie("sign of Ty", FROM_BOOT, "gain: [1, 1, 1, 1, -1, 1]", EMPTY_HAND),
+    lie("Tx and Ty swapped", FROM_BOOT, "swap: [Tx, Ty]", EMPTY_HAND),
+    lie("Fx and Fz swapped", FROM_BOOT, "swap: [Fx, Fz]", EMPTY_HAND),
     lie("bit 6 of Ty flips in 5 %", FROM_BOOT, "bit: {channel: Ty, number: 6, flipped_share: 0.05}", LIES),
     lie("bit 7 of Tx sticks in the lift", LIFT, "bit: {channel: Tx, number: 7, stuck_at: 1}", LIES),
     lie("bit 7 of Ty sticks in the lift", LIFT, "bit: {channel: Ty, number: 7, stuck_at: 1}", LIES),
