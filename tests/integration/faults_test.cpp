@@ -101,6 +101,7 @@ struct Rig {
 
   [[nodiscard]] std::vector<double> motors() const {
     std::vector<double> out;
+    out.reserve(static_cast<std::size_t>(emulator->plant().drive_count()));
     for (int i = 0; i < emulator->plant().drive_count(); ++i)
       out.push_back(emulator->plant().readings(i).motor_position);
     return out;
