@@ -179,11 +179,11 @@ void Manipulator::calibrate() {
   } while (session_.recoveries() != recoveries);
   motion_->keep_posture(false);
   if (const double misfit = estimator_.object().misfit; !(misfit < kMostMisfit)) {
-    throw Refused(
-        fmt::format("the wrist's readings of the empty hand contradict its weight: turned four ways, they are "
-                    "{:.1f} standard deviations away from what it would make, expected less than {:g}: the "
-                    "sensor is wrong",
-                    misfit, kMostMisfit));
+    throw Refused(fmt::format(
+        "the wrist's readings of the empty hand contradict its weight: turned four ways, they are "
+        "{:.1f} standard deviations away from what it would make, expected less than {:g}: the "
+        "sensor is wrong",
+        misfit, kMostMisfit));
   }
 }
 

@@ -83,8 +83,7 @@ TEST(Standing, SixtySecondsAtHome) {
               1e3 * away, 1e3 * (most - least).norm());
 }
 
-/// Motors are on their brakes then, and the body on its springs: what they give way by stays within a tenth
-/// of a foot's length.
+/// Motors are on their brakes then, and the body on its springs.
 TEST(Standing, IsNotEndedBySafeStopOrTheDriversEnd) {
   for (const bool stop : {true, false}) {
     SCOPED_TRACE(stop ? "safe stop" : "the drivers' end");
