@@ -202,7 +202,8 @@ const std::vector<InjectableFault>& catalogue() {
       {"ft-gain",
        kForceTorque,
        "readings are too large or too small",
-       "the empty hand's weighing is refused; once that is over, an object's, and it is lowered",
+       "the empty hand's weighing is refused; once that is over, an object's, or what is read after its "
+       "release",
        {{"gain", "", -10, 10, 1.3, "reading over truth, of all axes"}}},
 
       // Actuators
