@@ -28,6 +28,8 @@ std::string_view target_of(faults::Target target) {
       return "device";
     case faults::Target::kDrive:
       return "drive";
+    case faults::Target::kDrives:
+      return "bus or drive";
     case faults::Target::kForceTorque:
       return "force/torque sensor";
     case faults::Target::kCamera:
@@ -60,6 +62,7 @@ nlohmann::json list_json() {
                    {"what", kind.what},
                    {"seen", kind.seen},
                    {"embedded_only", kind.embedded_only},
+                   {"by_hand", kind.by_hand},
                    {"interval", kind.interval ? nlohmann::json(*kind.interval) : nlohmann::json(nullptr)},
                    {"parameters", parameters}});
   }
@@ -73,6 +76,7 @@ std::string list_text() {
                        "", kind.seen);
     if (!kind.embedded_only.empty())
       out += fmt::format("{:<18} not of a running emulator: {}\n", "", kind.embedded_only);
+    if (!kind.by_hand.empty()) out += fmt::format("{:<18} cannot be injected: {}\n", "", kind.by_hand);
     for (const faults::Parameter& p : kind.parameters)
       out += fmt::format("{:<18}   {} {:g} to {:g}{}{} ({:g}): {}\n", "", p.name, p.least, p.most,
                          p.unit.empty() ? "" : " ", p.unit, p.standard, p.what);
@@ -85,8 +89,13 @@ std::string list_markdown() {
   std::string out =
       "| fault | of | in an experiment or a campaign | while `emulate` runs |\n|---|---|---|---|\n";
   for (const faults::InjectableFault& kind : faults::injectable_faults())
-    out += fmt::format("| `{}` | {} | yes | {}{} |\n", kind.name, target_of(kind.target),
-                       kind.embedded_only.empty() ? "yes" : "no: ", kind.embedded_only);
+    if (kind.by_hand.empty()) {
+      out += fmt::format("| `{}` | {} | yes | {}{} |\n", kind.name, target_of(kind.target),
+                         kind.embedded_only.empty() ? "yes" : "no: ", kind.embedded_only);
+    } else {
+      out +=
+          fmt::format("| `{}` | {} | no: {} | likewise |\n", kind.name, target_of(kind.target), kind.by_hand);
+    }
   return out;
 }
 

@@ -66,6 +66,7 @@ struct Kind {
   FaultKind operator()(const cause::ReceiveOverflow&) const { return FaultKind::kReceiveOverflow; }
   FaultKind operator()(const cause::BusFlooded&) const { return FaultKind::kBusFlooded; }
   FaultKind operator()(const cause::BusSilent&) const { return FaultKind::kBusSilent; }
+  FaultKind operator()(const cause::SupplyAtFault&) const { return FaultKind::kEmergency; }
   FaultKind operator()(const cause::CycleLate&) const { return FaultKind::kCycleLate; }
 };
 
@@ -189,6 +190,10 @@ struct Sentence {
     }
     return fmt::format("none of its {} devices is heard for {:.4g} ms: the bus is cut, or they have no power",
                        c.devices, ms(c.age));
+  }
+  std::string operator()(const cause::SupplyAtFault& c) const {
+    return fmt::format("{} devices sent emergency {:04X}h at once{}{}: what they are supplied by is at fault",
+                       c.devices, c.message.code, c.meaning.empty() ? "" : ", ", c.meaning);
   }
   std::string operator()(const cause::CycleLate& c) const {
     return fmt::format(

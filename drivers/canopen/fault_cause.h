@@ -134,6 +134,11 @@ struct BusSilent {
   Time age{};          ///< since any of them was heard
   bool heard = false;  ///< they are, but no TPDO of theirs: SYNC does not reach them
 };
+struct SupplyAtFault {
+  EmcyMessage message;       ///< that all of them sent
+  std::string_view meaning;  ///< empty: unknown here
+  int devices = 0;           ///< how many of the bus
+};
 struct CycleLate {
   Time gap{};  ///< between two control cycles
   Time period{};
@@ -141,14 +146,13 @@ struct CycleLate {
 
 }  // namespace cause
 
-using FaultCause =
-    std::variant<cause::NoTpdo, cause::CounterStuck, cause::NoHeartbeat, cause::BootUp,
-                 cause::LeftOperational, cause::Emcy, cause::DriveState, cause::MeasuringStatus,
-                 cause::OutOfRange, cause::ReadingsFrozen, cause::BeyondReach, cause::PositionJump,
-                 cause::TorqueJump, cause::LinkStands, cause::NotFollowing, cause::RequestFailed,
-                 cause::CommandNotFinite, cause::CommandBeyondLimit, cause::CommandCount, cause::NoSuchHand,
-                 cause::InterfaceDown, cause::BusOff, cause::FrameRefused, cause::QueueFull,
-                 cause::ReceiveOverflow, cause::BusFlooded, cause::BusSilent, cause::CycleLate>;
+using FaultCause = std::variant<
+    cause::NoTpdo, cause::CounterStuck, cause::NoHeartbeat, cause::BootUp, cause::LeftOperational,
+    cause::Emcy, cause::DriveState, cause::MeasuringStatus, cause::OutOfRange, cause::ReadingsFrozen,
+    cause::BeyondReach, cause::PositionJump, cause::TorqueJump, cause::LinkStands, cause::NotFollowing,
+    cause::RequestFailed, cause::CommandNotFinite, cause::CommandBeyondLimit, cause::CommandCount,
+    cause::NoSuchHand, cause::InterfaceDown, cause::BusOff, cause::FrameRefused, cause::QueueFull,
+    cause::ReceiveOverflow, cause::BusFlooded, cause::BusSilent, cause::SupplyAtFault, cause::CycleLate>;
 
 [[nodiscard]] FaultKind kind_of(const FaultCause& cause) noexcept;
 

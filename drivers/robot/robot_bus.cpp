@@ -68,9 +68,27 @@ std::optional<FaultRecord> RobotBus::judge_link(Time now) const noexcept {
 
 std::optional<FaultRecord> RobotBus::judge_devices(Time now) const noexcept {
   for (const auto& device : devices_) {
-    if (const auto found = device->judge(now)) return explained({*found, device.get(), nullptr, now}, now);
+    const auto found = device->judge(now);
+    if (!found) continue;
+    if (const auto* emergency = std::get_if<cause::Emcy>(&*found))
+      if (const auto shared = of_supply(*emergency, now)) return record(*shared, now);
+    return explained({*found, device.get(), nullptr, now}, now);
   }
   return std::nullopt;
+}
+
+std::optional<cause::SupplyAtFault> RobotBus::of_supply(const cause::Emcy& emergency,
+                                                        Time now) const noexcept {
+  constexpr int kMains = 0x31, kDcLink = 0x32;  // CiA 402, error codes of voltages outside the device
+  const int group = emergency.message.code >> 8;
+  if (group != kMains && group != kDcLink) return std::nullopt;
+  const auto devices = std::count_if(devices_.begin(), devices_.end(), [&](const auto& device) {
+    const auto found = device->judge(now);
+    const auto* other = found ? std::get_if<cause::Emcy>(&*found) : nullptr;
+    return other != nullptr && other->message.code == emergency.message.code;
+  });
+  if (devices < 2) return std::nullopt;
+  return cause::SupplyAtFault{emergency.message, emergency.meaning, static_cast<int>(devices)};
 }
 
 std::optional<FaultRecord> RobotBus::judge(Time now) const noexcept {

@@ -47,6 +47,9 @@ class RobotBus {
   [[nodiscard]] std::optional<FaultRecord> judge_link(Time now) const noexcept;
   /// First thing wrong with the devices, likewise.
   [[nodiscard]] std::optional<FaultRecord> judge_devices(Time now) const noexcept;
+  /// When several devices have sent the same emergency about a voltage they do not make themselves.
+  [[nodiscard]] std::optional<canopen::cause::SupplyAtFault> of_supply(const canopen::cause::Emcy& emergency,
+                                                                       Time now) const noexcept;
   /// The link first, then the devices.
   [[nodiscard]] std::optional<FaultRecord> judge(Time now) const noexcept;
   /// Time since any of the devices was heard.

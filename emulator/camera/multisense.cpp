@@ -79,12 +79,14 @@ void MultiSense::advance(Time now, const plant::Plant& plant) {
   while (next_ <= now) next_ += Time(period_ns_.load());
   if (fault_.blind) return;
   ++exposure_.frame;
+  if (fault_.stale && exposure_.stamp != Time::min()) return;
   exposure_.stamp = now;
   exposure_.spindle_angle = laser_ ? laser_->angle() : 0;
   exposure_.X_WC = plant.X_WL(optical_link_) * fault_.X_CF;
   exposure_.dropout = fault_.dropout;
   exposure_.dropout_seed = fault_.seed;
   exposure_.phantom = fault_.phantom;
+  exposure_.hidden = fault_.hidden;
   note_poses(plant, exposure_.poses);
 }
 
@@ -159,6 +161,10 @@ void MultiSense::render(const Exposure& exposure, bool images, Frame& out) {
       if (lost(generator)) d = 0;
   }
   if (exposure.phantom) match_nothing(*exposure.phantom);
+  const auto column = [&](double share) { return static_cast<std::ptrdiff_t>(share * optics().width); };
+  for (auto row = disparity_.begin(); exposure.hidden.to > exposure.hidden.from && row != disparity_.end();
+       row += optics().width)
+    std::fill(row + column(exposure.hidden.from), row + column(exposure.hidden.to), 0.F);
   std::transform(disparity_.begin(), disparity_.end(), disparity.pixels.begin(), [](float d) {
     const float steps = d / multisense::Disparity::kStep + 0.5F;
     return static_cast<std::uint16_t>(std::min<float>(steps, multisense::Disparity::kLargest));

@@ -23,6 +23,7 @@ namespace walkman {
 /// What is broken of the camera.
 struct CameraFault {
   bool blind = false;      ///< nothing is exposed
+  bool stale = false;      ///< the last exposure is delivered over and over, with its stamp
   double dropout = 0;      ///< share of the pixels without a match, besides those of the matcher
   std::uint64_t seed = 1;  ///< of which these are
   Eigen::Isometry3d X_CF =
@@ -33,6 +34,11 @@ struct CameraFault {
     double distance = 0;  ///< m
   };
   std::optional<Phantom> phantom;
+  /// Columns without a match, as shares of the image's width.
+  struct Hidden {
+    double from = 0, to = 0;
+  };
+  Hidden hidden;
 };
 
 /// Where everything was when the camera exposed: enough to render the frame at any later time.
@@ -45,6 +51,7 @@ struct Exposure {
   double dropout = 0;                    ///< share of the pixels that a fault leaves without a match
   std::uint64_t dropout_seed = 1;
   std::optional<CameraFault::Phantom> phantom;
+  CameraFault::Hidden hidden;
 };
 
 /// The head's stereo camera: exposes the plant at its frame rate and matches what it saw.

@@ -135,31 +135,41 @@ void FaultInjector::end(Entry& entry) {
 }
 
 void FaultInjector::put_together(const Effect& changed) {
-  plant::ActuatorFault actuator;
-  SensorFaultEvent sensor;
   CameraFault camera;
   plant::ObjectFault object;
-  bool sensor_broken = false;
   for (const Entry& entry : entries_) {
     const Effect& effect = entry.effect;
     if (entry.state.stage != InjectionState::Stage::kActive) continue;
     if (effect.camera) effect.camera(camera);
     if (effect.on_object && effect.object == changed.object) effect.on_object(object);
-    if (effect.device != changed.device) continue;
+  }
+  if (changed.camera) world_.camera.set_fault(camera);
+  if (changed.on_object) world_.plant.set_object_fault(changed.object, object);
+  for (BreakableDevice* device : changed.devices) put_together(*device, changed);
+}
+
+void FaultInjector::put_together(BreakableDevice& device, const Effect& changed) {
+  plant::ActuatorFault actuator;
+  SensorFaultEvent sensor;
+  bool sensor_broken = false;
+  for (const Entry& entry : entries_) {
+    const Effect& effect = entry.effect;
+    const auto& whom = effect.devices;
+    if (entry.state.stage != InjectionState::Stage::kActive ||
+        std::find(whom.begin(), whom.end(), &device) == whom.end())
+      continue;
     if (effect.actuator) effect.actuator(actuator);
     if (effect.sensor) {
       effect.sensor(sensor);
       sensor_broken = true;
     }
   }
-  if (changed.camera) world_.camera.set_fault(camera);
-  if (changed.on_object) world_.plant.set_object_fault(changed.object, object);
-  if (changed.actuator) changed.device->set_actuator_fault(actuator);
+  if (changed.actuator) device.set_actuator_fault(actuator);
   if (!changed.sensor) return;
   if (sensor_broken) {
-    changed.device->set_sensor_fault(sensor);
+    device.set_sensor_fault(sensor);
   } else {
-    changed.device->mend();
+    device.mend();
   }
 }
 
@@ -189,6 +199,7 @@ FaultInjector::Effect FaultInjector::make(const Injection& injection) {
     case Target::kHost:
       return make_on_computer(injection);
     case Target::kFrames:
+    case Target::kDrives:
     case Target::kBus:
       break;
     case Target::kDevice:
@@ -198,6 +209,7 @@ FaultInjector::Effect FaultInjector::make(const Injection& injection) {
   }
   const std::size_t bus = bus_of(injection);
   if (bus == world_.buses.size()) return make_on_device(injection);
+  if (injection.kind->target == Target::kDrives) return make_on_drives(injection, bus);
   Effect effect;
   effect.bus = bus;
   effect.frames = faults_of(bus).make(injection, 0, nullptr);
@@ -208,13 +220,16 @@ FaultInjector::Effect FaultInjector::make_on_device(const Injection& injection) 
   const Breakable& target = device_of(injection);
   nodes::CanopenSlave& node = target.device->node();
   Effect effect;
-  if (injection.kind->target == Target::kDrive) effect = make_on_drive(injection);
+  if (injection.kind->target == Target::kDrive || injection.kind->target == Target::kDrives)
+    effect = make_on_drive(injection);
   if (injection.kind->target == Target::kForceTorque) effect = make_on_sensor(injection);
-  effect.device = target.device;
+  effect.devices = {target.device};
   effect.bus = target.bus;
   effect.frames = faults_of(target.bus).make(injection, target.node_id, &node);
   const std::string_view name = injection.kind->name;
   if (name == "silent-reboot") effect.once = [&node] { node.restart(); };
+  if (name == "clock-drift")
+    effect.switched = [&node, ppm = injection.value("ppm")](bool on) { node.detune(on ? ppm : 0); };
   if (name == "nmt-preop-drop") effect.once = [&node] { node.leave_operational(); };
   if (name == "overcurrent-trip")
     effect.once = [device = target.device] {
@@ -234,6 +249,17 @@ FaultInjector::Effect FaultInjector::make_on_device(const Injection& injection) 
   return effect;
 }
 
+FaultInjector::Effect FaultInjector::make_on_drives(const Injection& injection, std::size_t bus) {
+  Effect effect = make_on_drive(injection);
+  for (const Breakable& one : world_.devices) {
+    const bool drive = std::any_of(world_.known.begin(), world_.known.end(), [&](const KnownTarget& known) {
+      return known.name == one.name && known.kind == Target::kDrive;
+    });
+    if (one.bus == bus && drive) effect.devices.push_back(one.device);
+  }
+  return effect;
+}
+
 FaultInjector::Effect FaultInjector::make_on_drive(const Injection& injection) {
   using plant::ActuatorFault;
   Effect effect;
@@ -248,7 +274,10 @@ FaultInjector::Effect FaultInjector::make_on_drive(const Injection& injection) {
   if (name == "encoder-stuck") on_encoder([](ActuatorFault::Encoder& encoder) { encoder.stuck = true; });
   if (name == "torque-dropout") effect.actuator = [](ActuatorFault& fault) { fault.torque_lost = true; };
   if (name == "temperature-high")
-    effect.actuator = [rise = value("rise")](ActuatorFault& fault) { fault.winding_rise += rise; };
+    effect.actuator = [rise = value("rise"), rate = value("rate")](ActuatorFault& fault) {
+      fault.winding_rise += rise;
+      fault.winding_rate = std::min(fault.winding_rate, rate);
+    };
   if (name == "torque-loss")
     effect.actuator = [share = value("share")](ActuatorFault& fault) { fault.torque_share *= share; };
   if (name == "joint-locked") effect.actuator = [](ActuatorFault& fault) { fault.drag = kJammed; };
@@ -261,6 +290,8 @@ FaultInjector::Effect FaultInjector::make_on_drive(const Injection& injection) {
     };
   if (name == "backlash")
     effect.actuator = [play = value("play")](ActuatorFault& fault) { fault.play += play; };
+  if (name == "compliance-change")
+    effect.actuator = [share = value("stiffness")](ActuatorFault& fault) { fault.stiffness *= share; };
   if (name == "undervoltage")
     effect.actuator = [volts = value("voltage")](ActuatorFault& fault) { fault.supply_voltage = volts; };
   return effect;
@@ -322,6 +353,11 @@ FaultInjector::Effect FaultInjector::make_on_camera(const Injection& injection) 
     effect.camera = [share = value("share"), seed = injection.seed](CameraFault& fault) {
       fault.dropout = share;
       fault.seed = seed;
+    };
+  if (name == "cloud-stale") effect.camera = [](CameraFault& fault) { fault.stale = true; };
+  if (name == "cloud-occlusion")
+    effect.camera = [from = value("from"), to = value("to")](CameraFault& fault) {
+      fault.hidden = {from, to};
     };
   if (name == "extrinsic-error")
     moved(Eigen::Translation3d(value("shift"), 0, 0) * turned(value("turn"), Eigen::Vector3d::UnitZ()));

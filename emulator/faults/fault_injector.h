@@ -53,7 +53,7 @@ class FaultInjector {
  private:
   /// What an injection does; what it does not need is empty.
   struct Effect {
-    BreakableDevice* device = nullptr;
+    std::vector<BreakableDevice*> devices;
     std::unique_ptr<FrameFault> frames;
     std::function<void()> once;          // when it begins
     std::function<void()> during;        // in every step
@@ -73,6 +73,8 @@ class FaultInjector {
   [[nodiscard]] Effect make(const Injection& injection);
   [[nodiscard]] Effect make_on_device(const Injection& injection);
   [[nodiscard]] static Effect make_on_drive(const Injection& injection);
+  /// Of all drives of a bus.
+  [[nodiscard]] Effect make_on_drives(const Injection& injection, std::size_t bus);
   [[nodiscard]] static Effect make_on_sensor(const Injection& injection);
   [[nodiscard]] static Effect make_on_camera(const Injection& injection);
   [[nodiscard]] Effect make_on_world(const Injection& injection);
@@ -86,8 +88,9 @@ class FaultInjector {
   [[nodiscard]] bool holds(const ConditionBegin& condition) const;
   void begin(Entry& entry);
   void end(Entry& entry);
-  /// Gives device and camera what all active entries together make of them.
+  /// Gives devices, object and camera what all active entries together make of them.
   void put_together(const Effect& changed);
+  void put_together(BreakableDevice& device, const Effect& changed);
 
   BreakableWorld world_;
   std::vector<std::unique_ptr<nodes::CanopenSlave>> twins_;  // of nodes

@@ -197,13 +197,15 @@ std::vector<KnownTarget> known_targets(const RobotModel& robot, const DeviceTabl
 namespace {
 
 bool is_device(Target kind) {
-  return kind == Target::kDevice || kind == Target::kDrive || kind == Target::kForceTorque;
+  return kind == Target::kDevice || kind == Target::kDrive || kind == Target::kDrives ||
+         kind == Target::kForceTorque;
 }
 
 /// Whether a target may have a fault that is done to `wanted`.
 bool suits(Target wanted, Target kind) {
   if (wanted == Target::kDevice) return is_device(kind);
   if (wanted == Target::kFrames) return is_device(kind) || kind == Target::kBus;
+  if (wanted == Target::kDrives) return kind == Target::kDrive || kind == Target::kBus;
   return wanted == kind;
 }
 
@@ -219,6 +221,7 @@ void require_target(const Injection& injection, const std::vector<KnownTarget>& 
     return std::any_of(known.begin(), known.end(),
                        [&](const KnownTarget& one) { return one.name == name && suited(one.kind); });
   };
+  if (!injection.kind->by_hand.empty()) refuse(std::string(injection.kind->by_hand));
   if (injection.frame && !is_known(injection.frame->bus, [](Target kind) { return kind == Target::kBus; }))
     refuse(fmt::format("on_frame.bus: there is no bus \"{}\"", injection.frame->bus));
   if (injection.condition && !is_known(injection.condition->device, [](Target kind) {
@@ -238,9 +241,10 @@ void require_target(const Injection& injection, const std::vector<KnownTarget>& 
   }
   if (is_another) refuse(fmt::format("{} is no {}", injection.target, to_word(wanted)));
   refuse(fmt::format("there is no {} \"{}\"{}",
-                     wanted == Target::kFrames ? "bus or device"
-                     : is_device(wanted)       ? "device"
-                                               : to_word(wanted),
+                     wanted == Target::kFrames   ? "bus or device"
+                     : wanted == Target::kDrives ? "bus or drive"
+                     : is_device(wanted)         ? "device"
+                                                 : to_word(wanted),
                      injection.target, did_you_mean(injection.target, names)));
 }
 

@@ -44,6 +44,10 @@ class Draw {
   [[nodiscard]] int below(int end) noexcept {
     return std::min(end - 1, static_cast<int>(uniform_(generator_) * end));
   }
+  [[nodiscard]] Time below(Time end) noexcept {
+    if (end <= Time{}) return {};
+    return Time(static_cast<std::int64_t>(uniform_(generator_) * static_cast<double>(end.count())));
+  }
 
  private:
   std::mt19937_64 generator_;
@@ -85,8 +89,15 @@ class Queueing final : public FrameFault {
  public:
   enum class How { kLater, kTwice, kBehindTheNext };
 
-  Queueing(const FrameFault& base, How how, bus::CanBus& bus, Time delay, std::uint64_t seed, double share)
-      : FrameFault(base), how_(how), bus_(bus), delay_(delay), draw_(seed, share), held_(kHeld) {}
+  Queueing(const FrameFault& base, How how, bus::CanBus& bus, Time delay, Time jitter, std::uint64_t seed,
+           double share)
+      : FrameFault(base),
+        how_(how),
+        bus_(bus),
+        delay_(delay),
+        jitter_(jitter),
+        draw_(seed, share),
+        held_(kHeld) {}
 
   [[nodiscard]] bool ends(can::Frame& frame, Time now) noexcept override {
     if (how_ == How::kBehindTheNext && !held_.empty()) {
@@ -101,7 +112,8 @@ class Queueing final : public FrameFault {
       bus_.hand_over(frame, bus_.sender());
       return true;
     }
-    static_cast<void>(held_.push({now + delay_, frame, &bus_.sender()}));
+    last_ = std::max(last_, now + delay_ + draw_.below(jitter_));
+    static_cast<void>(held_.push({last_, frame, &bus_.sender()}));
     return false;
   }
   /// What is held back comes after all.
@@ -124,7 +136,7 @@ class Queueing final : public FrameFault {
   }
   How how_;
   bus::CanBus& bus_;
-  Time delay_;
+  Time delay_, jitter_, last_{};  // the last: when the newest is due
   Draw draw_;
   bus::Ring<Held> held_;
 };
@@ -194,9 +206,17 @@ can::Frame frame_of(std::uint32_t id, std::initializer_list<std::uint8_t> bytes)
 }
 
 /// What a foreign master does, by the number that `rogue-master` has for it.
-can::Frame foreign_command(int command) {
+can::Frame foreign_command(int command, std::uint8_t node) {
   constexpr std::uint8_t kAllNodes = 0;
   switch (command) {
+    case 3: {
+      constexpr std::uint8_t kUpload = 0x40;
+      can::Frame frame = frame_of(canopen::cob_id::sdo_request(node), {kUpload, 0, 0, 0, 0, 0, 0, 0});
+      canopen::put(frame.data.data() + 1, canopen::object::kDeviceType);
+      return frame;
+    }
+    case 4:
+      return frame_of(canopen::cob_id::rpdo(1, node), {0, 0, 0, 0, 0, 0, 0, 0});
     case 1:
       return frame_of(canopen::cob_id::kSync, {});
     case 2:
@@ -238,14 +258,33 @@ class AlteredAnswer final : public FrameFault {
   std::optional<std::uint32_t> abort_;
 };
 
-/// Every frame of a device ends in an error frame, or as many as keep its controller error-passive.
+/// Segments of an SDO server's answers have the other toggle bit (CiA 301, 7.2.4.3.4 and 7.2.4.3.7).
+class WrongToggle final : public FrameFault {
+ public:
+  explicit WrongToggle(const FrameFault& base) : FrameFault(base) {}
+  [[nodiscard]] bool ends(can::Frame& frame, Time) noexcept override {
+    constexpr std::uint8_t kDownloadSegment = 0x20, kUploadSegment = 0x00, kCommand = 0xE0, kToggle = 0x10;
+    if (function_of(frame) != kSdoResponse || frame.length != 8) return true;
+    const int command = frame.data[0] & kCommand;
+    if (command != kDownloadSegment && command != kUploadSegment) return true;
+    frame.data[0] ^= kToggle;
+    touch();
+    return true;
+  }
+};
+
+/// Every frame of a participant ends in an error frame, or as many as keep its transmit error counter at
+/// `errors`.
 class Broken final : public FrameFault {
  public:
-  Broken(const FrameFault& base, const bus::CanBus& bus, const bus::Participant& device, bool to_the_end)
-      : FrameFault(base), bus_(bus), device_(device), to_the_end_(to_the_end) {}
+  static constexpr int kToTheEnd = 256;  // ISO 11898-1, fault confinement: bus-off
+
+  Broken(const FrameFault& base, const bus::CanBus& bus, const bus::Participant& sender, int errors)
+      : FrameFault(base), bus_(bus), sender_(sender), errors_(errors) {}
   [[nodiscard]] bus::FrameFate begins(const can::Frame&, Time) noexcept override {
-    constexpr int kPassive = 128;  // ISO 11898-1, fault confinement
-    if (!to_the_end_ && bus_.error_counters(device_).transmit >= kPassive) return bus::FrameFate::deliver();
+    if (&bus_.sender() != &sender_) return bus::FrameFate::deliver();
+    if (errors_ < kToTheEnd && bus_.error_counters(sender_).transmit >= errors_)
+      return bus::FrameFate::deliver();
     touch();
     constexpr int kInTheIdentifier = 5;
     return bus::FrameFate::corrupt(kInTheIdentifier);
@@ -253,8 +292,8 @@ class Broken final : public FrameFault {
 
  private:
   const bus::CanBus& bus_;
-  const bus::Participant& device_;
-  bool to_the_end_;
+  const bus::Participant& sender_;
+  int errors_;
 };
 
 class NoAcknowledge final : public FrameFault {
@@ -353,13 +392,13 @@ std::unique_ptr<FrameFault> BusFaults::make(const Injection& injection, std::uin
   if (name == "frame-burst-loss") return std::make_unique<BurstLoss>(base, value("frames"));
   if (name == "frame-delay")
     return std::make_unique<Queueing>(base, Queueing::How::kLater, bus_, seconds(value("delay")),
-                                      injection.seed, value("share"));
+                                      seconds(value("jitter")), injection.seed, value("share"));
   if (name == "frame-duplicate")
-    return std::make_unique<Queueing>(base, Queueing::How::kTwice, bus_, Time{}, injection.seed,
+    return std::make_unique<Queueing>(base, Queueing::How::kTwice, bus_, Time{}, Time{}, injection.seed,
                                       value("share"));
   if (name == "frame-reorder")
-    return std::make_unique<Queueing>(base, Queueing::How::kBehindTheNext, bus_, Time{}, injection.seed,
-                                      value("share"));
+    return std::make_unique<Queueing>(base, Queueing::How::kBehindTheNext, bus_, Time{}, Time{},
+                                      injection.seed, value("share"));
   if (name == "payload-bitflip")
     return std::make_unique<BitFlip>(base, static_cast<int>(value("bits")), injection.seed, value("share"));
   if (name == "wrong-length")
@@ -371,8 +410,10 @@ std::unique_ptr<FrameFault> BusFaults::make(const Injection& injection, std::uin
         value("rate"));
   if (name == "rogue-master") {
     const int command = static_cast<int>(value("command"));
-    return std::make_unique<Babble>(base, port(), foreign_command(command),
-                                    command == 1 ? value("rate") : Babble::kOnce);
+    const bool once = command == 0 || command == 2;
+    return std::make_unique<Babble>(base, port(),
+                                    foreign_command(command, static_cast<std::uint8_t>(value("node"))),
+                                    once ? Babble::kOnce : value("rate"));
   }
   if (name == "emergency-storm") {
     const auto code = static_cast<std::uint16_t>(value("code"));
@@ -390,10 +431,15 @@ std::unique_ptr<FrameFault> BusFaults::make(const Injection& injection, std::uin
                                            static_cast<std::uint8_t>(value("sub")), std::nullopt);
   if (name == "no-acknowledge") return std::make_unique<NoAcknowledge>(base);
   if (name == "heartbeat-loss") return std::make_unique<LostFunction>(base, kErrorControl);
+  if (name == "sdo-toggle-error") return std::make_unique<WrongToggle>(base);
   if (name == "sdo-timeout") return std::make_unique<LostFunction>(base, kSdoResponse);
   if (name == "pdo-frozen") return std::make_unique<FrozenPdos>(base);
-  if (participant != nullptr && (name == "bus-off" || name == "error-passive"))
-    return std::make_unique<Broken>(base, bus_, *participant, name == "bus-off");
+  if (name == "computer-bus-off")
+    return std::make_unique<Broken>(base, bus_, bus_.computer_port(), Broken::kToTheEnd);
+  if (participant != nullptr && name == "bus-off")
+    return std::make_unique<Broken>(base, bus_, *participant, Broken::kToTheEnd);
+  if (participant != nullptr && name == "error-passive")
+    return std::make_unique<Broken>(base, bus_, *participant, static_cast<int>(value("errors")));
   return nullptr;
 }
 

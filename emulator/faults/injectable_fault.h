@@ -14,6 +14,7 @@ enum class Target {
   kBus,          ///< a bus
   kDevice,       ///< any device on a bus
   kDrive,        ///< a joint's or a hand's drive
+  kDrives,       ///< a drive, or all of a bus
   kForceTorque,  ///< a force/torque sensor
   kCamera,
   kObject,  ///< of the scene
@@ -49,6 +50,8 @@ struct InjectableFault {
   /// Of what the control program meets in its own process or machine: there only, not where it is another
   /// program's. Why, one sentence; empty for all others.
   std::string_view embedded_only = {};
+  /// Of a name that only its place is kept for: nothing here can do it, and why; empty for all others.
+  std::string_view by_hand = {};
 };
 
 /// All kinds, in the order of where they act: wire, nodes, sensors, actuators, camera, world, host.

@@ -14,6 +14,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "drivers/canopen/sdo_client.h"
 #include "drivers/robot/pdo_layout.h"
 #include "drivers/robot/robot.h"
 #include "emulator/emulator.h"
@@ -192,8 +193,14 @@ std::vector<Case> cases() {
        {"babbling-idiot", "rarm"},
        Seen{FaultKind::kBusFlooded, "can_rarm", 30ms},
        Seen{FaultKind::kBusFlooded, "can_rarm", 30ms}},
+      {"Jitter", {"frame-delay", "RElbj", "delay=0.001", "jitter=0.03"}, stale, stale_too},
       {"BusOff", {"bus-off", "RElbj"}, stale, stale_too},
+      {"ComputerBusOff",
+       {"computer-bus-off", "rarm"},
+       Seen{FaultKind::kBusOff, "can_rarm", 30ms},
+       Seen{FaultKind::kBusOff, "can_rarm", 30ms}},
       {"ErrorPassive", {"error-passive", "RElbj"}, emergency, emergency_too},
+      {"ErrorWarning", {"error-passive", "RElbj", "errors=96"}, nothing, nothing},
       {"NoAcknowledge", {"no-acknowledge", "RElbj"}, stale, stale_too},
       {"InterfaceDown", {"interface-down", "rarm"}, down, down_too},
       {"FullQueue", {"tx-queue-full", "rarm"}, down, down_too},
@@ -216,6 +223,17 @@ std::vector<Case> cases() {
        {"rogue-master", "rarm", "command=2"},
        Seen{FaultKind::kUnexpectedBootUp, "RShSag", 30ms},
        Seen{FaultKind::kUnexpectedBootUp, "RShSag", 30ms}},
+      {"ForeignRequests", {"rogue-master", "rarm", "command=3", "node=14"}, nothing, nothing},
+      {"ForeignSetPoints",
+       {"rogue-master", "rarm", "command=4", "node=14", "rate=1000"},
+       emergency,
+       emergency_too},
+      {"CrystalsDrift", {"clock-drift", "RElbj", "ppm=-100"}, nothing, nothing},
+      {"SlowClock",
+       {"clock-drift", "RElbj", "ppm=-800000"},
+       Seen{FaultKind::kHeartbeatLost, "RElbj", 510ms},
+       Seen{FaultKind::kHeartbeatLost, "RElbj", 510ms}},
+      {"WrongToggle", {"sdo-toggle-error", "RElbj"}, nothing, nothing},
       {"StuckReadings",
        {"ft-stuck", "r_arm_ft"},
        Seen{FaultKind::kDataStale, "r_arm_ft", 250ms},
@@ -247,6 +265,7 @@ std::vector<Case> cases() {
        Seen{FaultKind::kNotFinite, "RElbj", 350ms}},
       {"TorqueDropout", {"torque-dropout", "RElbj"}, nothing, nothing},
       {"HotWinding", {"temperature-high", "RElbj"}, emergency, emergency_too},
+      {"SofterSpring", {"compliance-change", "RElbj"}, nothing, nothing},
       {"TorqueLoss", {"torque-loss", "RElbj"}, Seen{FaultKind::kNotFollowing, "RElbj", 150ms}, astray},
       {"LockedJoint", {"joint-locked", "RElbj"}, nothing, astray},
       {"DraggingBrake", {"brake-drag", "RElbj", "torque=20"}, nothing, nothing},
@@ -254,6 +273,10 @@ std::vector<Case> cases() {
       {"Backlash", {"backlash", "RElbj"}, nothing, nothing},
       {"OverCurrent", {"overcurrent-trip", "RElbj"}, emergency, emergency_too},
       {"UnderVoltage", {"undervoltage", "RElbj"}, emergency, emergency_too},
+      {"BusUnderVoltage",
+       {"undervoltage", "rarm"},
+       Seen{FaultKind::kEmergency, "can_rarm", 10ms},
+       Seen{FaultKind::kEmergency, "can_rarm", 10ms}},
   };
 }
 
@@ -405,6 +428,109 @@ TEST(InjectedForeignMaster, IsNamedWithWhatItSent) {
   rig.run(100ms);
   EXPECT_THAT(rig.warnings, testing::Contains(testing::AllOf(testing::HasSubstr("can_rarm: another master"),
                                                              testing::HasSubstr("080h (SYNC)"))));
+}
+
+TEST(InjectedForeignMaster, IsNamedWithItsRequestsAndSetPoints) {
+  for (const auto& [command, what] : {std::pair("command=3", "60Eh (SDO request to drive RElbj)"),
+                                      std::pair("command=4", "20Eh (set-points (RPDO) for drive RElbj)")}) {
+    Rig rig(false);
+    rig.emulator->inject(faults::parse_fault({"rogue-master", "rarm", command, "node=14"}));
+    rig.run(100ms);
+    EXPECT_THAT(rig.warnings, testing::Contains(testing::HasSubstr(what)));
+  }
+}
+
+/// One supply for all drives of a bus: it is named, and once.
+TEST(InjectedUnderVoltage, OfABusIsItsSupplys) {
+  Rig rig(false);
+  rig.emulator->inject(faults::parse_fault({"undervoltage", "rarm"}));
+  rig.run(100ms);
+  ASSERT_TRUE(rig.robot->fault());
+  EXPECT_THAT(rig.robot->fault()->text,
+              testing::AllOf(testing::HasSubstr("devices sent emergency 3220h at once"),
+                             testing::HasSubstr("supplied")));
+}
+
+/// The statusword's warning bit comes before the emergency.
+TEST(InjectedTemperature, ThatRisesIsWarnedOfFirst) {
+  Rig rig(false);
+  rig.emulator->inject(faults::parse_fault({"temperature-high", "RElbj", "rate=100"}));
+  rig.run(5s);
+  ASSERT_TRUE(rig.robot->fault());
+  EXPECT_THAT(rig.robot->fault()->text, testing::HasSubstr("4310h"));
+  EXPECT_THAT(rig.warnings, testing::Contains(testing::HasSubstr("RElbj")));
+}
+
+/// Its heartbeats come at the rate of its own clock, and as they should again once that is in tune.
+TEST(InjectedClockDrift, IsInTheHeartbeatsPeriod) {
+  Rig rig(false);
+  std::vector<Time> beats;
+  for (bus::CanBus* bus : rig.emulator->buses())
+    if (bus->name() == "rarm")
+      bus->set_observer([&beats](const can::StampedFrame& f) {
+        if (f.frame.id == 0x70E) beats.push_back(f.time);
+      });
+  const auto period = [&] {
+    rig.run(500ms);  // what was under way
+    beats.clear();
+    rig.run(3s);
+    return std::chrono::duration<double>(beats.back() - beats.front()).count() /
+           static_cast<double>(beats.size() - 1);
+  };
+  const double sound = period();
+  rig.emulator->inject(faults::parse_fault({"clock-drift", "RElbj", "ppm=250000"}));
+  EXPECT_NEAR(period(), sound / 1.25, 1e-3);
+  rig.emulator->clear_fault("RElbj-clock-drift");
+  EXPECT_NEAR(period(), sound, 1e-3);
+  EXPECT_FALSE(rig.robot->fault()) << rig.robot->fault()->text;
+}
+
+/// A client that reads a name of more than four bytes meets it (CiA 301, 7.2.4.3.17: 0503 0000h).
+TEST(InjectedToggleError, EndsASegmentedUpload) {
+  Rig rig(false);
+  bus::ComputerPort* port = nullptr;
+  for (bus::CanBus* bus : rig.emulator->buses())
+    if (bus->name() == "rarm") port = &bus->add_port();
+  const auto read_name = [&] {
+    canopen::SdoClient client(14, 200ms);
+    client.upload({0x1008, 0}, rig.emulator->now());
+    for (int i = 0; i < 200 && client.state() == canopen::SdoClient::State::kBusy; ++i) {
+      if (client.pending() != nullptr) {
+        EXPECT_EQ(port->send(*client.pending()), can::SendResult::kQueued);
+        client.sent();
+      }
+      rig.run(kCycle);
+      can::StampedFrame in;
+      while (port->receive(in))
+        if (in.frame.id == 0x58E) client.receive(in.frame, rig.emulator->now());
+    }
+    return client;
+  };
+  EXPECT_EQ(read_name().state(), canopen::SdoClient::State::kDone);
+  rig.emulator->inject(faults::parse_fault({"sdo-toggle-error", "RElbj"}));
+  EXPECT_EQ(read_name().abort_code(), canopen::SdoAbort::kToggle) << "0503 0000h";
+}
+
+/// A softer spring gives way by its load over its stiffness, and by the transmission's play as before.
+TEST(InjectedCompliance, LetsTheSpringGiveByItsLoadOverItsStiffness) {
+  Rig rig(false);
+  const auto names = rig.robot->joint_names();
+  const auto shoulder =
+      static_cast<std::size_t>(std::find(names.begin(), names.end(), "RShLat") - names.begin());
+  const auto deflection_at = [&](const char* stiffness) {
+    const faults::Injection softer = faults::parse_fault({"compliance-change", "RShLat", stiffness});
+    rig.emulator->inject(softer);
+    rig.run(3s);
+    const auto& joint = rig.robot->joints()[shoulder];
+    const double deflection = joint.motor_position - joint.link_position;
+    EXPECT_TRUE(rig.emulator->clear_fault(softer.name));
+    return deflection;
+  };
+  const double sound = deflection_at("stiffness=1"), half = deflection_at("stiffness=0.5"),
+               quarter = deflection_at("stiffness=0.25");
+  EXPECT_FALSE(rig.robot->fault());
+  ASSERT_GT(std::abs(half - sound), 1e-3);
+  EXPECT_NEAR((quarter - half) / (half - sound), 2, 0.1);
 }
 
 TEST(InjectedTorqueDropout, ReadsZeroAndComesBack) {
@@ -567,6 +693,26 @@ TEST(InjectedCameraFault, IsInTheFrames) {
   EXPECT_NEAR(pixel(0), expected, 0.04);
   EXPECT_NEAR(pixel(19), expected, 0.04);
   EXPECT_GT(std::abs(pixel(-30) - expected), 1);
+  rig.emulator->clear_fault("phantom-points");
+  rig.emulator->inject(faults::parse_fault({"cloud-occlusion", "from=0.25", "to=0.5"}));
+  const MultiSense::Frame hidden = frame();
+  std::size_t in_gap = 0, beside = 0;
+  for (std::size_t i = 0; i < hidden.disparity.pixels.size(); ++i) {
+    const auto column = static_cast<int>(i) % optics.width;
+    const bool gap = column >= optics.width / 4 && column < optics.width / 2;
+    (gap ? in_gap : beside) += hidden.disparity.pixels[i] > 0 ? 1U : 0U;
+  }
+  EXPECT_EQ(in_gap, 0U);
+  EXPECT_GT(beside, hidden.disparity.pixels.size() / 4);
+  rig.emulator->clear_fault("cloud-occlusion");
+  rig.emulator->inject(faults::parse_fault({"cloud-stale"}));
+  const Exposure kept = camera.exposure();
+  rig.run(500ms);
+  EXPECT_GT(camera.exposure().frame, kept.frame);
+  EXPECT_EQ(camera.exposure().stamp, kept.stamp);
+  rig.emulator->clear_fault("cloud-stale");
+  rig.run(200ms);
+  EXPECT_GT(camera.exposure().stamp, kept.stamp);
   rig.emulator->inject(faults::parse_fault({"cloud-missing"}));
   const std::uint64_t last = camera.exposure().frame;
   rig.run(500ms);
@@ -676,6 +822,8 @@ TEST(InjectedFaults, AreRefusedWhereTheyCannotBe) {
   EXPECT_THAT(refusal({"push", "RSoftHnd"}), HasSubstr("did you mean"));
   EXPECT_THAT(refusal({"interface-down", "RElbj"}), HasSubstr("there is no bus"));
   EXPECT_THAT(refusal({"driver-kill", "rarm"}), HasSubstr("expected no target"));
+  EXPECT_THAT(refusal({"undervoltage", "r_arm_ft"}), HasSubstr("r_arm_ft is no drive"));
+  EXPECT_THAT(refusal({"clock-step"}), HasSubstr("the wall clock is the host's"));
   EXPECT_EQ(refusal({"joint-locked", "RElbj"}), "");
   EXPECT_THAT(refusal({"joint-locked", "RElbj"}), HasSubstr("\"RElbj-joint-locked\" already"));
 }

@@ -89,7 +89,7 @@ void CanopenSlave::configure_pdos(const PdoSet& receive, const PdoSet& transmit)
 void CanopenSlave::observe_pdos(PdoObserver observer) {
   const PdoRecord::Observer at_present = [this, observer = std::move(observer)](std::uint32_t cob_id,
                                                                                 const Entry& entry) {
-    observer(cob_id, entry, now_);
+    observer(cob_id, entry, bus_now_);
   };
   for (auto& rpdo : rpdos_) rpdo->observe(at_present);
   for (auto& tpdo : tpdos_) tpdo->observe(at_present);
@@ -103,7 +103,7 @@ void CanopenSlave::use_fd() {
 
 // Hot: every node gets every frame of its bus, most of them not for it.
 void CanopenSlave::receive(const can::Frame& frame, Time now) noexcept {
-  now_ = now;
+  set_time(now);
   if (frame.extended || frame.error) return;
   if (frame.id == LssSlave::kRequestId && !frame.remote && !frame.fd) {
     handle_lss(frame);
@@ -202,12 +202,12 @@ void CanopenSlave::take() noexcept {
 }
 
 void CanopenSlave::advance(Time now) noexcept {
-  now_ = now;
+  set_time(now);
   if (state_ == NmtState::kBootUp) {
     if (node_id_ != LssSlave::kUnconfigured) boot();
     return schedule();
   }
-  if (next_event_ > now) return;
+  if (next_event_ > now_) return;
   heartbeat_producer_.advance(now_, state_);
   if (heartbeat_consumer_.advance(now_)) {
     master_lost(heartbeat_consumer_.lost_node());
@@ -229,6 +229,11 @@ void CanopenSlave::advance(Time now) noexcept {
   emergency_.advance(now_);
   sdo_server_.advance(now_);
   schedule();
+}
+
+void CanopenSlave::detune(double ppm) noexcept {
+  oscillator_.detune(ppm, bus_now_);
+  set_time(bus_now_);
 }
 
 void CanopenSlave::schedule() noexcept {
@@ -384,7 +389,7 @@ void CanopenSlave::react_to_communication_error() noexcept {
 }
 
 void CanopenSlave::on_link_state(can::LinkState state, Time now) noexcept {
-  now_ = now;
+  set_time(now);
   const can::LinkState before = link_;
   link_ = state;
   if (state == before || state_ == NmtState::kBootUp) return;

@@ -13,6 +13,7 @@
 #include "emulator/nodes/cia301/lss_slave.h"
 #include "emulator/nodes/cia301/node_clock.h"
 #include "emulator/nodes/cia301/object_dictionary.h"
+#include "emulator/nodes/cia301/oscillator.h"
 #include "emulator/nodes/cia301/outbox.h"
 #include "emulator/nodes/cia301/parameter_store.h"
 #include "emulator/nodes/cia301/receive_pdo.h"
@@ -45,7 +46,7 @@ class CanopenSlave : public bus::Participant {
   void receive(const can::Frame& frame, Time now) noexcept final;
   /// The first call powers the node on: it sends its boot-up message and is pre-operational.
   void advance(Time now) noexcept final;
-  [[nodiscard]] Time next_event() const noexcept final { return next_event_; }
+  [[nodiscard]] Time next_event() const noexcept final { return oscillator_.when(next_event_); }
   [[nodiscard]] const can::Frame* pending() const noexcept final { return outbox_.front(); }
   void take() noexcept final;
   /// Error-passive is reported as 8120h. Bus-off empties the transmit queue and is a communication error
@@ -57,6 +58,8 @@ class CanopenSlave : public bus::Participant {
   void restart() noexcept;
   /// Falls to NMT pre-operational by itself.
   void leave_operational() noexcept;
+  /// Its own time is fast by `ppm` from now on: periods, deadlines and windows, not the application's.
+  void detune(double ppm) noexcept;
 
   /// FFh: unconfigured (LSS).
   [[nodiscard]] std::uint8_t node_id() const noexcept { return node_id_; }
@@ -111,6 +114,10 @@ class CanopenSlave : public bus::Participant {
   void handle_sync(std::uint8_t counter) noexcept;
   [[nodiscard]] bool handle_rpdo(const can::Frame& frame) noexcept;
   void schedule() noexcept;
+  void set_time(Time bus_now) noexcept {
+    bus_now_ = bus_now;
+    now_ = oscillator_.local(bus_now);
+  }
 
   // NMT states, error control, fault confinement
   void handle_nmt(const can::Frame& frame) noexcept;
@@ -131,6 +138,9 @@ class CanopenSlave : public bus::Participant {
   std::uint8_t node_id_;        // in use
   std::uint8_t cob_id_offset_;  // node-ID the COB-IDs' factory settings contain
   bool fd_ = false;
+  Oscillator oscillator_;
+  Time bus_now_{};
+  // The node's own time, as all that follows.
   Time now_{};
   Time next_event_ = Time::min();
   canopen::NmtState state_ = canopen::NmtState::kBootUp;

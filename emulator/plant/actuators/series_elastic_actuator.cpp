@@ -47,7 +47,7 @@ double SeriesElasticActuator::transmitted(double link_position, double link_velo
   const double play = (parameters_.backlash + fault_.play) / 2;
   const double deflection = difference - std::clamp(difference, -play, play);
   if (deflection == 0 && play > 0) return 0;
-  const double torque = parameters_.spring_constant * deflection +
+  const double torque = fault_.stiffness * parameters_.spring_constant * deflection +
                         parameters_.spring_damping * ((1 + gear_.slope) * motor_.velocity() - link_velocity);
   return transmission_ == Transmission::kTendon ? std::max(0.0, torque) : torque;
 }
@@ -91,6 +91,7 @@ double SeriesElasticActuator::link_encoder(double link_position) const {
 
 void SeriesElasticActuator::set_fault(const ActuatorFault& fault) {
   fault_ = fault;
+  risen_ = std::min(risen_, fault.winding_rise);
   motor_.set_drag(fault.drag);
   motor_.set_supply_voltage(fault.supply_voltage >= 0 ? fault.supply_voltage : parameters_.supply_voltage);
 }
@@ -106,7 +107,8 @@ void SeriesElasticActuator::read_sensors(double link_position, double dt) {
     readings_.spring_torque = std::max(0.0, readings_.spring_torque);
   if (fault_.torque_lost) readings_.spring_torque = 0;
   readings_.current = motor_.current();
-  readings_.winding_temperature_c = motor_.winding_temperature_c() + fault_.winding_rise;
+  risen_ = std::min(fault_.winding_rise, risen_ + fault_.winding_rate * dt);
+  readings_.winding_temperature_c = motor_.winding_temperature_c() + risen_;
   readings_.case_temperature_c = motor_.case_temperature_c();
   readings_.supply_voltage = motor_.supply_voltage();
   readings_.overload = motor_.overload();

@@ -40,6 +40,8 @@ struct ActuatorFault {
   double torque_share = 1;     ///< that the motor gives of what is asked for
   double drag = 0;             ///< dry friction against the motor, N·m on the joint side
   double winding_rise = 0;     ///< of the thermistor's reading, K
+  double winding_rate = 1e6;   ///< at which it rises, K/s
+  double stiffness = 1;        ///< of the spring over what it was
   double supply_voltage = -1;  ///< V; negative: as it should be
   double own_torque = 0;       ///< of the motor besides, whatever is asked for, N·m on the joint side
   double play = 0;             ///< of the transmission besides, rad from end to end
@@ -90,6 +92,7 @@ class SeriesElasticActuator {
   GearError gear_;  // at the motor's position
   ActuatorReadings readings_;
   ActuatorFault fault_;
+  double risen_ = 0;  // of the thermistor's reading by its fault, K
 };
 
 }  // namespace walkman::plant
