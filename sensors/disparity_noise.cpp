@@ -123,6 +123,7 @@ void DisparityNoise::draw_blobs() {
 void DisparityNoise::distort_row(int v, int worker, float* matched) {
   Scratch& scratch = scratch_[static_cast<std::size_t>(worker)];
   if (options_.sigma_d > 0) add_noise(v, scratch, matched);
+  if (options_.locking > 0) lock(matched);
   if (options_.spike_fraction > 0) add_blobs(v, matched);
   if (options_.dropout_fraction > 0) drop(v, matched);
   quantize(matched);
@@ -165,6 +166,20 @@ void DisparityNoise::add_noise(int v, Scratch& scratch, float* matched) const {
     const float deviation = std::sqrt(variance + kSlantError * kSlantError * g[u]);
     const float noisy = matched[u] + deviation * (kCorrelatedShare * a[u] + kWhiteShare * b[u]);
     matched[u] = ((matched[u] > 0) & (g[u] < kMostGradient * kMostGradient)) ? noisy : 0;
+  }
+}
+
+/// d − a sin(2πd): costs at whole disparities, and a curve through them that is not theirs (Shimizu, Okutomi,
+/// IJCV 63(3), 2005).
+void DisparityNoise::lock(float* matched) const {
+  const auto amplitude = static_cast<float>(options_.locking);
+  for (int u = 0; u < options_.width; ++u) {
+    const float d = matched[u];
+    const float beside = d - static_cast<float>(static_cast<int>(d + 0.5F));  // -0.5..0.5 of what is found
+    // The sine of 2π `beside` to 0.001: a parabola, and as much of its square.
+    const float parabola = 8 * beside * (1 - 2 * std::abs(beside));
+    const float sine = parabola * (0.775F + 0.225F * std::abs(parabola));
+    matched[u] = d - amplitude * sine;
   }
 }
 

@@ -11,8 +11,9 @@
 
 namespace walkman::sensors {
 
-/// What a block matcher does to a row of disparities: correlated and white noise, blobs of wrong matches,
-/// patches without a match, the lattice of the wire format, the limits of the search.
+/// What a block matcher does to a row of disparities: correlated and white noise, a pull to whole
+/// disparities, blobs of wrong matches, patches without a match, the lattice of the wire format, the limits
+/// of the search.
 ///
 /// What comes of the surfaces is theirs and stays from frame to frame (MatchTexture): the correlated part of
 /// the noise, and the patches without texture. Where a surface is seen at an angle the window holds several
@@ -53,6 +54,7 @@ class DisparityNoise {
   /// Squares of the true disparity's gradient along row `v`, px per px.
   void find_gradients(int v, std::vector<float>& gradient) const;
   void add_noise(int v, Scratch& scratch, float* matched) const;
+  void lock(float* matched) const;
   void add_blobs(int v, float* matched) const;
   void drop(int v, float* matched) const;
   void quantize(float* matched) const;

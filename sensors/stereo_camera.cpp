@@ -21,6 +21,7 @@ constexpr int kMostPixels = 16384;
 constexpr int kMostThreads = 256;
 constexpr int kMostFattening = 64;
 constexpr double kMostCorrelation = 64;
+constexpr double kMostLocking = 0.15;  // below 1 over 2π, so that the order stays
 constexpr double kLeastStep = 1e-4;
 
 void require(bool good, const char* option, double value, const char* expected) {
@@ -46,6 +47,7 @@ StereoOptions checked(const StereoOptions& o) {
   require(not_negative(o.sigma_d), "sigma_d", o.sigma_d, "0 px or more");
   require(o.correlation_px >= 0 && o.correlation_px <= kMostCorrelation, "correlation_px", o.correlation_px,
           "0 to 64 px");
+  require(o.locking >= 0 && o.locking <= kMostLocking, "locking", o.locking, "0 to 0.15 px");
   require(o.fattening_px >= 0 && o.fattening_px <= kMostFattening, "fattening_px", o.fattening_px,
           "0 to 64 px");
   require(fraction(o.spike_fraction), "spike_fraction", o.spike_fraction, "at least 0 and less than 1");
@@ -61,6 +63,7 @@ StereoOptions checked(const StereoOptions& o) {
 StereoOptions StereoOptions::noise_free() const {
   StereoOptions clean = *this;
   clean.sigma_d = 0;
+  clean.locking = 0;
   clean.fattening_px = 0;
   clean.spike_fraction = 0;
   clean.dropout_fraction = 0;

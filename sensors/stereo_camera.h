@@ -13,8 +13,9 @@ namespace walkman::sensors {
 /// Rectified stereo geometry of a MultiSense-SL and its noise. Each noise term is off at zero.
 ///
 /// The terms act on the disparity, in this order: occlusion by the right camera and the edge of its view,
-/// foreground fattening, correlated and white noise, mismatched blobs, dropout, rounding to the lattice,
-/// search range. x, y and z follow from the result by the rectified model, so their errors are correlated.
+/// foreground fattening, correlated and white noise, locking to whole pixels, mismatched blobs, dropout,
+/// rounding to the lattice, search range. x, y and z follow from the result by the rectified model, so their
+/// errors are correlated.
 struct StereoOptions {
   int width = 1024, height = 1024;
   double focal_px = 588.8;        ///< unit 05's rectified focal length at 1024 px
@@ -24,7 +25,8 @@ struct StereoOptions {
   int max_disparity = 128;        ///< search range, px; a match has less
   double sigma_d = 0.2;           ///< px, standard deviation of the disparity
   double correlation_px = 2.0;  ///< Gaussian filter of the 0.8 part of the noise, px; the other 0.6 is white
-  int fattening_px = 3;         ///< half of the matching window, foreground leak at edges
+  double locking = 0.05;  ///< px, most by which a match is nearer to a whole disparity than it should be
+  int fattening_px = 3;   ///< half of the matching window, foreground leak at edges
   double spike_fraction = 0.002;  ///< fraction of pixels in mismatched blobs
   double dropout_fraction =
       0.03;  ///< fraction of pixels without a match (low texture), in the mean over surfaces

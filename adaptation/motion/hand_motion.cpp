@@ -17,6 +17,9 @@ constexpr int kRootLink = 0;  // parents come before their children
 constexpr double kAheadStep = 0.02;
 /// Between a leg's joints and their limits, rad: what the stabiliser's 4 cm take, and bent knees.
 constexpr double kLegMargin = 0.1;
+/// Between any other joint's reference and its mechanical stops, rad: a zero may be 7.5 mrad off (three
+/// deviations), and on its spring a link swings on by 10 mrad when a motion of 0.3 rad/s ends.
+constexpr double kStopMargin = 0.02;
 /// Longest motion that `reachable` follows, and longest return to a posture, s.
 constexpr double kAheadTime = 120;
 /// rad/s. In the quarter of a minute that a hand is still at most, it would go on by less than an encoder's
@@ -129,6 +132,11 @@ HandMotion::HandMotion(const RobotModel& model, const std::vector<std::string>& 
     bounds_.push_back({dof, limited ? limits.lower : -kInfinity, limited ? limits.upper : kInfinity});
   }
   std::vector<JointRange> ranges = options_.ranges;
+  for (const std::string& joint : options_.active_joints) {
+    const JointLimits& limits = kinematics_.limits(kinematics_.dof_of(joint));
+    if (limits.upper - limits.lower > 2 * kStopMargin)
+      ranges.push_back({joint, limits.lower + kStopMargin, limits.upper - kStopMargin});
+  }
   for (const std::string& joint : legs_joints_) {  // the stabiliser's shifts come on top
     const JointLimits& limits = kinematics_.limits(kinematics_.dof_of(joint));
     ranges.push_back({joint, limits.lower + kLegMargin, limits.upper - kLegMargin});

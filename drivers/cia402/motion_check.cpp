@@ -46,7 +46,8 @@ void MotionCheck::follow(double motor_position, double set_point, Time elapsed, 
   const double error = motor_position - std::clamp(motor_position, least, most);
   if (astray_ == Time{}) pushed_ = loaded;
   astray_ = std::abs(error) > kFollowingWindow ? astray_ + elapsed : Time{};
-  const Time limit = pushed_ && still_ < kFollowingTime ? kPushedTime : kFollowingTime;
+  const bool pushed = pushed_ && still_ < kFollowingTime;
+  const Time limit = pushed ? kPushedTime : std::abs(error) > kFarOff ? Time{} : kFollowingTime;
   if (astray_ <= limit || found_ != Found::kNothing) return;
   found_ = Found::kNotFollowing;
   amount_ = error;

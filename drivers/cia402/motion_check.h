@@ -26,6 +26,8 @@ class MotionCheck {
   /// handle.
   static constexpr double kFollowingWindow = 0.01;  // rad
   static constexpr Time kFollowingTime = std::chrono::milliseconds(50);
+  /// So far off there is nothing to wait for: a motor that runs away is as fast as an object falls by then.
+  static constexpr double kFarOff = 5 * kFollowingWindow;  // rad
   /// Of a motor that was pushed off: its spring carried this share of the joint's effort limit by then, more
   /// than the weakest motor can (41 of 60 N·m). A push that the robot stands through gives it back before
   /// this time.

@@ -23,6 +23,7 @@ sensors::StereoOptions read_stereo(const YamlMap& map) {
   o.max_disparity = static_cast<int>(map.integer("max_disparity", 1, 256));
   o.sigma_d = map.number("sigma_d_px", 0, 10);
   o.correlation_px = map.number("correlation_px", 0, 64);
+  o.locking = map.number("locking_px", 0, 0.15);
   o.fattening_px = static_cast<int>(map.integer("fattening_px", 0, 64));
   o.spike_fraction = map.number("spike_fraction", 0, 0.9);
   o.dropout_fraction = map.number("dropout_fraction", 0, 0.9);
@@ -59,8 +60,8 @@ CameraParameters load_camera_parameters(const std::filesystem::path& yaml_file) 
   const YamlMap top(yaml_file.string(), parse_yaml_file(yaml_file), "", {"stereo", "laser", "imu"});
   const YamlMap stereo =
       top.map("stereo", {"width", "height", "rate_hz", "focal_px", "cx", "cy", "baseline_m", "min_depth_m",
-                         "max_disparity", "sigma_d_px", "correlation_px", "fattening_px", "spike_fraction",
-                         "dropout_fraction", "disparity_step_px"});
+                         "max_disparity", "sigma_d_px", "correlation_px", "locking_px", "fattening_px",
+                         "spike_fraction", "dropout_fraction", "disparity_step_px"});
   const YamlMap laser = top.map(
       "laser", {"beams", "least_range_m", "most_range_m", "beam_angle_rad", "beam_radius_m", "noise_m",
                 "noise_far_m", "noise_grazing_m", "bias_m", "pulse_m", "least_reflectance", "intensity"});

@@ -45,7 +45,9 @@ TEST(CameraParameters, AreThoseOfTheSensor) {
   EXPECT_NEAR(parameters.laser.step * 1080 * 180 / M_PI, 270, 1e-9);
   EXPECT_NEAR(parameters.laser.beam_period * 1080, 0.01875, 1e-12);
   const CameraParameters ideal = parameters.noise_free();
-  EXPECT_EQ(ideal.stereo.sigma_d + ideal.stereo.spike_fraction + ideal.stereo.dropout_fraction, 0);
+  EXPECT_EQ(ideal.stereo.sigma_d + ideal.stereo.locking + ideal.stereo.spike_fraction +
+                ideal.stereo.dropout_fraction,
+            0);
   EXPECT_EQ(ideal.laser.noise + ideal.laser.noise_far + ideal.laser.noise_grazing + ideal.laser.bias, 0);
 }
 

@@ -1,5 +1,6 @@
 #include <cmath>
 #include <cstring>
+#include <numbers>
 #include <vector>
 
 #include <gtest/gtest.h>
@@ -62,6 +63,71 @@ TEST(MatcherNoise, HasTheStatedDeviationAndCorrelation) {
     EXPECT_NEAR(along[static_cast<std::size_t>(k)] / square, expected, 0.03) << k;
     EXPECT_NEAR(down[static_cast<std::size_t>(k)] / square, expected, 0.03) << k;
   }
+}
+
+/// Of a wall that leans a little, so that every fraction of a pixel is there: what a depth is off by, at six
+/// distances. z = f b / d, so that a deviation of d is one of z by z² / (f b).
+TEST(MatcherNoise, OfDepthGrowsWithItsSquare) {
+  StereoOptions options;
+  options.spike_fraction = options.dropout_fraction = 0;
+  std::vector<double> logs_of_z, logs_of_deviation;
+  for (const double z : {0.7, 1.0, 1.4, 2.0, 2.8, 4.0}) {
+    // One pixel of disparity from the left border of the image to the right one.
+    const double d = disparity(options, z);
+    const double lean =
+        std::atan2(z * z / (options.focal_px * options.baseline), z * options.width / options.focal_px);
+    RayScene scene;
+    const Eigen::Isometry3d X_WB =
+        pose(0, 0, z) * Eigen::AngleAxisd(lean, Eigen::Vector3d::UnitY()) * Eigen::Translation3d(0, 0, 0.01);
+    scene.add_fixed({box({20, 20, 0.02}, X_WB)}, Eigen::Isometry3d::Identity());
+    StereoCamera noisy(options), ideal(options.noise_free());
+    const Points points = captured_points(noisy, scene, Eigen::Isometry3d::Identity(), 1, 0);
+    const Points truth = captured_points(ideal, scene, Eigen::Isometry3d::Identity(), 1, 0);
+    double square = 0, n = 0;
+    for (std::size_t i = 0; i < points.size(); ++i) {
+      if (std::isnan(points[i].z()) || std::isnan(truth[i].z())) continue;
+      square += std::pow(static_cast<double>(points[i].z()) - static_cast<double>(truth[i].z()), 2);
+      ++n;
+    }
+    ASSERT_GT(n, 850'000);
+    const double deviation = std::sqrt(square / n);
+    // The lattice adds its step's twelfth, the locking half of its amplitude's square.
+    const double sigma = std::sqrt(0.04 + 1.0 / 256 / 12 + 0.05 * 0.05 / 2);
+    EXPECT_NEAR(deviation, sigma * z / d, 0.05 * sigma * z / d) << z;
+    logs_of_z.push_back(std::log(z));
+    logs_of_deviation.push_back(std::log(deviation));
+  }
+  double x = 0, y = 0, xx = 0, xy = 0;
+  const auto count = static_cast<double>(logs_of_z.size());
+  for (std::size_t i = 0; i < logs_of_z.size(); ++i) {
+    x += logs_of_z[i] / count;
+    y += logs_of_deviation[i] / count;
+  }
+  for (std::size_t i = 0; i < logs_of_z.size(); ++i) {
+    xx += std::pow(logs_of_z[i] - x, 2);
+    xy += (logs_of_z[i] - x) * (logs_of_deviation[i] - y);
+  }
+  EXPECT_NEAR(xy / xx, 2, 0.05);
+}
+
+/// Matches gather at whole disparities: what is found is off by a sine of what is there.
+TEST(MatcherNoise, LocksToWholeDisparities) {
+  StereoOptions options = StereoOptions().noise_free();
+  options.locking = 0.05;
+  RayScene scene;  // a floor: another disparity in every row
+  scene.add_fixed({box({20, 0.02, 20}, pose(0, 0.71, 5))}, Eigen::Isometry3d::Identity());
+  StereoCamera camera(options);
+  const Points points = captured_points(camera, scene, Eigen::Isometry3d::Identity(), 1, 0);
+  double least = 0, most = 0;
+  for (int v = 600; v < 1000; ++v) {
+    const double truth = options.baseline / 0.7 * (v - options.cy);
+    const double found = disparity(options, point_at(points, 1024, 512, v).z());
+    EXPECT_NEAR(found - truth, -0.05 * std::sin(2 * std::numbers::pi * truth), 3e-4) << v;
+    least = std::min(least, found - truth);
+    most = std::max(most, found - truth);
+  }
+  EXPECT_NEAR(least, -0.05, 0.001);
+  EXPECT_NEAR(most, 0.05, 0.001);
 }
 
 TEST(MatcherNoise, DisparitiesLieOnTheLattice) {
