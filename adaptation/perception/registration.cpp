@@ -41,14 +41,16 @@ std::optional<Eigen::Isometry3d> motion_of(std::span<const Eigen::Vector3f> befo
     return std::min(std::sqrt(static_cast<double>(square.front())), reach);
   };
   double sum = 0;
-  int near = 0;
+  int near = 0, stayed = 0;
   for (const pcl::PointXYZ& point : *source) {
     const double apart = distance(point);
     sum += apart;
     near += apart < reach ? 1 : 0;
+    stayed += apart < still ? 1 : 0;
   }
   if (near < kFewestPairs) return std::nullopt;
-  if (sum < still * static_cast<double>(source->size())) return Eigen::Isometry3d::Identity();
+  const auto all = static_cast<double>(source->size());
+  if (sum < still * all || stayed > kFewest * all) return Eigen::Isometry3d::Identity();
   icp.setInputSource(source);
   icp.setInputTarget(target);
   icp.setMaxCorrespondenceDistance(reach);
