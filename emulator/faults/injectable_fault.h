@@ -50,7 +50,8 @@ struct InjectableFault {
   /// Of what the control program meets in its own process or machine: there only, not where it is another
   /// program's. Why, one sentence; empty for all others.
   std::string_view embedded_only = {};
-  /// Of a name that only its place is kept for: nothing here can do it, and why; empty for all others.
+  /// Of a kind that is listed and cannot be injected: whose it is and how to do it, one sentence; empty for
+  /// all others.
   std::string_view by_hand = {};
 };
 
