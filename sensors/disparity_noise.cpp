@@ -174,8 +174,8 @@ void DisparityNoise::add_noise(int v, Scratch& scratch, float* matched) const {
 void DisparityNoise::lock(float* matched) const {
   const auto amplitude = static_cast<float>(options_.locking);
   for (int u = 0; u < options_.width; ++u) {
-    const float d = matched[u];
-    const float beside = d - static_cast<float>(static_cast<int>(d + 0.5F));  // -0.5..0.5 of what is found
+    const float d = matched[u], shifted = d + 0.5F;
+    const float beside = d - static_cast<float>(static_cast<int>(shifted));  // -0.5..0.5 of what is found
     // The sine of 2π `beside` to 0.001: a parabola, and as much of its square.
     const float parabola = 8 * beside * (1 - 2 * std::abs(beside));
     const float sine = parabola * (0.775F + 0.225F * std::abs(parabola));

@@ -154,6 +154,7 @@ using FaultCause = std::variant<
     cause::NoSuchHand, cause::InterfaceDown, cause::BusOff, cause::FrameRefused, cause::QueueFull,
     cause::ReceiveOverflow, cause::BusFlooded, cause::BusSilent, cause::SupplyAtFault, cause::CycleLate>;
 
+// NOLINTNEXTLINE(bugprone-exception-escape): see its definition
 [[nodiscard]] FaultKind kind_of(const FaultCause& cause) noexcept;
 
 /// Half a sentence for people, to follow the name of what it is about: "no TPDO1 for 19.8 ms (limit 15 ms)".

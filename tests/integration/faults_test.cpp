@@ -491,6 +491,7 @@ TEST(InjectedToggleError, EndsASegmentedUpload) {
   bus::ComputerPort* port = nullptr;
   for (bus::CanBus* bus : rig.emulator->buses())
     if (bus->name() == "rarm") port = &bus->add_port();
+  ASSERT_NE(port, nullptr);
   const auto read_name = [&] {
     canopen::SdoClient client(14, 200ms);
     client.upload({0x1008, 0}, rig.emulator->now());
