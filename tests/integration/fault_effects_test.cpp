@@ -1,0 +1,284 @@
+// What an injected fault does where it acts: in frames, readings, springs, images and on objects; and that it
+// goes away with its cause.
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "drivers/canopen/sdo_client.h"
+#include "emulator/faults/fault_plan.h"
+#include "tests/rigs/breakable_robot.h"
+
+namespace walkman {
+namespace {
+
+using namespace std::chrono_literals;
+using rigs::BreakableRobot;
+
+/// Its heartbeats come at the rate of its own clock, and as they should again once that is in tune.
+TEST(InjectedClockDrift, IsInTheHeartbeatsPeriod) {
+  BreakableRobot rig(false);
+  std::vector<Time> beats;
+  for (bus::CanBus* bus : rig.emulator->buses())
+    if (bus->name() == "rarm")
+      bus->set_observer([&beats](const can::StampedFrame& f) {
+        if (f.frame.id == 0x70E) beats.push_back(f.time);
+      });
+  const auto period = [&] {
+    rig.run(500ms);  // what was under way
+    beats.clear();
+    rig.run(3s);
+    return std::chrono::duration<double>(beats.back() - beats.front()).count() /
+           static_cast<double>(beats.size() - 1);
+  };
+  const double sound = period();
+  rig.emulator->inject(faults::parse_fault({"clock-drift", "RElbj", "ppm=250000"}));
+  EXPECT_NEAR(period(), sound / 1.25, 1e-3);
+  rig.emulator->clear_fault("RElbj-clock-drift");
+  EXPECT_NEAR(period(), sound, 1e-3);
+  EXPECT_FALSE(rig.robot->fault()) << rig.robot->fault()->text;
+}
+
+/// A client that reads a name of more than four bytes meets it (CiA 301, 7.2.4.3.17: 0503 0000h).
+TEST(InjectedToggleError, EndsASegmentedUpload) {
+  BreakableRobot rig(false);
+  bus::ComputerPort* port = nullptr;
+  for (bus::CanBus* bus : rig.emulator->buses())
+    if (bus->name() == "rarm") port = &bus->add_port();
+  ASSERT_NE(port, nullptr);
+  const auto read_name = [&] {
+    canopen::SdoClient client(14, 200ms);
+    client.upload({0x1008, 0}, rig.emulator->now());
+    for (int i = 0; i < 200 && client.state() == canopen::SdoClient::State::kBusy; ++i) {
+      if (client.pending() != nullptr) {
+        EXPECT_EQ(port->send(*client.pending()), can::SendResult::kQueued);
+        client.sent();
+      }
+      rig.run(BreakableRobot::kCycle);
+      can::StampedFrame in;
+      while (port->receive(in))
+        if (in.frame.id == 0x58E) client.receive(in.frame, rig.emulator->now());
+    }
+    return client;
+  };
+  EXPECT_EQ(read_name().state(), canopen::SdoClient::State::kDone);
+  rig.emulator->inject(faults::parse_fault({"sdo-toggle-error", "RElbj"}));
+  EXPECT_EQ(read_name().abort_code(), canopen::SdoAbort::kToggle) << "0503 0000h";
+}
+
+/// A softer spring gives way by its load over its stiffness, and by the transmission's play as before.
+TEST(InjectedCompliance, LetsTheSpringGiveByItsLoadOverItsStiffness) {
+  BreakableRobot rig(false);
+  const auto names = rig.robot->joint_names();
+  const auto shoulder =
+      static_cast<std::size_t>(std::find(names.begin(), names.end(), "RShLat") - names.begin());
+  const auto deflection_at = [&](const char* stiffness) {
+    const faults::Injection softer = faults::parse_fault({"compliance-change", "RShLat", stiffness});
+    rig.emulator->inject(softer);
+    rig.run(3s);
+    const auto& joint = rig.robot->joints()[shoulder];
+    const double deflection = joint.motor_position - joint.link_position;
+    EXPECT_TRUE(rig.emulator->clear_fault(softer.name));
+    return deflection;
+  };
+  const double sound = deflection_at("stiffness=1"), half = deflection_at("stiffness=0.5"),
+               quarter = deflection_at("stiffness=0.25");
+  EXPECT_FALSE(rig.robot->fault());
+  ASSERT_GT(std::abs(half - sound), 1e-3);
+  EXPECT_NEAR((quarter - half) / (half - sound), 2, 0.1);
+}
+
+TEST(InjectedTorqueDropout, ReadsZeroAndComesBack) {
+  BreakableRobot rig(false);
+  const auto names = rig.robot->joint_names();
+  const auto shoulder =
+      static_cast<std::size_t>(std::find(names.begin(), names.end(), "RShLat") - names.begin());
+  ASSERT_GT(std::abs(rig.robot->joints()[shoulder].torque), 1.0);
+  faults::Injection dropout = faults::parse_fault({"torque-dropout", "RShLat", "for=0.1"});
+  rig.emulator->inject(dropout);
+  rig.run(50ms);
+  EXPECT_EQ(rig.robot->joints()[shoulder].torque, 0);
+  rig.run(500ms);
+  EXPECT_GT(std::abs(rig.robot->joints()[shoulder].torque), 1.0);
+}
+
+/// What stands on the table is what the scene has, and what the fault makes of it.
+TEST(InjectedObjectFault, IsOfTheObjectAndGoesAway) {
+  BreakableRobot rig(false);
+  const auto bar = [&] { return rig.emulator->plant().object(0); };
+  const SceneObject sound = bar();
+  const auto with = [&](const std::vector<std::string>& words) {
+    const faults::Injection injection = faults::parse_fault(words);
+    rig.emulator->inject(injection);
+    rig.run(100ms);
+    SceneObject broken = bar();
+    EXPECT_TRUE(rig.emulator->clear_fault(injection.name));
+    EXPECT_NEAR(bar().mass(), sound.mass(), 1e-9);
+    EXPECT_EQ(bar().model.links.front().surface.friction, sound.model.links.front().surface.friction);
+    return broken;
+  };
+  // Weights of 0.5 kg, 10 cm from either end of a bar of 105 cm.
+  const SceneObject lighter = with({"weight-removed", "left_weight"});
+  EXPECT_NEAR(sound.mass() - lighter.mass(), 0.5, 1e-9);
+  EXPECT_NEAR(lighter.mass() * lighter.p_OOcm().x(), sound.mass() * sound.p_OOcm().x() + 0.5 * 0.425, 1e-6);
+  const SceneObject heavier = with({"payload", "bar", "mass=3"});
+  EXPECT_NEAR(heavier.mass() - sound.mass(), 3, 1e-9);
+  EXPECT_NEAR((heavier.p_OOcm() - sound.p_OOcm()).norm(), 0, 1e-9) << "at the centre of mass";
+  const SceneObject slippery = with({"slip", "bar", "friction=0.25"});
+  EXPECT_NEAR(slippery.model.links.front().surface.friction,
+              0.25 * sound.model.links.front().surface.friction, 1e-12);
+  EXPECT_FALSE(rig.robot->fault()) << rig.robot->fault()->text;
+}
+
+/// A force on the hand is a force on its sensor.
+TEST(InjectedPush, IsReadByTheSensorBehindIt) {
+  BreakableRobot rig(false);
+  rig.run(3s);
+  const Eigen::Vector3d before = rig.wrist().force;
+  rig.emulator->inject(faults::parse_fault({"push", "RSoftHand", "y=15", "for=1"}));
+  rig.run(500ms);
+  EXPECT_NEAR((rig.wrist().force - before).norm(), 15, 1.5);
+  rig.run(2s);
+  EXPECT_LT((rig.wrist().force - before).norm(), 1);
+  EXPECT_FALSE(rig.robot->fault()) << rig.robot->fault()->text;
+}
+
+/// The load on a wrist's sensor stays; what it reads does not.
+TEST(InjectedSensorFault, IsInTheReadingsAndGoesAway) {
+  // The mean of ten samples, up to 0.2 s from now.
+  const auto reading = [](BreakableRobot& rig) {
+    rig.run(150ms);
+    constexpr int kSamples = 10;
+    Wrench mean;
+    for (int i = 0; i < kSamples; ++i) {
+      rig.run(BreakableRobot::kCycle);
+      const Wrench sample = rig.wrist();
+      mean.force += sample.force / kSamples;
+      mean.torque += sample.torque / kSamples;
+    }
+    return mean;
+  };
+  constexpr double kMeanTime = 0.1775;  // s
+  BreakableRobot rig(false);
+  rig.run(3s);  // until nothing sways any more
+  const Wrench sound = reading(rig);
+  ASSERT_GT(sound.force.norm(), 3.0);
+  const auto broken = [&](const std::vector<std::string>& words) {
+    const faults::Injection injection = faults::parse_fault(words);
+    rig.emulator->inject(injection);
+    Wrench read = reading(rig);
+    EXPECT_TRUE(rig.emulator->clear_fault(injection.name));
+    EXPECT_LT((reading(rig).force - sound.force).norm(), 1.0) << "mended";
+    return read;
+  };
+  EXPECT_LT((broken({"ft-gain", "r_arm_ft", "gain=1.5"}).force - 1.5 * sound.force).norm(), 1.0);
+  const Wrench turned = broken({"ft-sign", "r_arm_ft", "axis=0"});
+  EXPECT_NEAR(turned.force.x(), -sound.force.x(), 1.0);
+  EXPECT_NEAR(turned.force.y(), sound.force.y(), 1.0);
+  const Wrench drifted = broken({"ft-bias-drift", "r_arm_ft", "force=50", "torque=2"});
+  EXPECT_NEAR(drifted.force.z() - sound.force.z(), 50 * kMeanTime, 1.5);
+  EXPECT_NEAR(drifted.torque.z() - sound.torque.z(), 2 * kMeanTime, 0.1);
+  const Wrench swapped = broken({"ft-swap", "r_arm_ft", "axis=0", "other=2"});
+  EXPECT_NEAR(swapped.force.x(), sound.force.z(), 1.0);
+  EXPECT_NEAR(swapped.force.z(), sound.force.x(), 1.0);
+  const Wrench saturated = broken({"ft-saturation", "r_arm_ft", "force=1", "torque=0.05"});
+  EXPECT_NEAR(saturated.force.cwiseAbs().maxCoeff(), 1, 0.051);  // half of a step on the wire
+  EXPECT_LE(saturated.torque.cwiseAbs().maxCoeff(), 0.055);
+  EXPECT_FALSE(rig.robot->fault()) << rig.robot->fault()->text;
+}
+
+TEST(InjectedNoise, HasTheDeviationAskedFor) {
+  BreakableRobot rig(false);
+  rig.run(3s);
+  rig.emulator->inject(faults::parse_fault({"ft-noise", "r_arm_ft", "force=5", "torque=0.2"}));
+  double forces = 0, torques = 0;
+  constexpr int kSamples = 400;
+  Wrench mean;
+  std::vector<Wrench> all;
+  for (int i = 0; i < kSamples; ++i) {
+    rig.run(BreakableRobot::kCycle);
+    all.push_back(rig.wrist());
+    mean.force += all.back().force / kSamples;
+    mean.torque += all.back().torque / kSamples;
+  }
+  for (const Wrench& one : all) {
+    forces += (one.force - mean.force).squaredNorm() / (3 * kSamples);
+    torques += (one.torque - mean.torque).squaredNorm() / (3 * kSamples);
+  }
+  // 1200 numbers tell their deviation to 2 %; the sensor's own noise adds 0.1 %.
+  EXPECT_NEAR(std::sqrt(forces), 5, 0.4);
+  EXPECT_NEAR(std::sqrt(torques), 0.2, 0.016);
+}
+
+TEST(InjectedCameraFault, IsInTheFrames) {
+  BreakableRobot rig(false);
+  MultiSense& camera = rig.emulator->camera();
+  const auto frame = [&] {
+    rig.run(200ms);
+    MultiSense::Frame out;
+    camera.render(camera.exposure(), false, out);
+    return out;
+  };
+  const auto matched = [](const MultiSense::Frame& f) {
+    return std::count_if(f.disparity.pixels.begin(), f.disparity.pixels.end(), [](auto d) { return d > 0; });
+  };
+  const auto sound = matched(frame());
+  rig.emulator->inject(faults::parse_fault({"cloud-dropout", "share=0.25"}));
+  EXPECT_NEAR(static_cast<double>(matched(frame())) / static_cast<double>(sound), 0.75, 0.02);
+  rig.emulator->clear_fault("cloud-dropout");
+  const Eigen::Isometry3d X_WC = camera.exposure().X_WC;
+  rig.emulator->inject(faults::parse_fault({"extrinsic-error", "shift=0.02", "turn=0.1"}));
+  static_cast<void>(frame());
+  const Eigen::Isometry3d X_CF = X_WC.inverse() * camera.exposure().X_WC;
+  EXPECT_NEAR(X_CF.translation().x(), 0.02, 2e-3);
+  EXPECT_NEAR(Eigen::AngleAxisd(X_CF.linear()).angle(), 0.1, 2e-3);
+  rig.emulator->clear_fault("extrinsic-error");
+  rig.emulator->inject(faults::parse_fault({"plane-misfit", "tilt=0.05"}));
+  static_cast<void>(frame());
+  const Eigen::AngleAxisd nod((X_WC.inverse() * camera.exposure().X_WC).linear());
+  EXPECT_NEAR(nod.angle() * nod.axis().x(), 0.05, 2e-3);
+  rig.emulator->inject(faults::parse_fault({"phantom-points", "size=40", "distance=2"}));
+  const MultiSense::Frame seen = frame();
+  const sensors::StereoOptions& optics = camera.optics();
+  const auto pixel = [&](int beside) {
+    const int index = optics.height / 2 * optics.width + optics.width / 2 + beside;
+    return seen.disparity.pixels[static_cast<std::size_t>(index)] / 16.0;
+  };
+  const double expected = optics.focal_px * optics.baseline / 2;
+  EXPECT_NEAR(pixel(0), expected, 0.04);
+  EXPECT_NEAR(pixel(19), expected, 0.04);
+  EXPECT_GT(std::abs(pixel(-30) - expected), 1);
+  rig.emulator->clear_fault("phantom-points");
+  rig.emulator->inject(faults::parse_fault({"cloud-occlusion", "from=0.25", "to=0.5"}));
+  const MultiSense::Frame hidden = frame();
+  std::size_t in_gap = 0, beside = 0;
+  for (std::size_t i = 0; i < hidden.disparity.pixels.size(); ++i) {
+    const auto column = static_cast<int>(i) % optics.width;
+    const bool gap = column >= optics.width / 4 && column < optics.width / 2;
+    (gap ? in_gap : beside) += hidden.disparity.pixels[i] > 0 ? 1U : 0U;
+  }
+  EXPECT_EQ(in_gap, 0U);
+  EXPECT_GT(beside, hidden.disparity.pixels.size() / 4);
+  rig.emulator->clear_fault("cloud-occlusion");
+  rig.emulator->inject(faults::parse_fault({"cloud-stale"}));
+  const Exposure kept = camera.exposure();
+  rig.run(500ms);
+  EXPECT_GT(camera.exposure().frame, kept.frame);
+  EXPECT_EQ(camera.exposure().stamp, kept.stamp);
+  rig.emulator->clear_fault("cloud-stale");
+  rig.run(200ms);
+  EXPECT_GT(camera.exposure().stamp, kept.stamp);
+  rig.emulator->inject(faults::parse_fault({"cloud-missing"}));
+  const std::uint64_t last = camera.exposure().frame;
+  rig.run(500ms);
+  EXPECT_EQ(camera.exposure().frame, last);
+}
+
+}  // namespace
+}  // namespace walkman

@@ -1,0 +1,131 @@
+// When injected faults begin, how long they stay, that one more changes no other, and what is refused.
+
+#include <chrono>
+#include <cmath>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "emulator/faults/fault_plan.h"
+#include "tests/rigs/breakable_robot.h"
+
+namespace walkman {
+namespace {
+
+using namespace std::chrono_literals;
+using rigs::BreakableRobot;
+
+TEST(InjectedFaults, AreNotThereBeforeTheirTimeAndAreOverAfterIt) {
+  BreakableRobot rig(false);
+  faults::Injection drops = faults::parse_fault({"frame-drop", "RElbj", "share=1"});
+  drops.at = std::chrono::duration<double>(rig.emulator->now()).count() + 0.3;
+  drops.lasts = 0.01;  // two SYNCs: no fault
+  drops.every = 0.1;
+  rig.emulator->inject(drops);
+  rig.run(295ms);
+  EXPECT_EQ(rig.emulator->injections().front().touched, 0U);
+  rig.run(1s);
+  EXPECT_FALSE(rig.robot->fault()) << rig.robot->fault()->text;
+  const auto state = rig.emulator->injections().front();
+  EXPECT_EQ(state.times, 10);
+  EXPECT_GT(state.touched, 20U);
+  EXPECT_LT(state.touched, 100U);
+  EXPECT_TRUE(rig.emulator->clear_fault(state.injection.name));
+  EXPECT_FALSE(rig.emulator->clear_fault(state.injection.name));
+  EXPECT_TRUE(rig.emulator->injections().empty());
+}
+
+TEST(InjectedFaults, BeginWithTheFrameThatTheyWaitFor) {
+  BreakableRobot rig(false);
+  // TPDO1 of node 14, the elbow's: one per SYNC.
+  faults::Injection loss = faults::parse_fault({"frame-burst-loss", "RElbj", "frames=1"});
+  loss.frame = faults::FrameBegin{"rarm", 0x18E, 40};
+  rig.emulator->inject(loss);
+  std::vector<Time> seen;
+  for (bus::CanBus* bus : rig.emulator->buses())
+    if (bus->name() == "rarm")
+      bus->set_observer([&seen](const can::StampedFrame& f) {
+        if (f.frame.id == 0x18E) seen.push_back(f.time);
+      });
+  rig.run(500ms);
+  EXPECT_FALSE(rig.robot->fault()) << rig.robot->fault()->text;
+  const auto state = rig.emulator->injections().front();
+  EXPECT_EQ(state.touched, 1U);
+  // The 40th is the one that is lost: between the 39th and the next there are two periods.
+  ASSERT_GT(seen.size(), 40U);
+  EXPECT_NEAR(std::chrono::duration<double>(seen[39] - seen[38]).count(), 2 * 0.005, 5e-4);
+  EXPECT_NEAR(std::chrono::duration<double>(seen[38] - seen[37]).count(), 0.005, 5e-4);
+}
+
+TEST(InjectedFaults, BeginOnceTheirConditionHolds) {
+  BreakableRobot rig(true);
+  const int elbow = rig.model.joint_index("RElbj");
+  faults::Injection stuck = faults::parse_fault({"encoder-stuck", "RElbj", "side=0", "for=0.02"});
+  const double bound = rig.emulator->plant().joint_position(elbow) - 0.05;
+  stuck.condition = faults::ConditionBegin{"RElbj", false, bound};
+  rig.emulator->inject(stuck);
+  while (rig.emulator->injections().front().times == 0 && rig.emulator->now() - rig.began < 4s) {
+    ASSERT_GT(rig.emulator->plant().joint_position(elbow), bound - 0.01);
+    rig.run(BreakableRobot::kCycle);
+  }
+  EXPECT_EQ(rig.emulator->injections().front().times, 1);
+  EXPECT_NEAR(rig.emulator->plant().joint_position(elbow), bound, 0.005);
+}
+
+TEST(InjectedFaults, ThatComeAgainBeginAnew) {
+  BreakableRobot rig(false);
+  faults::Injection burst =
+      faults::parse_fault({"frame-burst-loss", "RElbj", "frames=4", "for=0.05", "every=0.1"});
+  rig.emulator->inject(burst);
+  rig.run(995ms);
+  EXPECT_FALSE(rig.robot->fault()) << rig.robot->fault()->text;
+  EXPECT_EQ(rig.emulator->injections().front().times, 10);
+  EXPECT_EQ(rig.emulator->injections().front().touched, 40U);
+}
+
+TEST(InjectedFaults, OneMoreChangesNoOther) {
+  const auto run = [](bool more) {
+    BreakableRobot rig(false);
+    faults::Injection drops = faults::parse_fault({"frame-drop", "RElbj", "share=0.05"});
+    drops.seed = 7;
+    rig.emulator->inject(drops);
+    if (more) rig.emulator->inject(faults::parse_fault({"frame-drop", "LElbj", "share=0.05"}));
+    rig.run(1s);
+    return rig.emulator->injections().front().touched;
+  };
+  EXPECT_EQ(run(false), run(true));
+}
+
+TEST(InjectedFaults, AreRefusedWhereTheyCannotBe) {
+  BreakableRobot rig(false);
+  const auto refusal = [&](const std::vector<std::string>& words) -> std::string {
+    try {
+      rig.emulator->inject(faults::parse_fault(words));
+    } catch (const std::runtime_error& e) {
+      return e.what();
+    }
+    return "";
+  };
+  using testing::HasSubstr;
+  EXPECT_THAT(refusal({"encoder-stuk", "RElbj"}), HasSubstr("there is no fault"));
+  EXPECT_THAT(refusal({"encoder-stuck", "RElb"}), HasSubstr("there is no device \"RElb\""));
+  EXPECT_THAT(refusal({"encoder-stuck", "r_arm_ft"}), HasSubstr("r_arm_ft is no drive"));
+  EXPECT_THAT(refusal({"ft-gain", "RElbj"}), HasSubstr("RElbj is no force-torque"));
+  EXPECT_THAT(refusal({"frame-drop", "RElbj", "share=2"}), HasSubstr("expected 0 to 1"));
+  EXPECT_THAT(refusal({"frame-drop", "RElbj", "part=1"}), HasSubstr("there is no parameter"));
+  EXPECT_THAT(refusal({"frame-drop"}), HasSubstr("no target"));
+  EXPECT_THAT(refusal({"payload", "table"}), HasSubstr("there is no object \"table\""));
+  EXPECT_THAT(refusal({"push", "RSoftHnd"}), HasSubstr("did you mean"));
+  EXPECT_THAT(refusal({"interface-down", "RElbj"}), HasSubstr("there is no bus"));
+  EXPECT_THAT(refusal({"driver-kill", "rarm"}), HasSubstr("expected no target"));
+  EXPECT_THAT(refusal({"undervoltage", "r_arm_ft"}), HasSubstr("r_arm_ft is no drive"));
+  EXPECT_THAT(refusal({"clock-step"}), HasSubstr("the wall clock is the host's"));
+  EXPECT_EQ(refusal({"joint-locked", "RElbj"}), "");
+  EXPECT_THAT(refusal({"joint-locked", "RElbj"}), HasSubstr("\"RElbj-joint-locked\" already"));
+}
+
+}  // namespace
+}  // namespace walkman

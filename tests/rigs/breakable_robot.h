@@ -1,0 +1,55 @@
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "drivers/robot/robot.h"
+#include "emulator/emulator.h"
+#include "urdf/reader/device_table.h"
+
+namespace walkman::rigs {
+
+/// The robot of Experiment 1, held by its base, under the drivers' command to stay or to sway: to be broken,
+/// and ground truth in reach for judging.
+struct BreakableRobot {
+  static constexpr Time kCycle = std::chrono::milliseconds(5);
+
+  /// Boots, and commands for half a second. `layout`: a file of the PDO layouts, in place of the robot's own.
+  explicit BreakableRobot(bool moves, const char* layout = nullptr);
+
+  /// Until a fault is latched or the time is over; the time that took.
+  Time run(Time limit);
+
+  /// The safe stop, quick stop and NMT stop: by how much a joint of the plant still swings to and fro, a
+  /// second later, rad.
+  [[nodiscard]] double swing_after_stop();
+  /// Whether the motors stay where they are, to a step of their encoders, when the arm is pushed: brakes do
+  /// that, a drive that holds its position gives way first.
+  [[nodiscard]] bool on_brakes();
+
+  /// Of the motors, rad, by their encoders.
+  [[nodiscard]] std::vector<double> motors() const;
+  /// Of the joints in the plant, rad, in the drivers' order.
+  [[nodiscard]] std::vector<double> positions() const;
+  /// Largest distance of a joint in the plant from what it was last told, rad.
+  [[nodiscard]] double farthest_astray() const;
+  /// What the wrist's sensor last reported.
+  [[nodiscard]] Wrench wrist() const;
+
+  bool moving;
+  std::filesystem::path tree = WALKMAN_SOURCE_TREE;
+  Scene scene = load_scene(tree / "urdf/scenes/experiment_1.yaml");
+  RobotModel model = load_robot_model(scene.robot.urdf);
+  DeviceTable devices = load_device_table(scene.robot.device_table, model);
+  EmulatorOptions options;
+  std::optional<Emulator> emulator;
+  std::optional<robot::Robot> robot;
+  std::vector<double> start;
+  std::vector<robot::JointCommand> told;
+  std::vector<std::string> warnings;
+  Time began{};
+};
+
+}  // namespace walkman::rigs
