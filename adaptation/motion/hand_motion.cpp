@@ -482,6 +482,8 @@ HandMotion::Reach HandMotion::reachable(std::span<const Eigen::Isometry3d> way, 
   reach.error = error();
   reach.reason = describe();
   reach.q = state_.q;
+  reach.torques.resize(kinematics_.dof());
+  kinematics_.gravity_torques(reach.torques);
   state_ = before;
   ik_ = ik_before;
   pose();

@@ -116,6 +116,8 @@ class HandMotion {
     double obstacle_clearance = 0;
     double own_clearance = 0;  ///< least distance between the robot's own links on the way, m
     Eigen::VectorXd q;         ///< at the end, joint_names order
+    /// Of the joints at the end, N·m: what holds robot and payload against gravity with the base held.
+    Eigen::VectorXd torques;
   };
   [[nodiscard]] Reach reachable(std::span<const Eigen::Isometry3d> way, const MotionLimits& limits);
   [[nodiscard]] Reach reachable(const Eigen::Isometry3d& X_WH, const MotionLimits& limits) {

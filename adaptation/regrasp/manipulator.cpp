@@ -15,7 +15,6 @@
 namespace walkman::regrasp {
 namespace {
 
-constexpr double kMostMisfit = 2;        // sensors of their data sheet come to 0.9, at worst to 1.5
 constexpr double kLooksThere = 0.03;     // rad off the middle of the image
 constexpr double kHeadSpeed = 0.15;      // rad/s
 constexpr double kPeakOverMean = 1.875;  // speed of a fifth-order motion
@@ -33,29 +32,9 @@ constexpr double kFarthestEnd = 1.0;  // m beside the hand, of an object that go
 // Estimates for SoftHands go from 0.1 to 1, and nobody has measured it: this is the softest. With its weight
 // it turns until the centre of mass is straight below, at most.
 constexpr double kClosingTurn = 0.1, kSoftest = 0.1, kFarthestTurned = std::numbers::pi / 2;
-constexpr double kTurnStep = 0.05;  // rad
-// How the hand sits on its sensor: screws of both have 0.2 mm of clearance on 45 mm.
-constexpr double kMountingTurn = 0.005;     // rad
-constexpr double kMountingOrigin = 0.0006;  // m
-// Of a bar: how many radii from its handle's axis it reaches at most; how well its radius is seen; and how
-// straight it is: a tube bends by 0.2 % of its length at most (EN 10219-2), which takes the centre of mass a
-// third as far off the axis in its middle.
-constexpr double kBar = 2;
-constexpr double kRadiusError = 0.001;  // m
-constexpr double kBend = 0.002 / 3;     // of its length
-constexpr double kDensest = 7850;       // kg/m³, steel
-constexpr double kDeviations = 3;       // of what is not chance
-constexpr double kOpenTorque = 0.2;     // share of rated: enough to let the ligaments open the hand
-
-wrench::LoadEstimator::DataSheet sensor_of(const StageTwoParameters& parameters) {
-  return {.gain = parameters.sensor_gain,
-          .axial_gain = parameters.sensor_axial_gain,
-          .cross_talk = parameters.sensor_cross_talk,
-          .force_per_torque = parameters.sensor_force_per_torque,
-          .torque_per_force = parameters.sensor_torque_per_force,
-          .force_range = parameters.sensor_force_range,
-          .torque_range = parameters.sensor_torque_range};
-}
+constexpr double kTurnStep = 0.05;   // rad
+constexpr double kDeviations = 3;    // of what is not chance
+constexpr double kOpenTorque = 0.2;  // share of rated: enough to let the ligaments open the hand
 
 Eigen::Quaterniond about_handle(double angle) {
   return Eigen::Quaterniond(Eigen::AngleAxisd(angle, Eigen::Vector3d::UnitX()));
@@ -70,11 +49,7 @@ Eigen::Isometry3d raised(const Eigen::Isometry3d& X_T, double height) {
 }  // namespace
 
 Manipulator::Manipulator(const KnownRobot& known, Session& session, const StageTwoParameters& parameters)
-    : session_(session),
-      parameters_(parameters),
-      known_(known),
-      hand_weight_(known.model, session.hand().force_torque),
-      estimator_(sensor_of(parameters)) {
+    : session_(session), parameters_(parameters), known_(known), scale_(known, session, parameters_) {
   if (known.description.gaze) gaze_.emplace(known, session.joint_names());
 }
 
@@ -98,8 +73,7 @@ void Manipulator::use(std::size_t hand) {
   const Eigen::VectorXd q = motion_->q_ref(), q_stood = motion_->q_stood();
   take_over(q, q_stood);
   X_TH_start_ = motion_->X_WH();
-  hand_weight_ = wrench::HandWeight(known_.model, session_.hand().force_torque);
-  estimator_ = wrench::LoadEstimator(sensor_of(parameters_));
+  scale_.change_hand();
   session_.enter(Phase::kCalibrate);
   calibrate();
 }
@@ -133,7 +107,7 @@ void Manipulator::cycle() {
 void Manipulator::require_strength() const {
   const auto overload = session_.overload();
   if (!overload) return;
-  const Wrench load = object_load();
+  const Wrench load = scale_.object_load();
   throw HeldTooFar(
       fmt::format(
           "{} has to give {:.1f} N·m while the wrist carries {:.1f} N and {:.2f} N·m, expected at most "
@@ -142,6 +116,19 @@ void Manipulator::require_strength() const {
           "the hand",
           overload->joint, overload->torque, load.force.norm(), load.torque.norm(), overload->most),
       load);
+}
+
+void Manipulator::require_strength_for(const Route& route) const {
+  if (payload_.mass <= 0) return;  // not known yet
+  const auto overload = session_.overload(route.reach.torques);
+  if (!overload) return;
+  throw HeldTooFar(
+      fmt::format(
+          "{} would have to give {:.1f} N·m for {:.1f} N in the hand where that is to be weighed, expected "
+          "at most {:.1f} N·m, a tenth above what its motor can give for good: the object is too heavy "
+          "or too far beside the hand",
+          overload->joint, overload->torque, payload_.mass * motion::kGravity, overload->most),
+      scale_.object_load());
 }
 
 const Eigen::Isometry3d& Manipulator::roomier(const Eigen::Isometry3d& X_TH,
@@ -155,13 +142,13 @@ const Eigen::Isometry3d& Manipulator::roomier(const Eigen::Isometry3d& X_TH,
 
 void Manipulator::calibrate() {
   const Eigen::Matrix3d R_HS = (session_.X_TH().inverse() * session_.X_TS()).linear();
-  const wrench::LoadEstimator before = estimator_;
+  const wrench::LoadEstimator before = scale_.knowledge();
   int recoveries;
   motion_->keep_posture(true);  // the camera looks from where it is
   do {                          // a sensor that booted anew in between has another residual
     recoveries = session_.recoveries();
-    estimator_ = before;
-    estimator_.begin_series();
+    scale_.restore(before);
+    scale_.begin_series();
     const double turn = parameters_.calibration_turn;
     const auto turned = [&](double angle, const Eigen::Vector3d& axis_H) {
       Eigen::Isometry3d X_TH = X_TH_start_;
@@ -178,27 +165,14 @@ void Manipulator::calibrate() {
     weigh_empty(X_TH_start_);
   } while (session_.recoveries() != recoveries);
   motion_->keep_posture(false);
-  if (const double misfit = estimator_.object().misfit; !(misfit < kMostMisfit)) {
-    throw Refused(fmt::format(
-        "the wrist's readings of the empty hand contradict its weight: turned four ways, they are "
-        "{:.1f} standard deviations away from what it would make, expected less than {:g}: the "
-        "sensor is wrong",
-        misfit, kMostMisfit));
-  }
+  scale_.require_sound();
 }
 
-Manipulator::MeanReading Manipulator::mean_reading(double seconds) {
-  wrench::WrenchAverage reading, hand;
-  wrench::WrenchTrend trend;
-  Eigen::Vector3d down_S = Eigen::Vector3d::Zero();
+WristScale::MeanReading Manipulator::mean_reading(double seconds) {
+  WristScale::Sampling sampling(scale_);
   seconds *= longer_;
-  for_seconds(seconds, [&](double share) {
-    reading.add(session_.F_So_S());
-    trend.add(share * seconds, session_.F_So_S());
-    hand.add(hand_weight_.F_So_S(session_.measured()));
-    down_S -= session_.X_TS().linear().transpose().col(2);
-  });
-  return {reading.mean(), hand.mean(), trend.slope(), down_S.normalized(), reading.count()};
+  for_seconds(seconds, [&](double share) { sampling.add(share * seconds); });
+  return sampling.mean();
 }
 
 void Manipulator::set_obstacles(const std::vector<motion::NamedObstacle>& obstacles) {
@@ -282,6 +256,7 @@ bool Manipulator::go_straight(const Eigen::Isometry3d& X_TH, const motion::Motio
 
 bool Manipulator::follow(const Route& route, const motion::MotionLimits& bounds) {
   if (route.reach.status != motion::HandMotion::Status::kReached) return false;
+  if (lifting_) require_strength_for(route);
   for (const Eigen::Isometry3d& X_TV : route.way) {
     motion_->go_to(X_TV, bounds);
     while (!motion_->done()) cycle();
@@ -344,10 +319,9 @@ void Manipulator::turn_head(const Eigen::VectorXd& q) {
 }
 
 void Manipulator::tare() {
-  estimator_.begin_series();
+  scale_.begin_series();
   tared_recoveries_ = session_.recoveries();
-  const MeanReading empty = add_empty(parameters_.tare_time);
-  residual_So_S_ = {empty.reading.torque - empty.hand.torque, empty.reading.force - empty.hand.force};
+  scale_.tare(add_empty(parameters_.tare_time));
 }
 
 Eigen::Isometry3d Manipulator::reference_for(const Eigen::Isometry3d& X_TH) const {
@@ -372,11 +346,9 @@ void Manipulator::ascend() {
 
 void Manipulator::grasp(double radius, const Eigen::AlignedBox3d& object_H) {
   object_H_ = object_H;
-  bar_radius_.reset();
-  const Eigen::Vector3d p_HAxis(0, -radius - parameters_.palm_clearance, 0);
-  const double farthest = std::max((p_HAxis - object_H.min()).tail<2>().maxCoeff(),
-                                   (object_H.max() - p_HAxis).tail<2>().maxCoeff());
-  if (farthest < kBar * radius) bar_radius_ = radius;
+  object_H_.min().x() = std::max(object_H.min().x(), -kFarthestEnd);
+  object_H_.max().x() = std::min(object_H.max().x(), kFarthestEnd);
+  p_HAxis_ = {0, -radius - parameters_.palm_clearance, 0};
   session_.set_holding(true);
   for_seconds(parameters_.close_time,
               [&](double share) { session_.set_grip(share, parameters_.grip_torque); });
@@ -385,8 +357,7 @@ void Manipulator::grasp(double radius, const Eigen::AlignedBox3d& object_H) {
     throw Refused(fmt::format("the hand closed to {:.0f} % of its travel and holds nothing",
                               100 * session_.hand_closure()));
   }
-  const HandParts& hand = session_.hand();
-  hand_weight_.hold(hand.frame, motion::Grip(known_.model, hand.frame, hand.motor).around(radius));
+  scale_.hold(radius, object_H_);
   lifted_ = 0;
 }
 
@@ -400,6 +371,11 @@ void Manipulator::lift() {
   };
   Wrench load = rise_to(parameters_.lift_height);
   carry(load);
+  for (const double turn : {-parameters_.weighing_turn, parameters_.weighing_turn}) {
+    const Eigen::Isometry3d X_TH = turned_clear(about_handle(turn));
+    const Route route = straight_route(*motion_, std::span(&X_TH, 1), carrying_limits());
+    if (route.reach.status == motion::HandMotion::Status::kReached) require_strength_for(route);
+  }
   double change = 0;
   while (true) {
     const double next = lifted_ + parameters_.lift_step;
@@ -422,41 +398,13 @@ void Manipulator::lift() {
     throw Refused(
         fmt::format("the wrist weighs {:.2f} N after the lift: the object is not in the hand", force));
   }
-  lifting_ = false;
-}
-
-void Manipulator::require_of_object(const Wrench& F_Ho_T) const {
-  // The gains of force and torque, each as its data sheet has it, over the lever from the sensor.
-  const double lever = (session_.X_TH().translation() - session_.X_TS().translation()).norm();
-  require_of_object(F_Ho_T, std::numbers::sqrt2 * parameters_.sensor_gain * lever * F_Ho_T.force.norm());
-}
-
-void Manipulator::require_of_object(const Wrench& F_Ho_T, double torque_deviation) const {
-  const auto line = wrench::com_line(F_Ho_T, parameters_.min_force);
-  if (!line) return;
-  const double force = F_Ho_T.force.norm(), torque = F_Ho_T.torque.norm();
-  const double heaviest = kDensest * object_H_.volume() * motion::kGravity;
-  if (!(force <= heaviest)) {
-    throw Refused(fmt::format(
-        "by the wrist the object weighs {:.1f} N, expected at most the {:.1f} N of solid steel of the size "
-        "seen: no object that hangs there gives such readings",
-        force, heaviest));
-  }
-  const Eigen::Matrix3d R_HT = session_.X_TH().linear().transpose();
-  const double beside = wrench::distance_of({R_HT * line->p_PF, R_HT * line->direction}, object_H_);
-  const double bound = parameters_.displacement_threshold + kDeviations * torque_deviation / force;
-  if (beside <= bound) return;
-  throw Refused(
-      fmt::format("by {:.1f} N and {:.2f} N·m at the wrist the centre of mass would be {:.0f} mm outside of "
-                  "the object seen, expected at most {:.0f} mm: these readings are of no weight that hangs "
-                  "there",
-                  force, torque, 1e3 * beside, 1e3 * bound));
+  if (std::abs(force - payload_.mass * motion::kGravity) > parameters_.lift_force_change) carry(load);
 }
 
 void Manipulator::carry(const Wrench& F_Ho_T) {
   const auto line = wrench::com_line(F_Ho_T, parameters_.min_force);
   if (!line) return;
-  require_of_object(F_Ho_T);
+  scale_.require_of_object(F_Ho_T);
   const Payload before = payload_;
   const Payload load{F_Ho_T.force.norm() / motion::kGravity,
                      session_.X_TH().linear().transpose() * line->p_PF};
@@ -466,43 +414,34 @@ void Manipulator::carry(const Wrench& F_Ho_T) {
   });
 }
 
-Wrench Manipulator::object_load() const {
-  return load_of(session_.F_So_S(), hand_weight_.F_So_S(session_.measured()));
-}
-
-Wrench Manipulator::load_of(const Wrench& reading, const Wrench& hand) const {
-  const Eigen::Isometry3d& X_TS = session_.X_TS();
-  const Wrench F_So_T{X_TS.linear() * (reading.torque - residual_So_S_.torque - hand.torque),
-                      X_TS.linear() * (reading.force - residual_So_S_.force - hand.force)};
-  return wrench::shift(F_So_T, session_.X_TH().translation() - X_TS.translation());
-}
-
 Wrench Manipulator::mean_object_load(double seconds) {
   wrench::WrenchAverage average;
-  for_seconds(longer_ * seconds, [&](double) { average.add(object_load()); });
+  for_seconds(longer_ * seconds, [&](double) { average.add(scale_.object_load()); });
   return average.mean();
 }
 
 Eigen::Isometry3d Manipulator::turned_clear(const Eigen::Quaterniond& turn) const {
   const Eigen::Vector3d up_H = X_TH_grasp_.linear().transpose().col(2);
-  const auto lowest = [&](const Eigen::Quaterniond& R) {
-    const Eigen::Array3d up = (R.inverse() * up_H).array();
-    const Eigen::Array3d low = object_H_.min().array().max(-kFarthestEnd);
-    const Eigen::Array3d high = object_H_.max().array().min(kFarthestEnd);
-    return (up * low).min(up * high).sum();
+  // Of what has turned about the handle in the fingers, below Ho.
+  const auto lowest = [&](const Eigen::Quaterniond& hand, double in_hand) {
+    const Eigen::Vector3d up = hand.inverse() * up_H;
+    const Eigen::Array3d seen = (about_handle(in_hand).inverse() * up).array();
+    const Eigen::Array3d low = (object_H_.min() - p_HAxis_).array(),
+                         high = (object_H_.max() - p_HAxis_).array();
+    return up.dot(p_HAxis_) + (seen * low).min(seen * high).sum();
   };
   // Of the weight about the handle: the way it turns the object.
-  const double torque = -payload_.mass * motion::kGravity * payload_.p_HCm.cross(up_H).x();
+  const double torque = -payload_.mass * motion::kGravity * (payload_.p_HCm - p_HAxis_).cross(up_H).x();
   const double droop = std::min(std::abs(torque) / kSoftest, kFarthestTurned - kClosingTurn);
   const double from = std::min(0.0, std::copysign(droop, torque)) - kClosingTurn;
   const double to = std::max(0.0, std::copysign(droop, torque)) + kClosingTurn;
-  double turned = lowest(turn);
+  double turned = lowest(turn, 0);
   double angle = from;
   while (angle < to + kTurnStep) {
-    turned = std::min(turned, lowest(turn * about_handle(std::min(angle, to))));
+    turned = std::min(turned, lowest(turn, std::min(angle, to)));
     angle += kTurnStep;
   }
-  const double needed = lowest(Eigen::Quaterniond::Identity()) - turned + kOverTable;
+  const double needed = lowest(Eigen::Quaterniond::Identity(), 0) - turned + kOverTable;
   Eigen::Isometry3d X_TH = raised(X_TH_grasp_, std::max(lifted_, needed));
   X_TH.rotate(turn);
   return X_TH;
@@ -511,87 +450,58 @@ Eigen::Isometry3d Manipulator::turned_clear(const Eigen::Quaterniond& turn) cons
 void Manipulator::turn() {
   const Eigen::Isometry3d X_TH = raised(X_TH_grasp_, lifted_);
   for (const double turn : {-parameters_.weighing_turn, parameters_.weighing_turn}) {
-    if (!go_straight(turned_clear(about_handle(turn)), carrying_limits()))
-      carry_to(turned_clear(about_handle(turn / 2)));
-    settle();
-    add_loaded(parameters_.pose_time);
+    double angle = turn;
+    Eigen::Isometry3d X_TH_turned = turned_clear(about_handle(angle));
+    if (!go_straight(X_TH_turned, carrying_limits())) {
+      angle = turn / 2;
+      carry_to(X_TH_turned = turned_clear(about_handle(angle)));
+    }
+    weigh_turned(X_TH_turned, angle);
   }
+  lifting_ = false;
   carry_to(X_TH);
   settle();
 }
 
-Manipulator::MeanReading Manipulator::add_empty(double seconds) {
+/// The camera does not see an object's far underside, so an end of it may rest on something when the hand is
+/// turned: the wrist carries less then, until the hand is higher.
+void Manipulator::weigh_turned(const Eigen::Isometry3d& X_TH, double angle) {
+  double expected = payload_.mass * motion::kGravity;
+  double most = parameters_.lift_force_change + kDeviations * scale_.turned_deviation(expected, angle);
+  double higher = 0;
+  while (true) {
+    settle();
+    const WristScale::MeanReading reading = mean_reading(parameters_.pose_time);
+    const double force = scale_.object_load(reading).force.norm();
+    higher += parameters_.lift_step;
+    if (std::abs(force - expected) <= most || higher > parameters_.lift_max ||
+        !go_straight(raised(X_TH, higher), carrying_limits())) {
+      scale_.add_loaded(reading);
+      return;
+    }
+    expected = force;
+    most = parameters_.lift_force_change;
+  }
+}
+
+WristScale::MeanReading Manipulator::add_empty(double seconds) {
   settle();
-  MeanReading empty = mean_reading(seconds);
-  estimator_.add_empty(empty.reading, empty.count, empty.hand, empty.down_S);
+  WristScale::MeanReading empty = mean_reading(seconds);
+  scale_.add_empty(empty);
   return empty;
 }
 
-Manipulator::MeanReading Manipulator::add_loaded(double seconds) {
-  MeanReading loaded = mean_reading(seconds);
-  estimator_.add_loaded(loaded.reading, loaded.count, loaded.hand, loaded.down_S);
-  return loaded;
-}
-
-wrench::LoadEstimator::Object Manipulator::object() const {
-  wrench::LoadEstimator::Object object = estimator_.object();
-  const Eigen::Isometry3d X_HS = session_.X_TH().inverse() * session_.X_TS();
-  const double mounting = std::hypot(kMountingTurn * X_HS.translation().norm(), kMountingOrigin);
-  object.covariance.diagonal().tail<3>().array() += std::pow(object.weight * mounting, 2);
-  const double along = X_HS.linear().row(0).dot(object.moment_S) / object.weight + X_HS.translation().x();
-  if (!bar_radius_ || std::abs(along) > parameters_.displacement_threshold) return object;
-  const double length =
-      std::min(object_H_.max().x(), kFarthestEnd) - std::max(object_H_.min().x(), -kFarthestEnd);
-  const Eigen::Vector4d errors(motion::Grip::kSeatDeviation,
-                               motion::Grip::seat(0) - motion::Grip::seat(kRadiusError),
-                               object.weight / motion::Grip::kFirmness, kBend * length);
-  return wrench::near_plane(std::move(object), X_HS.linear().row(2).transpose(),
-                            motion::Grip::seat(*bar_radius_) - X_HS.translation().z(), errors.norm(),
-                            kDeviations);
-}
-
-Manipulator::Load Manipulator::weigh() {
-  const MeanReading level = add_loaded(parameters_.average_time);
+WristScale::Load Manipulator::weigh() {
+  const WristScale::MeanReading level = mean_reading(parameters_.average_time);
+  scale_.add_loaded(level);
   weighed_So_S_ = level.reading;
-  const Wrench load = load_of(level.reading, level.hand);
-  if (level.slope.force.norm() > parameters_.force_slope ||
-      level.slope.torque.norm() > parameters_.torque_slope) {
-    throw HeldTooFar(
-        fmt::format(
-            "the wrist's reading does not stay what it is: by {:.2f} N and {:.3f} N·m it changes per second "
-            "while the object hangs still, expected less than {:g} and {:g}: the sensor drifts, or the "
-            "object "
-            "slips",
-            level.slope.force.norm(), level.slope.torque.norm(), parameters_.force_slope,
-            parameters_.torque_slope),
-        load);
-  }
-  const wrench::LoadEstimator::Object object = this->object();
-  if (!(object.misfit < kMostMisfit)) {
-    throw HeldTooFar(fmt::format("the wrist's readings contradict each other: with {:.1f} N and {:.2f} N·m "
-                                 "and the hand turned they "
-                                 "are {:.1f} standard deviations away from what any one object would make, "
-                                 "expected less than {:g}: "
-                                 "the sensor is wrong, or the object turns in the hand",
-                                 load.force.norm(), load.torque.norm(), object.misfit, kMostMisfit),
-                     load);
-  }
-  const Eigen::Isometry3d& X_TS = session_.X_TS();
-  const Eigen::Vector3d down_T = -Eigen::Vector3d::UnitZ();
-  const Eigen::Vector3d p_SoHo_T = session_.X_TH().translation() - X_TS.translation();
-  Eigen::Matrix4d slope = Eigen::Matrix4d::Zero();  // over weight and moment
-  slope.topLeftCorner<3, 1>() = -p_SoHo_T.cross(down_T);
-  for (int i = 0; i < 3; ++i) slope.block<3, 1>(0, 1 + i) = X_TS.linear().col(i).cross(down_T);
-  slope(3, 0) = 1;
-  const Eigen::Matrix4d covariance = slope * object.covariance * slope.transpose();
-  return {wrench::shift({(X_TS.linear() * object.moment_S).cross(down_T), object.weight * down_T}, p_SoHo_T),
-          covariance};
+  weighed_ = scale_.weigh(level);
+  return weighed_;
 }
 
 void Manipulator::hang() {
-  const wrench::LoadEstimator::Object object = this->object();
   const Eigen::Isometry3d X_HT = session_.X_TH().inverse();
-  const Eigen::Vector3d p_HCm = X_HT * (session_.X_TS() * Eigen::Vector3d(object.moment_S / object.weight));
+  const Eigen::Vector3d& p_HCm = weighed_.p_HCm;
   const Eigen::Vector3d down_H = -X_HT.linear().col(2);
   const double most = parameters_.hanging_turn, most_roll = parameters_.hanging_roll;
   const double turn = std::remainder(std::atan2(down_H.z(), down_H.y()) - std::atan2(p_HCm.z(), p_HCm.y()),
@@ -614,7 +524,7 @@ void Manipulator::hang() {
 bool Manipulator::watch() {
   // Half of what would make a regrasp worth while.
   const double torque_change =
-      parameters_.displacement_threshold / 2 * (weighed_So_S_.force - residual_So_S_.force).norm();
+      parameters_.displacement_threshold / 2 * (weighed_.F_Ho_T.force.norm() + scale_.hand_weight());
   const auto windows = static_cast<int>(std::ceil(parameters_.watch_time / parameters_.lift_window));
   for (int i = 0; i < windows; ++i) {
     const Wrench now = mean_reading(parameters_.lift_window).reading;
@@ -628,22 +538,13 @@ bool Manipulator::watch() {
 void Manipulator::take_up() {
   settle();
   carry(mean_object_load(parameters_.lift_window));
-  estimator_.change_load();
+  scale_.change_load();
 }
 
 void Manipulator::check_residual() {
   if (session_.recoveries() != tared_recoveries_) return;  // one that booted anew has another
   settle();
-  const MeanReading empty = mean_reading(parameters_.tare_time);
-  const Wrench drift{empty.reading.torque - empty.hand.torque - residual_So_S_.torque,
-                     empty.reading.force - empty.hand.force - residual_So_S_.force};
-  if (drift.force.norm() <= parameters_.force_drift && drift.torque.norm() <= parameters_.torque_drift)
-    return;
-  throw Refused(fmt::format(
-      "the wrist sensor's residual is {:.2f} N and {:.3f} N·m beside what it was before the grasp, expected "
-      "at "
-      "most {:g} and {:g}: it drifts, and what it weighed is not to be believed",
-      drift.force.norm(), drift.torque.norm(), parameters_.force_drift, parameters_.torque_drift));
+  scale_.require_no_drift(mean_reading(parameters_.tare_time));
 }
 
 /// What has moved in the hand does not stand where it stood with the hand where it was.
@@ -677,7 +578,7 @@ Eigen::Isometry3d Manipulator::lower_and_release() {
   });
   session_.set_grip(0, kOpenTorque);
   hold(parameters_.hold_time);
-  hand_weight_.hold(session_.hand().frame, {});
+  scale_.release();
   session_.set_holding(false);
   payload_ = {};
   ascend();

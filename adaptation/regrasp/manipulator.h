@@ -13,8 +13,7 @@
 #include "adaptation/parameters.h"
 #include "adaptation/regrasp/route.h"
 #include "adaptation/regrasp/session.h"
-#include "adaptation/wrench/hand_weight.h"
-#include "adaptation/wrench/load_estimator.h"
+#include "adaptation/regrasp/wrist_scale.h"
 
 namespace walkman::regrasp {
 
@@ -59,24 +58,14 @@ class Manipulator {
   /// Reads the sensor with the hand, and the object in it, turned about the handle to either side, and goes
   /// back to level.
   void turn();
-  struct Load {
-    Wrench F_Ho_T;  ///< of the object alone, a pure weight
-    /// Of its torque (N·m, in T) and its weight (N), in this order.
-    Eigen::Matrix4d covariance = Eigen::Matrix4d::Zero();
-  };
-  /// Reads it level for the averaging time. Returns the load that fits these readings and those before, and
-  /// of a bar held near its centre of mass where the hand seats its axis. Throws Refused when they are none
-  /// of a sensor as its data sheet has it, or do not stay what they are.
-  [[nodiscard]] Load weigh();
-  /// Throws Refused when the force (N) is more than the object seen would weigh of solid steel, or its line
-  /// passes that by more than the displacement threshold and three of the torque's standard deviations
-  /// (N·m).
-  void require_of_object(const Wrench& F_Ho_T, double torque_deviation) const;
-  /// The same with the torque's deviation by the sensor's data sheet.
-  void require_of_object(const Wrench& F_Ho_T) const;
+  /// Reads it level for the averaging time. Returns the load that fits these readings and those before, see
+  /// `WristScale::weigh`.
+  [[nodiscard]] WristScale::Load weigh();
+  /// What the wrist makes of the load in the hand.
+  [[nodiscard]] const WristScale& scale() const { return scale_; }
   /// After HeldTooFar: what was read with the object in the hand tells nothing of the sensor, for it may have
   /// slipped.
-  void forget_load() { estimator_.change_load(); }
+  void forget_load() { scale_.change_load(); }
   /// After `weigh`: turns the hand about the handle, and rolls it across, so that the object's centre of mass
   /// hangs straight below it, which takes the torque away; as far as `hanging_turn`, `hanging_roll`, the
   /// table and the arm allow. `weigh` again afterwards.
@@ -119,6 +108,8 @@ class Manipulator {
   /// Throws Refused when the arm gives more than it can for good: its drives would fall back to that, and the
   /// arm sag, within seconds.
   void require_strength() const;
+  /// The same of where a route leads, by the load that the hand carries.
+  void require_strength_for(const Route& route) const;
   /// Throws WayBlocked.
   void move_to(const Eigen::Isometry3d& X_TH, double speed);
   void move_to(const Eigen::Isometry3d& X_TH, const motion::MotionLimits& bounds);
@@ -140,22 +131,10 @@ class Manipulator {
   void put_down();
   void for_seconds(double seconds, const std::function<void(double share)>& each_cycle);
   [[nodiscard]] Wrench mean_object_load(double seconds);
-  struct MeanReading {
-    Wrench reading, hand;  // about So in S
-    Wrench slope;          // of the reading, per s
-    Eigen::Vector3d down_S;
-    int count;
-  };
-  [[nodiscard]] MeanReading mean_reading(double seconds);
-  MeanReading add_empty(double seconds);
-  MeanReading add_loaded(double seconds);
-  /// What the sensor as it is says of the object alone, about Ho in T.
-  [[nodiscard]] Wrench object_load() const;
-  /// The same of a reading with the hand's weight at that time.
-  [[nodiscard]] Wrench load_of(const Wrench& reading, const Wrench& hand) const;
-  /// The object as the readings have it. The centre of mass of a bar that is held near it is taken to lie on
-  /// the bar's axis, and that where the hand seats it, unless they contradict.
-  [[nodiscard]] wrench::LoadEstimator::Object object() const;
+  [[nodiscard]] WristScale::MeanReading mean_reading(double seconds);
+  WristScale::MeanReading add_empty(double seconds);
+  /// With the hand turned by `angle` (rad) to X_TH: higher, as long as something else carries a part of it.
+  void weigh_turned(const Eigen::Isometry3d& X_TH, double angle);
 
   Session& session_;
   StageTwoParameters parameters_;
@@ -168,18 +147,18 @@ class Manipulator {
   motion::Stabiliser stabiliser_;
   motion::TwistDamper twist_damper_;
   int stabilised_recoveries_ = 0, tared_recoveries_ = 0;
-  bool lifting_ = false;  // the motors' limits count
+  bool lifting_ = false;  // the motors' limits count: until the load has been weighed turned
   double longer_ = 1;     // means are taken, of a hand that did not come to rest as soon as others do
-  wrench::HandWeight hand_weight_;
-  wrench::LoadEstimator estimator_;
-  Wrench residual_So_S_, weighed_So_S_;  // the second: mean reading at the last weighing
+  WristScale scale_;
+  WristScale::Load weighed_;  // the last weighing
+  Wrench weighed_So_S_;       // and its mean reading
   Eigen::Isometry3d X_TH_start_ = Eigen::Isometry3d::Identity();
   Eigen::VectorXd q_start_;
   Eigen::Isometry3d X_TH_grasp_ = Eigen::Isometry3d::Identity();
   std::vector<Eigen::Isometry3d> way_;  // of the last approach, as far as it came
   double lifted_ = 0;
-  Eigen::AlignedBox3d object_H_;      // that the hand holds, as it stood
-  std::optional<double> bar_radius_;  // m, where all that is seen of it lies around the handle's axis
+  Eigen::AlignedBox3d object_H_;                       // that the hand holds, as it stood
+  Eigen::Vector3d p_HAxis_ = Eigen::Vector3d::Zero();  // of its handle
   struct Payload {
     double mass = 0;  // kg
     Eigen::Vector3d p_HCm = Eigen::Vector3d::Zero();

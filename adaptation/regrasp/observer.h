@@ -72,7 +72,8 @@ struct Weighing {
       0;                    ///< of it the part about the handle's axis, which no place along it changes
   double displacement = 0;  ///< d: from the grasp to the CoM line, m along the handle, positive to the right
   double displacement_deviation = 0;  ///< of d, by the weighing; where the hand is has its own, m
-  bool changed = false;               ///< the load has become another since the weighing before, in the hand
+  Eigen::Vector3d p_HCm = Eigen::Vector3d::Zero();  ///< the object's centre of mass, m
+  bool changed = false;  ///< the load has become another since the weighing before, in the hand
 };
 
 /// The hand cannot go on from where it is to where it was to go.

@@ -497,15 +497,16 @@ Weighing Regrasp::Impl::turn_and_hang(bool changed, const std::optional<double>&
 Weighing Regrasp::Impl::weigh() {
   session.enter(Phase::kWeigh);
   Weighing weighing;
-  const Manipulator::Load load = manipulator.weigh();
+  const WristScale::Load load = manipulator.weigh();
   weighing.F_Ho_T = load.F_Ho_T;
   weighing.force_deviation = std::sqrt(std::max(0.0, load.covariance(3, 3)));
   weighing.torque_deviation = std::sqrt(largest_eigenvalue(load.covariance.topLeftCorner<3, 3>()));
   weighing.X_TH = session.X_TH();
+  weighing.p_HCm = load.p_HCm;
   weighing.f_g = -weighing.F_Ho_T.force.z();
   const auto line = wrench::com_line(weighing.F_Ho_T, parameters.stage_two.min_force);
   if (!line) throw Refused("the object slipped out of the hand while it was weighed");
-  manipulator.require_of_object(weighing.F_Ho_T, weighing.torque_deviation);
+  manipulator.scale().require_of_object(weighing.F_Ho_T, weighing.torque_deviation);
   const Eigen::Vector3d right_T = weighing.X_TH.linear().col(0);
   weighing.displacement = nearest_along(Eigen::Vector3d::Zero(), right_T, line->p_PF, line->direction);
   weighing.displacement_deviation = deviation_of_displacement(load.covariance, right_T, weighing);
@@ -529,12 +530,15 @@ GraspPlanner::Cost Regrasp::Impl::least_torque(const wrench::ComLine& line_H,
 std::optional<Ending> Regrasp::Impl::ending(const std::vector<Weighing>& weighings, bool nearest) const {
   const StageTwoParameters& limits = parameters.stage_two;
   const Weighing& weighing = weighings.back();
-  if (std::abs(weighing.torque) <= limits.torque_threshold) return Ending::kMinimumTorque;
+  const double torque = std::abs(weighing.torque), off = std::abs(weighing.displacement);
+  if (torque <= limits.torque_threshold) return Ending::kMinimumTorque;
   const bool last = static_cast<int>(weighings.size()) > limits.max_regrasps;
-  if (std::abs(weighing.displacement) <= limits.displacement_threshold) {
-    if (worth_another(weighings, limits.torque_threshold) && !last) return std::nullopt;
+  if (off <= limits.displacement_threshold && !last && worth_another(weighings, limits.torque_threshold))
+    return std::nullopt;
+  // What the weighing's own errors can make is no reason to grasp anew.
+  if (torque <= kSignificant * weighing.torque_deviation) return Ending::kMinimumTorque;
+  if (off <= std::max(limits.displacement_threshold, kSignificant * weighing.displacement_deviation))
     return Ending::kMinimumDisplacement;
-  }
   if (nearest) return Ending::kMinimumDisplacement;
   if (last) return Ending::kRegraspLimit;
   return std::nullopt;
@@ -620,7 +624,7 @@ Report Regrasp::run() {
       if (nearer_than <= 0 || ++given_up > kMostGivenUp) r.lower_for(refusal);
       const Eigen::Isometry3d X_TH = r.session.X_TH();
       try {
-        r.manipulator.require_of_object(refusal.F_Ho_T);
+        r.manipulator.scale().require_of_object(refusal.F_Ho_T);
       } catch (const Refused&) {
         r.lower_for(refusal);  // what the sensor says leads nowhere
       }

@@ -289,11 +289,11 @@ void Session::require_sound_encoders() const {
   }
 }
 
-std::optional<Session::Overload> Session::overload() const {
+std::optional<Session::Overload> Session::overload(const Eigen::VectorXd& torques) const {
   for (const Effort& effort : efforts_)
-    if (const double mean = std::abs(mean_torques_[static_cast<Eigen::Index>(effort.joint)]);
-        mean > effort.most)
-      return Overload{joint_names()[effort.joint], mean, effort.most};
+    if (const double torque = std::abs(torques[static_cast<Eigen::Index>(effort.joint)]);
+        torque > effort.most)
+      return Overload{joint_names()[effort.joint], torque, effort.most};
   return std::nullopt;
 }
 

@@ -77,7 +77,9 @@ class Session {
     double torque = 0, most = 0;  ///< N·m
   };
   /// By the mean torque of the last tenths of a second.
-  [[nodiscard]] std::optional<Overload> overload() const;
+  [[nodiscard]] std::optional<Overload> overload() const { return overload(mean_torques_); }
+  /// By torques of all joints, N·m, joint_names order.
+  [[nodiscard]] std::optional<Overload> overload(const Eigen::VectorXd& torques) const;
   /// Of a robot at rest: throws RunStopped when a joint's spring carries another torque than the posture and
   /// the ground make. Both of the joint's encoders make that torque, so one of them is off.
   void require_sound_encoders() const;

@@ -238,6 +238,7 @@ TrueWeighing Judge::judged(const regrasp::Weighing& reported) const {
   out.d_v = grasp_positions_.empty() ? 0 : grasp_positions_.back();
   out.displacement = level_W.dot(p_WCm - X_WH.translation()) / level_W.squaredNorm();
   out.torque = std::copysign(load_.mean().torque.norm(), out.displacement);
+  out.p_HCm = X_WH.inverse() * p_WCm;
   out.torque_about_handle = right_W.dot(load_.mean().torque);
   const Eigen::Vector3d said_W = X_WT_ * (reported.X_TH * Eigen::Vector3d(reported.displacement, 0, 0));
   const plant::Slip& slip = plant.slip(hand_, object_);

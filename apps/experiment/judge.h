@@ -24,7 +24,8 @@ struct TrueWeighing {
   double displacement = 0;  ///< d from the true grasp frame to the object's true centre of mass, m
   double com_error = 0;     ///< reported less true centre of mass along the handle, m: where the hand was
                             ///< thought to be is in it
-  double torque_about_handle = 0;  ///< the part of the torque about the handle's axis, N·m
+  Eigen::Vector3d p_HCm = Eigen::Vector3d::Zero();  ///< the object's true centre of mass from the true Ho, m
+  double torque_about_handle = 0;                   ///< the part of the torque about the handle's axis, N·m
   double slip = 0;  ///< path of the object in the hand since the first lift, while nothing else held it, m
   double slip_turn = 0;  ///< and the angle it has turned there by, whichever way, rad
   double d_r = 0;        ///< centre of mass along the object's x axis from its left end, m

@@ -156,7 +156,10 @@ JudgedRow judged_row(const Judge& judge, std::size_t first, std::size_t end) {
              before.torque_deviation,
              after.torque_deviation,
              before.displacement_deviation,
-             after.displacement_deviation};
+             after.displacement_deviation,
+             after.p_HCm.x(),
+             after.p_HCm.y(),
+             after.p_HCm.z()};
   out.truth = {truth.torque,
                truth.displacement,
                truth_after.torque,
@@ -167,6 +170,9 @@ JudgedRow judged_row(const Judge& judge, std::size_t first, std::size_t end) {
                reduction(truth.torque, truth_after.torque),
                truth_after.slip,
                truth_after.slip_turn,
+               truth_after.p_HCm.x(),
+               truth_after.p_HCm.y(),
+               truth_after.p_HCm.z(),
                judge.visual_com_error()};
   return out;
 }

@@ -34,6 +34,7 @@ struct TableRow {
   double tau_deviation_after = 0;
   double d_deviation = 0;  ///< standard deviations of d and d', m
   double d_deviation_after = 0;
+  double com_x = 0, com_y = 0, com_z = 0;  ///< centre of mass from Ho in the hand's axes, last weighing, m
 };
 
 /// How a repetition ended. The first three are the method's own words; the truth may deny them.
@@ -59,7 +60,8 @@ struct TrueRow {
   double reduction_percent = 0;  ///< 100 (1 − |τ'| / |τ|)
   double slip = 0;       ///< until the last weighing, while the object hung free: its path in the hand, m
   double slip_turn = 0;  ///< and the angle it has turned there by, rad
-  double visual_com_error = 0;  ///< of the first look, from the centroid of the object's volume, m
+  double com_x = 0, com_y = 0, com_z = 0;  ///< from the true Ho, in the true hand's axes, m
+  double visual_com_error = 0;             ///< of the first look, from the centroid of the object's volume, m
 };
 
 [[nodiscard]] std::string to_string(Outcome outcome);

@@ -23,7 +23,7 @@ struct Column {
   bool is_signed = false;  // tells a side: a mean is of magnitudes
 };
 
-constexpr std::array<Column, 15> kColumns = {
+constexpr std::array<Column, 18> kColumns = {
     {{"d_r", &TableRow::d_r, false},
      {"d_v", &TableRow::d_v, false},
      {"f_g", &TableRow::f_g},
@@ -38,7 +38,10 @@ constexpr std::array<Column, 15> kColumns = {
      {"tau_deviation", &TableRow::tau_deviation, true, false},
      {"tau_deviation_after", &TableRow::tau_deviation_after, true, false},
      {"d_deviation", &TableRow::d_deviation, true, false},
-     {"d_deviation_after", &TableRow::d_deviation_after, true, false}}};
+     {"d_deviation_after", &TableRow::d_deviation_after, true, false},
+     {"com_x", &TableRow::com_x, true, false},
+     {"com_y", &TableRow::com_y, true, false},
+     {"com_z", &TableRow::com_z, true, false}}};
 
 struct TrueColumn {
   const char* key;
@@ -46,7 +49,7 @@ struct TrueColumn {
   bool is_signed = false;
 };
 
-constexpr std::array<TrueColumn, 11> kTrueColumns = {
+constexpr std::array<TrueColumn, 14> kTrueColumns = {
     {{"tau_true", &TrueRow::tau, true},
      {"d_true", &TrueRow::d, true},
      {"tau_after_true", &TrueRow::tau_after, true},
@@ -57,6 +60,9 @@ constexpr std::array<TrueColumn, 11> kTrueColumns = {
      {"com_error", &TrueRow::com_error},
      {"slip_true", &TrueRow::slip},
      {"slip_turn_true", &TrueRow::slip_turn},
+     {"com_x_true", &TrueRow::com_x},
+     {"com_y_true", &TrueRow::com_y},
+     {"com_z_true", &TrueRow::com_z},
      {"visual_com_error", &TrueRow::visual_com_error}}};
 
 /// The kinds of all repetitions' robots, each as one: `of` names the part and the seed of the largest.
