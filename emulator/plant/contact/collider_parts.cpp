@@ -92,6 +92,7 @@ std::unique_ptr<btCollisionShape> make_shape(const Solid& solid) {
     for (const Eigen::Vector3d& v : solid.mesh->vertices) hull->addPoint(to_bullet(v), false);
     hull->optimizeConvexHull();
     hull->recalcLocalAabb();
+    hull->initializePolyhedralFeatures();
     shape = std::move(hull);
   } else {
     const Primitive& p = solid.primitive.value();
@@ -103,9 +104,12 @@ std::unique_ptr<btCollisionShape> make_shape(const Solid& solid) {
       case Primitive::Kind::kCylinder:
         shape = std::make_unique<btCylinderShapeZ>(btVector3(p.radius, p.radius, p.half_length));
         break;
-      case Primitive::Kind::kBox:
-        shape = std::make_unique<btBoxShape>(p.half);
+      case Primitive::Kind::kBox: {
+        auto box = std::make_unique<btBoxShape>(p.half);
+        box->initializePolyhedralFeatures();  // for its faces on a mesh's
+        shape = std::move(box);
         break;
+      }
     }
   }
   shape->setMargin(kMargin);

@@ -1,5 +1,6 @@
 #include "emulator/plant/contact/contact_dispatcher.h"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <limits>
@@ -11,8 +12,10 @@
 #include <BulletCollision/CollisionDispatch/btCollisionObject.h>
 #include <BulletCollision/CollisionDispatch/btCollisionObjectWrapper.h>
 #include <BulletCollision/CollisionDispatch/btManifoldResult.h>
+#include <BulletCollision/CollisionShapes/btPolyhedralConvexShape.h>
 
 #include "emulator/plant/contact/collider_parts.h"
+#include "emulator/plant/contact/mesh_on_box.h"
 
 namespace walkman::plant {
 namespace {
@@ -22,12 +25,30 @@ constexpr double kReach = 0.001;
 // m that a contact may wander over a surface from step to step and still be the same: 5 m/s.
 constexpr double kSamePoint = 0.005;
 
-/// The contacts of two solids.
+/// The contacts of two solids. A manifold has room for four.
 struct Meeting {
   std::size_t part_a, part_b;
-  btPersistentManifold* manifold;
+  std::array<btPersistentManifold*, Touches::kMost / MANIFOLD_CACHE_SIZE> manifolds{};
   btCollisionAlgorithm* bullets = nullptr;  // where no closed form is known
-  std::array<Stick, MANIFOLD_CACHE_SIZE> sticks;
+  std::array<Stick, Touches::kMost> sticks;
+
+  [[nodiscard]] int count() const {
+    int sum = 0;
+    for (const btPersistentManifold* manifold : manifolds)
+      if (manifold != nullptr) sum += manifold->getNumContacts();
+    return sum;
+  }
+  void set_count(int count) {
+    for (btPersistentManifold* manifold : manifolds) {
+      if (manifold == nullptr) continue;
+      manifold->setNumContacts(std::min(count, MANIFOLD_CACHE_SIZE));
+      count -= manifold->getNumContacts();
+    }
+  }
+  [[nodiscard]] btManifoldPoint& point(int i) {
+    return manifolds[static_cast<std::size_t>(i / MANIFOLD_CACHE_SIZE)]->getContactPoint(i %
+                                                                                         MANIFOLD_CACHE_SIZE);
+  }
 };
 
 void describe(btManifoldPoint& point, const Surface& pair) {
@@ -41,22 +62,38 @@ void describe(btManifoldPoint& point, const Surface& pair) {
   point.m_combinedContactDamping1 = pair.damping;
 }
 
+const btConvexPolyhedron* hull_of(const ColliderPart& part) {
+  return static_cast<const btPolyhedralConvexShape*>(part.shape)->getConvexPolyhedron();
+}
+
+/// The same with A and B the other way round.
+Touches swapped(Touches touches) {
+  for (Touch& touch : touches.at) {
+    std::swap(touch.p_WA, touch.p_WB);
+    touch.normal_W = -touch.normal_W;
+  }
+  return touches;
+}
+
+bool is_flat(const ColliderPart& part) {
+  return !part.primitive || part.primitive->kind == Primitive::Kind::kBox;
+}
+
 /// Puts the touches into the manifold. Each takes over the stick of the old point that is nearest to it on
 /// either surface.
 void renew(Meeting& meeting, const Touches& touches, const Surface& pair) {
-  btPersistentManifold& manifold = *meeting.manifold;
-  const btTransform& X_WA = manifold.getBody0()->getWorldTransform();
-  const btTransform& X_WB = manifold.getBody1()->getWorldTransform();
-  const int old_count = manifold.getNumContacts();
-  std::array<btVector3, MANIFOLD_CACHE_SIZE> old_a, old_b;
-  std::array<bool, MANIFOLD_CACHE_SIZE> taken{};
-  const std::array<Stick, MANIFOLD_CACHE_SIZE> old_sticks = meeting.sticks;
+  const btTransform& X_WA = meeting.manifolds[0]->getBody0()->getWorldTransform();
+  const btTransform& X_WB = meeting.manifolds[0]->getBody1()->getWorldTransform();
+  const int old_count = meeting.count();
+  std::array<btVector3, Touches::kMost> old_a, old_b;
+  std::array<bool, Touches::kMost> taken{};
+  const std::array<Stick, Touches::kMost> old_sticks = meeting.sticks;
   for (int i = 0; i < old_count; ++i) {
     const auto k = static_cast<std::size_t>(i);
-    old_a[k] = manifold.getContactPoint(i).m_localPointA;
-    old_b[k] = manifold.getContactPoint(i).m_localPointB;
+    old_a[k] = meeting.point(i).m_localPointA;
+    old_b[k] = meeting.point(i).m_localPointB;
   }
-  manifold.setNumContacts(touches.count);
+  meeting.set_count(touches.count);
   for (int i = 0; i < touches.count; ++i) {
     const auto n = static_cast<std::size_t>(i);
     const Touch& touch = touches.at[n];
@@ -65,8 +102,10 @@ void renew(Meeting& meeting, const Touches& touches, const Surface& pair) {
     point.m_positionWorldOnA = touch.p_WA;
     point.m_positionWorldOnB = touch.p_WB;
     describe(point, pair);
-    double least = kSamePoint * kSamePoint;
-    std::size_t same = MANIFOLD_CACHE_SIZE;
+    // A point that is alone stays the same: on a mesh's flat face it may be anywhere along what is round.
+    double least = touches.count == 1 && old_count == 1 ? std::numeric_limits<double>::infinity()
+                                                        : kSamePoint * kSamePoint;
+    std::size_t same = Touches::kMost;
     for (std::size_t k = 0; k < static_cast<std::size_t>(old_count); ++k) {
       const double apart =
           std::min((old_a[k] - point.m_localPointA).length2(), (old_b[k] - point.m_localPointB).length2());
@@ -74,10 +113,10 @@ void renew(Meeting& meeting, const Touches& touches, const Surface& pair) {
       least = apart;
       same = k;
     }
-    meeting.sticks[n] = same < MANIFOLD_CACHE_SIZE ? old_sticks[same] : Stick{};
-    if (same < MANIFOLD_CACHE_SIZE) taken[same] = true;
+    meeting.sticks[n] = same < Touches::kMost ? old_sticks[same] : Stick{};
+    if (same < Touches::kMost) taken[same] = true;
     point.m_userPersistentData = &meeting.sticks[n];
-    manifold.getContactPoint(i) = point;
+    meeting.point(i) = point;
   }
 }
 
@@ -85,7 +124,7 @@ void renew(Meeting& meeting, const Touches& touches, const Surface& pair) {
 class Encounter {
  public:
   Encounter(btCollisionDispatcher& dispatcher, const btCollisionObject& a, const btCollisionObject& b)
-      : dispatcher_(dispatcher), a_(a), b_(b) {}
+      : dispatcher_(dispatcher), a_(a), b_(b), answer_(&a, &b, 0, kReach, 0) {}
   Encounter(const Encounter&) = delete;
   Encounter& operator=(const Encounter&) = delete;
   ~Encounter() {
@@ -107,29 +146,34 @@ class Encounter {
     };
     for (std::size_t i = 0; i < placed_a.size(); ++i) {
       for (std::size_t k = 0; k < placed_b.size(); ++k) {
-        Meeting* const known = meeting_of(i, k);
+        Meeting* known = meeting_of(i, k);
         if (apart(i, k)) {
-          if (known != nullptr) known->manifold->setNumContacts(0);
+          if (known != nullptr) known->set_count(0);
           continue;
         }
         const ColliderPart& part_a = of_a.parts()[i];
         const ColliderPart& part_b = of_b.parts()[k];
-        const Surface pair = pair_of(part_a.surface, part_b.surface);
-        if (part_a.primitive && part_b.primitive && has_closed_form(*part_a.primitive, *part_b.primitive)) {
-          const Touches touches =
-              touches_of(*part_a.primitive, placed_a[i].X_WC, *part_b.primitive, placed_b[k].X_WC, kReach);
-          if (touches.count > 0 || known != nullptr)
-            renew(known != nullptr ? *known : begin(i, k), touches, pair);
-        } else {
-          ask_bullet(known != nullptr ? *known : begin(i, k), part_a, placed_a[i].X_WC, part_b,
-                     placed_b[k].X_WC, pair, info);
-        }
+        const bool closed_form =
+            part_a.primitive && part_b.primitive && has_closed_form(*part_a.primitive, *part_b.primitive);
+        if (known == nullptr && !closed_form) known = &begin(i, k);
+        const Touches touches =
+            closed_form
+                ? touches_of(*part_a.primitive, placed_a[i].X_WC, *part_b.primitive, placed_b[k].X_WC, kReach)
+                : ask_bullet(known->bullets, part_a, placed_a[i].X_WC, part_b, placed_b[k].X_WC, info);
+        if (touches.count == 0 && known == nullptr) continue;
+        if (known == nullptr) known = &begin(i, k);
+        if (touches.count > MANIFOLD_CACHE_SIZE && known->manifolds[1] == nullptr)
+          known->manifolds[1] = dispatcher_.getNewManifold(&a_, &b_);
+        renew(*known, touches, pair_of(part_a.surface, part_b.surface));
       }
     }
   }
 
   void append_manifolds(btManifoldArray& manifolds) const {
-    for (const auto& meeting : meetings_) manifolds.push_back(meeting->manifold);
+    for (const auto& meeting : meetings_) {
+      for (btPersistentManifold* manifold : meeting->manifolds)
+        if (manifold != nullptr) manifolds.push_back(manifold);
+    }
   }
 
  private:
@@ -145,7 +189,7 @@ class Encounter {
     Meeting& meeting = *meetings_.back();
     meeting.part_a = part_a;
     meeting.part_b = part_b;
-    meeting.manifold = dispatcher_.getNewManifold(&a_, &b_);
+    meeting.manifolds[0] = dispatcher_.getNewManifold(&a_, &b_);
     return meeting;
   }
 
@@ -154,36 +198,53 @@ class Encounter {
       meeting.bullets->~btCollisionAlgorithm();
       dispatcher_.freeCollisionAlgorithm(meeting.bullets);
     }
-    dispatcher_.releaseManifold(meeting.manifold);
+    for (btPersistentManifold* manifold : meeting.manifolds)
+      if (manifold != nullptr) dispatcher_.releaseManifold(manifold);
   }
 
-  /// Bullet's GJK, which finds one point, and with turned poses some more.
-  void ask_bullet(Meeting& meeting, const ColliderPart& part_a, const btTransform& X_WCa,
-                  const ColliderPart& part_b, const btTransform& X_WCb, const Surface& pair,
-                  const btDispatcherInfo& info) {
+  /// Of a mesh on a box's face, all that lies on it. Else Bullet's own: of two meshes one face clipped by the
+  /// other, or the one point of GJK.
+  Touches ask_bullet(btCollisionAlgorithm*& algorithm, const ColliderPart& part_a, const btTransform& X_WCa,
+                     const ColliderPart& part_b, const btTransform& X_WCb, const btDispatcherInfo& info) {
     const btCollisionObjectWrapper a(nullptr, part_a.shape, &a_, X_WCa, -1, -1);
     const btCollisionObjectWrapper b(nullptr, part_b.shape, &b_, X_WCb, -1, -1);
-    if (meeting.bullets == nullptr)
-      meeting.bullets = dispatcher_.findAlgorithm(&a, &b, meeting.manifold, BT_CONTACT_POINT_ALGORITHMS);
-    const bool round = (part_a.primitive && part_a.primitive->radius > 0) ||
-                       (part_b.primitive && part_b.primitive->radius > 0);
-    if (round) meeting.manifold->setNumContacts(0);
+    if (algorithm == nullptr)
+      algorithm = dispatcher_.findAlgorithm(&a, &b, &answer_, BT_CONTACT_POINT_ALGORITHMS);
+    answer_.setNumContacts(0);
     btManifoldResult result(&a, &b);
-    result.setPersistentManifold(meeting.manifold);
-    meeting.bullets->processCollision(&a, &b, info, &result);
-    for (int i = meeting.manifold->getNumContacts() - 1; i >= 0; --i) {
-      btManifoldPoint& point = meeting.manifold->getContactPoint(i);
-      if (point.getDistance() >= kReach) {
-        meeting.manifold->removeContactPoint(i);
-      } else {
-        describe(point, pair);
-      }
+    result.setPersistentManifold(&answer_);
+    algorithm->processCollision(&a, &b, info, &result);
+    // GJK takes a mesh with its margin around it, the clipping of faces does not.
+    const bool flat = is_flat(part_a) && is_flat(part_b);
+    const double around_a = part_a.primitive || flat ? 0 : part_a.shape->getMargin();
+    const double around_b = part_b.primitive || flat ? 0 : part_b.shape->getMargin();
+    Touches touches;
+    for (int i = 0; i < answer_.getNumContacts(); ++i) {
+      const btManifoldPoint& point = answer_.getContactPoint(i);
+      const btVector3& normal = point.m_normalWorldOnB;
+      const double distance = point.getDistance() + around_a + around_b;
+      if (distance >= kReach) continue;
+      touches.at[static_cast<std::size_t>(touches.count++)] = {
+          point.getPositionWorldOnA() + around_a * normal, point.getPositionWorldOnB() - around_b * normal,
+          normal, distance};
     }
+    if (flat && touches.count > 0 && part_a.primitive.has_value() != part_b.primitive.has_value()) {
+      const Touch& deepest = *std::min_element(
+          touches.at.begin(), touches.at.begin() + touches.count,
+          [](const Touch& one, const Touch& other) { return one.distance < other.distance; });
+      const Touches all = part_b.primitive ? mesh_on_box(*hull_of(part_a), X_WCa, *part_b.primitive, X_WCb,
+                                                         deepest.normal_W, kReach)
+                                           : swapped(mesh_on_box(*hull_of(part_b), X_WCb, *part_a.primitive,
+                                                                 X_WCa, -deepest.normal_W, kReach));
+      if (all.count > 0) return all;
+    }
+    return touches;
   }
 
   btCollisionDispatcher& dispatcher_;
   const btCollisionObject& a_;
   const btCollisionObject& b_;
+  btPersistentManifold answer_;  // of Bullet's algorithms
   std::vector<std::unique_ptr<Meeting>> meetings_;
 };
 

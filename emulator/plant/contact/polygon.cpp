@@ -53,7 +53,8 @@ Touches most_spread(std::span<const Touch> touches) {
   const auto choose = [&](std::size_t i) {
     chosen.at[static_cast<std::size_t>(chosen.count++)] = touches[i];
   };
-  if (touches.size() <= chosen.at.size()) {
+  constexpr std::size_t kCarrying = 4;
+  if (touches.size() <= kCarrying) {
     for (std::size_t i = 0; i < touches.size(); ++i) choose(i);
     return chosen;
   }

@@ -38,9 +38,11 @@ struct Touch {
   double distance = 0;                     ///< along it, m, negative where they overlap
 };
 
-/// As many as carry a load between two solids: a face that rests on a face has four.
+/// As many as carry a load between two solids: a face that rests on a face has four, and what many facets
+/// meet a soft pad with has more.
 struct Touches {
-  std::array<Touch, 4> at;
+  static constexpr std::size_t kMost = 8;
+  std::array<Touch, kMost> at;
   int count = 0;
 };
 

@@ -1,7 +1,7 @@
 #include "tests/unit/plant/contact_world.h"
 
 #include <cmath>
-#include <stdexcept>
+#include <numbers>
 
 #include "emulator/plant/contact/bullet_types.h"
 
@@ -21,8 +21,20 @@ struct UnitInertia {
   Eigen::Vector3d operator()(const SphereShape& s) const {
     return Eigen::Vector3d::Constant(0.4 * s.radius * s.radius);
   }
-  Eigen::Vector3d operator()(const MeshShape& /*mesh*/) const {
-    throw std::logic_error("a mesh: expected a solid in closed form");
+  /// Of a closed one about its centre, by tetrahedra from there.
+  Eigen::Vector3d operator()(const MeshShape& mesh) const {
+    double volume = 0;
+    Eigen::Vector3d squares = Eigen::Vector3d::Zero();
+    for (const Eigen::Vector3i& triangle : mesh.triangles) {
+      Eigen::Matrix3d corners;
+      for (int i = 0; i < 3; ++i) corners.row(i) = mesh.vertices[static_cast<std::size_t>(triangle[i])];
+      const double tetrahedron = corners.determinant() / 6;
+      const Eigen::Vector3d sum = corners.colwise().sum();
+      const Eigen::Vector3d own = corners.cwiseAbs2().colwise().sum();
+      squares += tetrahedron / 20 * (own + sum.cwiseAbs2());
+      volume += tetrahedron;
+    }
+    return (Eigen::Vector3d::Constant(squares.sum()) - squares) / volume;
   }
 };
 
@@ -41,6 +53,24 @@ RobotModel model_of(const Shape& shape, double mass, const Surface& surface) {
 }
 
 }  // namespace
+
+MeshShape prism(int sides, double radius, double length) {
+  MeshShape mesh;
+  for (int i = 0; i < sides; ++i) {
+    const double angle = 2 * std::numbers::pi * (i + 0.5) / sides;
+    for (const double end : {-length / 2, length / 2})
+      mesh.vertices.emplace_back(radius * std::cos(angle), radius * std::sin(angle), end);
+  }
+  for (int i = 0; i < sides; ++i) {
+    const int low = 2 * i, next = 2 * ((i + 1) % sides);
+    mesh.triangles.emplace_back(low, next, next + 1);
+    mesh.triangles.emplace_back(low, next + 1, low + 1);
+    if (i == 0 || i == sides - 1) continue;
+    mesh.triangles.emplace_back(0, next, low);
+    mesh.triangles.emplace_back(1, low + 1, next + 1);
+  }
+  return mesh;
+}
 
 ContactWorld::ContactWorld() {
   world_.setGravity(btVector3(0, 0, -kGravity));

@@ -15,6 +15,10 @@ namespace walkman::plant {
 /// A solid about its own centre.
 using Shape = decltype(LinkGeometry::shape);
 
+/// An upright prism as a mesh, about its middle: so many sides, corners at `radius`; of four sides a box
+/// along the axes.
+[[nodiscard]] MeshShape prism(int sides, double radius, double length);
+
 /// Solids under gravity in a world made of the plant's own parts, with the plant's settings: its contacts,
 /// its solver, its dynamics, 1 ms steps. What a test puts in stays for the world's life.
 class ContactWorld {

@@ -83,7 +83,9 @@ TEST_P(Incline, SlipsWhereCoulombSays) {
 INSTANTIATE_TEST_SUITE_P(Blocks, Incline,
                          testing::Values(InclineCase{"box", BoxShape{{0.2, 0.2, 0.05}}, 0.025, 0},
                                          InclineCase{"turned_box", BoxShape{{0.3, 0.2, 0.05}}, 0.025, 0.6},
-                                         InclineCase{"upright_cylinder", CylinderShape{0.1, 0.05}, 0.025, 0}),
+                                         InclineCase{"upright_cylinder", CylinderShape{0.1, 0.05}, 0.025, 0},
+                                         InclineCase{"mesh", prism(4, 0.14, 0.05), 0.025, 0},
+                                         InclineCase{"turned_mesh", prism(6, 0.12, 0.05), 0.025, 0.4}),
                          [](const auto& one) { return one.param.name; });
 
 /// A push at the middle of a block on a rough floor tips it about its edge when F h/2 is more than m g w/2.
@@ -143,8 +145,35 @@ INSTANTIATE_TEST_SUITE_P(
                     DropCase{"tilted_box", BoxShape{{0.2, 0.2, 0.2}}, 0.1, {0.3, 0.2, 0.1}},
                     DropCase{"box_on_its_corner", BoxShape{{0.2, 0.2, 0.2}}, 0.1, {0.615, 0.785, 0}},
                     DropCase{"lying_cylinder", CylinderShape{0.05, 0.4}, 0.05, {std::numbers::pi / 2, 0, 0}},
-                    DropCase{"sphere", SphereShape{0.05}, 0.05, {0, 0, 0}}),
+                    DropCase{"sphere", SphereShape{0.05}, 0.05, {0, 0, 0}},
+                    DropCase{"tilted_mesh", prism(4, 0.1 * std::numbers::sqrt2, 0.2), 0.1, {0.3, 0.2, 0.1}}),
     [](const auto& one) { return one.param.name; });
+
+/// A bar of a mesh on four balls lies where it was put, and slips off none of them under less than its
+/// friction.
+TEST(Mesh, RestsOnBalls) {
+  constexpr double kRadius = 0.01, kMass = 1.5, kFriction = 0.6;
+  ContactWorld world;
+  for (const double x : {-0.1, 0.1})
+    for (const double y : {-0.03, 0.03}) world.add_fixed(SphereShape{kRadius}, at(x, y, kRadius), surface(1));
+  const double half = 0.05 / std::numbers::sqrt2;
+  world.add(prism(4, 0.05, 0.4), kMass,
+            at(0, 0, 2 * kRadius + half) * Eigen::AngleAxisd(std::numbers::pi / 2, Eigen::Vector3d::UnitY()),
+            surface(kFriction));
+  world.run(1);
+  const Eigen::Vector3d put = world.X_WB(0).translation();
+  EXPECT_NEAR(put.z(), 2 * kRadius + half, 2e-4);
+  for (int i = 0; i < 3000; ++i) {
+    world.push(0, {0.9 * kFriction * kMass * kGravity, 0, 0});
+    world.step();
+  }
+  EXPECT_LT((world.X_WB(0).translation() - put).norm(), 5e-4);
+  for (int i = 0; i < 500; ++i) {
+    world.push(0, {1.1 * kFriction * kMass * kGravity, 0, 0});
+    world.step();
+  }
+  EXPECT_GT(world.v_WB(0).x(), 0.4 * 0.1 * kFriction * kGravity);
+}
 
 /// The height of a bounce is e² of the drop.
 TEST(Bounce, ComesBackWithItsRestitution) {
