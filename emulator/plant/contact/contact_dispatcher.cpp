@@ -229,13 +229,14 @@ class Encounter {
           normal, distance};
     }
     if (flat && touches.count > 0 && part_a.primitive.has_value() != part_b.primitive.has_value()) {
-      const Touch& deepest = *std::min_element(
-          touches.at.begin(), touches.at.begin() + touches.count,
-          [](const Touch& one, const Touch& other) { return one.distance < other.distance; });
-      const Touches all = part_b.primitive ? mesh_on_box(*hull_of(part_a), X_WCa, *part_b.primitive, X_WCb,
-                                                         deepest.normal_W, kReach)
-                                           : swapped(mesh_on_box(*hull_of(part_b), X_WCb, *part_a.primitive,
-                                                                 X_WCa, -deepest.normal_W, kReach));
+      const btVector3 normal_W =
+          std::min_element(touches.begin(), touches.end(), [](const Touch& one, const Touch& other) {
+            return one.distance < other.distance;
+          })->normal_W;
+      const Touches all =
+          part_b.primitive
+              ? mesh_on_box(*hull_of(part_a), X_WCa, *part_b.primitive, X_WCb, normal_W, kReach)
+              : swapped(mesh_on_box(*hull_of(part_b), X_WCb, *part_a.primitive, X_WCa, -normal_W, kReach));
       if (all.count > 0) return all;
     }
     return touches;

@@ -44,6 +44,8 @@ struct Touches {
   static constexpr std::size_t kMost = 8;
   std::array<Touch, kMost> at;
   int count = 0;
+  [[nodiscard]] const Touch* begin() const { return at.data(); }
+  [[nodiscard]] const Touch* end() const { return at.data() + count; }
 };
 
 /// Whether `touches_of` knows the pair: all of spheres and capsules, and boxes with boxes or cylinders.

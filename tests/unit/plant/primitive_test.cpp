@@ -172,7 +172,7 @@ TEST(Resting, ABoxStandsOnItsFourCorners) {
       touches_of(box(0.1, 0.2, 0.05), at(0.3, 0.1, 0.0499), box(2, 2, 0.5), at(0, 0, -0.5), 1e-3);
   ASSERT_EQ(touches.count, 4);
   btVector3 sum(0, 0, 0);
-  for (const Touch& t : touches.at) {
+  for (const Touch& t : touches) {
     EXPECT_NEAR(t.distance, -1e-4, 1e-12);
     EXPECT_NEAR(t.normal_W.z(), 1, 1e-12);
     EXPECT_NEAR(std::abs(t.p_WB.x() - 0.3), 0.1, 1e-12);
@@ -219,7 +219,7 @@ TEST(Resting, ALongCylinderLiesOnBothEdgesOfASoftFaceWithItsEndBelowThePlane) {
 TEST(Resting, ACylinderStandsOnItsRim) {
   const Touches touches = touches_of(cylinder(0.1, 0.2), at(0, 0, 0.2), box(2, 2, 0.5), at(0, 0, -0.5), 1e-3);
   ASSERT_EQ(touches.count, 4);
-  for (const Touch& t : touches.at) EXPECT_NEAR(t.p_WB.length(), 0.1, 1e-9);
+  for (const Touch& t : touches) EXPECT_NEAR(t.p_WB.length(), 0.1, 1e-9);
 }
 
 TEST(Resting, ABoxStandsOnAPost) {
