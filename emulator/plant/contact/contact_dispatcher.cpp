@@ -15,7 +15,7 @@
 #include <BulletCollision/CollisionShapes/btPolyhedralConvexShape.h>
 
 #include "emulator/plant/contact/collider_parts.h"
-#include "emulator/plant/contact/mesh_on_box.h"
+#include "emulator/plant/contact/primitive.h"
 
 namespace walkman::plant {
 namespace {

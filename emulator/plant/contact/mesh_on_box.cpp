@@ -1,8 +1,10 @@
-#include "emulator/plant/contact/mesh_on_box.h"
-
 #include <algorithm>
 #include <cmath>
 #include <limits>
+
+#include <BulletCollision/CollisionShapes/btConvexPolyhedron.h>
+
+#include "emulator/plant/contact/primitive.h"
 
 namespace walkman::plant {
 namespace {
