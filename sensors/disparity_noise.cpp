@@ -10,7 +10,7 @@
 namespace walkman::sensors {
 namespace {
 
-enum Term : std::uint64_t { kCorrelated = 1, kWhite, kBlob };
+enum MatchTerm : std::uint64_t { kCorrelated = 1, kWhite, kBlob };
 
 constexpr double kCorrelatedPart = 0.8;
 constexpr double kWhitePart = 0.6;

@@ -20,34 +20,34 @@ constexpr float kAmbient = 0.4F;
 // CMV2000 and CMV4000 (ams data sheets): full well 13 500 electrons, 13 of noise in the dark.
 constexpr float kFullWell = 13500, kDarkNoise = 13;
 
-constexpr int kPacket = 8;
-constexpr int kPackets = 32;
-constexpr int kBatch = kPackets * kPacket;
+constexpr int kHolePacket = 8;
+constexpr int kHolePackets = 32;
+constexpr int kHoleBatch = kHolePackets * kHolePacket;
 constexpr float kHole = -1;
 constexpr float kMostGap = 2;  // px, between neighbours of one surface in the other image
 constexpr int kTrianglesPerJob = 4096;
 
-enum Term : std::uint64_t { kLeftNoise = 16, kRightNoise };
+enum ImageTerm : std::uint64_t { kLeftNoise = 16, kRightNoise };
 
 }  // namespace
 
 /// Of one thread: a band's signals, shares of the full well, and rays for holes in the right image.
 struct LumaImages::Worker {
-  explicit Worker(std::size_t most) : signal(most), seen_right(kBatch) {}
+  explicit Worker(std::size_t most) : signal(most), seen_right(kHoleBatch) {}
   std::vector<float> left, right, nearest, noise;
   std::vector<float> signal;  // what comes from points
   SurfacePoints seen_right;   // in the right camera's frame
   std::vector<float> column;
   std::vector<int> next, source, value;
-  std::array<RTCRayHit8, kPackets> rays;
-  std::array<int, kBatch> u, v, at;  // of the hole that a ray is for: its pixel, and its place in `right`
+  std::array<RTCRayHit8, kHolePackets> rays;
+  std::array<int, kHoleBatch> u, v, at;  // of the hole that a ray is for: its pixel, and its place in `right`
   int holes = 0;
 };
 
 LumaImages::LumaImages(const StereoOptions& options, int workers) : options_(options) {
   const auto width = static_cast<std::size_t>(options.width);
   for (int i = 0; i < workers; ++i) {
-    workers_.push_back(std::make_unique<Worker>(std::max<std::size_t>(width, kBatch)));
+    workers_.push_back(std::make_unique<Worker>(std::max<std::size_t>(width, kHoleBatch)));
     Worker& worker = *workers_.back();
     worker.left.resize(width);
     worker.right.resize(width * StereoRays::kBandRows);
@@ -177,7 +177,7 @@ void LumaImages::fill_holes(int first, int last, Worker& worker) const {
         worker.u[hole] = u;
         worker.v[hole] = v;
         worker.at[hole] = at;
-        if (worker.holes == kBatch) cast_holes(worker);
+        if (worker.holes == kHoleBatch) cast_holes(worker);
       }
     }
   }
@@ -192,10 +192,10 @@ void LumaImages::cast_holes(Worker& worker) const {
     return Eigen::Vector3f((static_cast<float>(worker.u[hole]) - cx) * per_focal,
                            (static_cast<float>(worker.v[hole]) - cy) * per_focal, 1);
   };
-  const int packets = (worker.holes + kPacket - 1) / kPacket;
-  for (int i = 0; i < packets * kPacket; ++i) {
-    RTCRayHit8& packet = worker.rays[static_cast<std::size_t>(i / kPacket)];
-    const int lane = i % kPacket;
+  const int packets = (worker.holes + kHolePacket - 1) / kHolePacket;
+  for (int i = 0; i < packets * kHolePacket; ++i) {
+    RTCRayHit8& packet = worker.rays[static_cast<std::size_t>(i / kHolePacket)];
+    const int lane = i % kHolePacket;
     const bool used = i < worker.holes;
     const Eigen::Vector3f d_W =
         R_WC_ * (used ? direction(static_cast<std::size_t>(i)) : Eigen::Vector3f::UnitZ());
@@ -216,12 +216,12 @@ void LumaImages::cast_holes(Worker& worker) const {
   rtcInitIntersectContext(&context);
   context.flags = RTC_INTERSECT_CONTEXT_FLAG_COHERENT;
   rtcIntersectNM(surfaces_->embree_scene(), &context, reinterpret_cast<RTCRayHitN*>(worker.rays.data()),
-                 kPacket, static_cast<unsigned>(packets), sizeof(RTCRayHit8));
+                 kHolePacket, static_cast<unsigned>(packets), sizeof(RTCRayHit8));
   SurfacePoints& points = worker.seen_right;
   points.count = 0;
   for (int i = 0; i < worker.holes; ++i) {
-    const RTCRayHit8& packet = worker.rays[static_cast<std::size_t>(i / kPacket)];
-    const int lane = i % kPacket;
+    const RTCRayHit8& packet = worker.rays[static_cast<std::size_t>(i / kHolePacket)];
+    const int lane = i % kHolePacket;
     if (packet.hit.geomID[lane] == RTC_INVALID_GEOMETRY_ID) continue;
     const auto hole = static_cast<std::size_t>(i);
     const Eigen::Vector3f p_R = direction(hole) * packet.ray.tfar[lane];

@@ -9,7 +9,7 @@
 namespace walkman::sensors {
 namespace {
 
-enum Term : std::uint64_t { kNoSurface = 32, kBody };
+enum TextureTerm : std::uint64_t { kNoSurface = 32, kBody };
 
 // Makes coordinates positive, so that rounding towards zero rounds down.
 constexpr float kCells = 1 << 17;

@@ -12,7 +12,7 @@ namespace {
 constexpr int kPlanes = 5;
 constexpr std::size_t kVerticesPerJob = 8192;
 constexpr std::size_t kTrianglesPerJob = 16384;
-constexpr float kInfinity = std::numeric_limits<float>::infinity();
+constexpr float kNoSight = std::numeric_limits<float>::infinity();
 
 int job_count(std::size_t items, std::size_t per_job) {
   return static_cast<int>((items + per_job - 1) / per_job);
@@ -103,9 +103,9 @@ void RightViewMargin::collect(const TriangleView& view, const Camera& camera, in
     }
     if (polygon.count == 0) continue;
 
-    float column = kInfinity;
-    float top = kInfinity;
-    float bottom = -kInfinity;
+    float column = kNoSight;
+    float top = kNoSight;
+    float bottom = -kNoSight;
     const auto f = static_cast<float>(options_.focal_px);
     for (int k = 0; k < polygon.count; ++k) {
       const Eigen::Vector3f p = camera.R_CW * polygon.corners[static_cast<std::size_t>(k)] + camera.p_CWo;
@@ -128,7 +128,7 @@ void RightViewMargin::collect(const TriangleView& view, const Camera& camera, in
 void RightViewMargin::find(const RayScene& scene, const Eigen::Isometry3d& X_WC, tbb::task_arena& arena) {
   const Camera camera(options_, X_WC);
   const auto rows = static_cast<std::size_t>(options_.height);
-  for (std::vector<float>& columns : worker_columns_) columns.assign(rows, kInfinity);
+  for (std::vector<float>& columns : worker_columns_) columns.assign(rows, kNoSight);
   for (const TriangleView& view : RaySceneAccess::triangles(scene)) {
     outside_.resize(view.vertices.size() / 3);
     run_jobs(arena, job_count(outside_.size(), kVerticesPerJob),
@@ -137,7 +137,7 @@ void RightViewMargin::find(const RayScene& scene, const Eigen::Isometry3d& X_WC,
       collect(view, camera, job, worker_columns_[static_cast<std::size_t>(worker)]);
     });
   }
-  columns_.assign(rows, kInfinity);
+  columns_.assign(rows, kNoSight);
   for (const std::vector<float>& columns : worker_columns_) {
     for (std::size_t v = 0; v < rows; ++v) columns_[v] = std::min(columns_[v], columns[v]);
   }

@@ -15,16 +15,16 @@
 namespace walkman::sensors {
 namespace {
 
-enum Term : std::uint64_t { kRange = 32, kBias };
+enum BeamTerm : std::uint64_t { kRange = 32, kBias };
 
 // A beam's centre and six rays around it, which share its light evenly: at √(2/3) of its radius, where the
 // disc's outer six sevenths have their mean square.
 constexpr std::size_t kRays = 7;
 const double kRing = std::sqrt(2.0 / 3);
-constexpr std::size_t kPacket = 8;  // the last lane of each packet, one a beam, is off
-constexpr double kKnee = 10;        // m, up to which the noise is the same
+constexpr std::size_t kBeamPacket = 8;  // the last lane of each packet, one a beam, is off
+constexpr double kKnee = 10;            // m, up to which the noise is the same
 constexpr int kMostBeams = 100000;
-constexpr float kInfinity = std::numeric_limits<float>::infinity();
+constexpr float kNoReturn = std::numeric_limits<float>::infinity();
 
 void require(bool good, const char* sentence) {
   if (!good) throw std::invalid_argument(std::string("laser scanner: ") + sentence);
@@ -70,7 +70,7 @@ SpinningLidar::SpinningLidar(const LidarOptions& options, std::uint64_t seed)
     const Eigen::Vector3d across(std::cos(mirror), 0, -std::sin(mirror)), up = Eigen::Vector3d::UnitY();
     impl_->off.emplace_back();
     impl_->along.emplace_back();
-    for (int k = 0; k < static_cast<int>(kPacket); ++k) {
+    for (int k = 0; k < static_cast<int>(kBeamPacket); ++k) {
       const double around = 2 * std::numbers::pi * k / (kRays - 1.0);
       Eigen::Vector3d off = Eigen::Vector3d::Zero();
       if (k > 0 && k < static_cast<int>(kRays))
@@ -79,7 +79,7 @@ SpinningLidar::SpinningLidar(const LidarOptions& options, std::uint64_t seed)
       impl_->along.back().col(k) = (along + options.beam_angle * off).normalized().cast<float>();
     }
     RTCRayHit8& packet = impl_->packets[static_cast<std::size_t>(i)];
-    for (std::size_t k = 0; k < kPacket; ++k) {
+    for (std::size_t k = 0; k < kBeamPacket; ++k) {
       packet.ray.time[k] = 0;
       packet.ray.mask[k] = ~0U;
       packet.ray.id[k] = packet.ray.flags[k] = 0;
@@ -97,7 +97,7 @@ void SpinningLidar::scan(const RayScene& scene, const std::function<Eigen::Isome
     const Eigen::Matrix<float, 3, 8> from = (X.linear() * impl_->off[i]).colwise() + X.translation();
     const Eigen::Matrix<float, 3, 8> along = X.linear() * impl_->along[i];
     RTCRayHit8& packet = impl_->packets[i];
-    for (std::size_t k = 0; k < kPacket; ++k) {
+    for (std::size_t k = 0; k < kBeamPacket; ++k) {
       const auto column = static_cast<Eigen::Index>(k);
       packet.ray.org_x[k] = from(0, column);
       packet.ray.org_y[k] = from(1, column);
@@ -122,7 +122,7 @@ void SpinningLidar::cast() {
   rtcInitIntersectContext(&context);
   context.flags = RTC_INTERSECT_CONTEXT_FLAG_COHERENT;
   rtcIntersectNM(surfaces_.embree_scene(), &context, reinterpret_cast<RTCRayHitN*>(impl_->packets.data()),
-                 kPacket, static_cast<unsigned>(impl_->packets.size()), sizeof(RTCRayHit8));
+                 kBeamPacket, static_cast<unsigned>(impl_->packets.size()), sizeof(RTCRayHit8));
 }
 
 /// The nearest surface that throws enough back, and with it what is less than a pulse behind.
@@ -160,7 +160,7 @@ void SpinningLidar::read(std::size_t beam, std::uint64_t number, LidarScan& out)
   }
   std::sort(echoes.begin(), echoes.end(), [](const Echo& a, const Echo& b) { return a.range < b.range; });
   const double least = options_.least_reflectance / (options_.most_range * options_.most_range);
-  out.ranges[beam] = kInfinity;
+  out.ranges[beam] = kNoReturn;
   out.intensities[beam] = 0;
   for (std::size_t first = 0; first < echoes.size();) {
     Echo sum;

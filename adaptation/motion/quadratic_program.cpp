@@ -9,7 +9,7 @@ namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
-std::size_t at(int i) { return static_cast<std::size_t>(i); }
+std::size_t slot(int i) { return static_cast<std::size_t>(i); }
 
 /// Without std::hypot's care for squares beyond a double's range, which was a tenth of the solver's time.
 double length_of(double a, double b) { return std::sqrt(a * a + b * b); }
@@ -35,7 +35,7 @@ QpStatus QuadraticProgram::solve(const VariableMatrix& G, const VariableVector& 
     const QpStatus status = enforce(row, C, d);
     if (status != QpStatus::kSolved) return status;
   }
-  for (int i = 0; i < active_count_; ++i) multipliers_[active_[at(i)]] = active_multiplier_[at(i)];
+  for (int i = 0; i < active_count_; ++i) multipliers_[active_[slot(i)]] = active_multiplier_[slot(i)];
   return QpStatus::kSolved;
 }
 
@@ -55,7 +55,7 @@ int QuadraticProgram::most_violated_row(const InequalityMatrix& C, const Inequal
   int worst_row = -1;
   double worst = -tolerance;
   for (int i = 0; i < d.size(); ++i) {
-    if (is_active_[at(i)]) continue;
+    if (is_active_[slot(i)]) continue;
     if (slack_[i] < worst) {
       worst = slack_[i];
       worst_row = i;
@@ -83,7 +83,7 @@ QpStatus QuadraticProgram::enforce(int row, const InequalityMatrix& C, const Ine
     int blocking = -1;
     for (int i = 0; i < k; ++i) {
       if (dual_step_[i] <= 1e-14) continue;
-      const double ratio = active_multiplier_[at(i)] / dual_step_[i];
+      const double ratio = active_multiplier_[slot(i)] / dual_step_[i];
       if (ratio < largest_dual_step) {
         largest_dual_step = ratio;
         blocking = i;
@@ -94,7 +94,7 @@ QpStatus QuadraticProgram::enforce(int row, const InequalityMatrix& C, const Ine
     const double step = std::min(largest_dual_step, full_step);
     if (step == kInfinity) return QpStatus::kInfeasible;
 
-    for (int i = 0; i < k; ++i) active_multiplier_[at(i)] -= step * dual_step_[i];
+    for (int i = 0; i < k; ++i) active_multiplier_[slot(i)] -= step * dual_step_[i];
     multiplier += step;
     if (!dependent) {
       primal_step_.noalias() = J_.rightCols(variables - k) * projected_normal_.tail(variables - k);
@@ -127,18 +127,18 @@ void QuadraticProgram::add_to_active_set(int row, double multiplier) {
     projected_normal_[j + 1] = 0;
   }
   R_.col(k).head(k + 1) = projected_normal_.head(k + 1);
-  active_[at(k)] = row;
-  active_multiplier_[at(k)] = multiplier;
-  is_active_[at(row)] = true;
+  active_[slot(k)] = row;
+  active_multiplier_[slot(k)] = multiplier;
+  is_active_[slot(row)] = true;
   ++active_count_;
 }
 
 void QuadraticProgram::drop_from_active_set(int position) {
-  is_active_[at(active_[at(position)])] = false;
+  is_active_[slot(active_[slot(position)])] = false;
   --active_count_;
   for (int j = position; j < active_count_; ++j) {
-    active_[at(j)] = active_[at(j + 1)];
-    active_multiplier_[at(j)] = active_multiplier_[at(j + 1)];
+    active_[slot(j)] = active_[slot(j + 1)];
+    active_multiplier_[slot(j)] = active_multiplier_[slot(j + 1)];
     R_.col(j) = R_.col(j + 1);
   }
   // The moved columns have one entry below the diagonal each; rotations of J's columns take it away.

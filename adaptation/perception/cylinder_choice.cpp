@@ -16,7 +16,7 @@ constexpr double kWindow = 6;           // px beside a rim that a matching windo
 constexpr double kLeastWindow = 0.004;  // m, the same at least
 constexpr double kWorst = 9;            // cost of a ray that contradicts: three standard deviations, squared
 constexpr double kSame = 1e-4;          // m, of the radius: fits that ended on one cylinder
-constexpr double kModel = 0.001;        // m, by which objects differ from cylinders
+constexpr double kCylinderMisfit = 0.001;  // m, by which objects differ from cylinders
 
 // Distance of the endless line along `direction_C` from the axis, and where on the axis it is nearest.
 struct Pass {
@@ -80,7 +80,7 @@ class RayComparison {
       return;
     }
     if (met->incidence > -kSmallestIncidence) return;
-    const double residual = range - met->range, deviation = sampling_.deviation(met->range) + kModel;
+    const double residual = range - met->range, deviation = sampling_.deviation(met->range) + kCylinderMisfit;
     const double square = residual * residual / (deviation * deviation);
     if (square < kWorst) {
       ++verdict.met;

@@ -22,13 +22,13 @@ constexpr double kTukey = 4.685;          // 95 % efficiency on Gaussian noise
 constexpr double kGaussian = 1.4826;      // standard deviation of a Gaussian over its median magnitude
 constexpr double kSmallestSpread = 1e-4;  // m, floor of the residuals' spread
 constexpr double kLargestMove = 0.05;     // m
-constexpr std::size_t kFewestPoints = 30;
+constexpr std::size_t kFewestOfCylinder = 30;
 constexpr std::size_t kMostPoints = 12000;  // neighbouring points share their noise: more tell no more
-constexpr std::size_t kRange = 2000;        // points that one thread takes at a time
+constexpr std::size_t kRaysAtATime = 2000;  // points that one thread takes at a time
 constexpr double kBin = 0.002;              // m, resolution of the ends
-// Largest residual of a point that counts, m: at first, then, and at last `kNoiseSpread` standard deviations.
+// Largest residual of a point that counts, m: at first, then, and at last `kLastSpread` standard deviations.
 constexpr double kFirstResidual = 0.03, kSecondResidual = 0.015, kLeastResidual = 0.005;
-constexpr double kNoiseSpread = 4;
+constexpr double kLastSpread = 4;
 constexpr int kCoarse = 3, kFine = 6;  // iterations from which the second and the last limit hold
 
 struct Ray {
@@ -111,16 +111,16 @@ std::vector<Equation> readings_of(std::span<const Ray> rays, const Cylinder& cyl
 // One Gauss-Newton step; returns the length of the move in m, negative when too few points fit.
 double step(const std::vector<Ray>& rays, double largest_residual, Cylinder& cylinder, int threads) {
   const Across across(cylinder);
-  std::vector<std::vector<Equation>> parts((rays.size() + kRange - 1) / kRange);
-  for_ranges(threads, rays.size(), kRange, [&](std::size_t first, std::size_t last) {
-    parts[first / kRange] =
+  std::vector<std::vector<Equation>> parts((rays.size() + kRaysAtATime - 1) / kRaysAtATime);
+  for_ranges(threads, rays.size(), kRaysAtATime, [&](std::size_t first, std::size_t last) {
+    parts[first / kRaysAtATime] =
         readings_of(std::span(rays).subspan(first, last - first), cylinder, across, largest_residual);
   });
   std::vector<double> magnitudes;
   magnitudes.reserve(rays.size());
   for (const auto& part : parts)
     for (const Equation& r : part) magnitudes.push_back(std::abs(r.residual));
-  if (magnitudes.size() < kFewestPoints) return -1;
+  if (magnitudes.size() < kFewestOfCylinder) return -1;
   const double limit = kTukey * std::max(kSmallestSpread, kGaussian * median(magnitudes));
 
   Matrix5 normal_matrix = Matrix5::Zero();
@@ -153,7 +153,7 @@ bool find_ends(const std::vector<Ray>& rays, double largest_residual, Cylinder& 
     ++counts[std::min(bins - 1, static_cast<std::size_t>((s->along - cylinder.from) / kBin))];
     ++total;
   }
-  if (total < kFewestPoints) return false;
+  if (total < kFewestOfCylinder) return false;
   std::vector<std::size_t> occupied;
   std::copy_if(counts.begin(), counts.end(), std::back_inserter(occupied),
                [](std::size_t n) { return n > 0; });
@@ -170,7 +170,7 @@ bool find_ends(const std::vector<Ray>& rays, double largest_residual, Cylinder& 
 
 double last_residual(const Cylinder& cylinder, const Sampling& sampling) {
   const double range = (cylinder.p_CA + (cylinder.from + cylinder.to) / 2 * cylinder.axis_C).norm();
-  return std::max(kLeastResidual, kNoiseSpread * sampling.deviation(range));
+  return std::max(kLeastResidual, kLastSpread * sampling.deviation(range));
 }
 
 constexpr double kPatch = 0.05;      // m along the axis
@@ -325,7 +325,7 @@ std::optional<CylinderFigures> cylinder_figures(std::span<const Eigen::Vector3f>
     magnitudes.push_back(std::abs(residual));
     off_surface.push_back(across_surface);
   }
-  if (placed.size() < kFewestPoints) return std::nullopt;
+  if (placed.size() < kFewestOfCylinder) return std::nullopt;
   CylinderFigures out;
   out.residual = kGaussian * median(off_surface);
   const std::size_t fullest = *std::max_element(arc.begin(), arc.end());

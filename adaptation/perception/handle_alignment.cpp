@@ -22,8 +22,8 @@ constexpr double kLongEnough = 0.04;      // m, a set of shells longer than this
 constexpr double kOnSurface = 0.012;      // m, samples this near a handle's surface belong to it
 constexpr double kPlaceStep = 0.005;      // m, between the places of a handle
 constexpr double kSupport = 0.25;         // of the usual number of surface points, that a place needs
-constexpr double kModel = 0.003;          // m, by which objects differ from cylinders
-constexpr double kNoiseSpread = 3;        // standard deviations
+constexpr double kHandleMisfit = 0.003;   // m, by which objects differ from cylinders
+constexpr double kMatchSpread = 3;        // standard deviations
 constexpr double kSuspectedStep = 0.002;  // m of radius, worth looking at
 constexpr double kClearSpread = 5;        // standard deviations of a change of radius
 constexpr double kSmallestStep = 0.004;   // m of radius, that makes two handles
@@ -139,7 +139,7 @@ class Aligner {
         const double doubt = std::hypot(before->figures.radius_deviation, beyond->figures.radius_deviation);
         // A part that points elsewhere is no neck but a bad fit to a bad end.
         const double turn = before->cylinder.axis_C.cross(beyond->cylinder.axis_C).norm();
-        const double most_turn = kStraight + kNoiseSpread * std::hypot(before->figures.axis_deviation,
+        const double most_turn = kStraight + kMatchSpread * std::hypot(before->figures.axis_deviation,
                                                                        beyond->figures.axis_deviation);
         if (change > kSmallestStep && change > kClearSpread * doubt && turn < most_turn) {
           out = parts(before->cylinder);
@@ -220,7 +220,7 @@ class Aligner {
   // Measured points on the surface by steps along the axis.
   [[nodiscard]] std::vector<std::size_t> surface_counts(const Cylinder& cylinder) const {
     const double range = cylinder.p_CA.norm();
-    const double tolerance = kModel + kNoiseSpread * sampling_.deviation(range);
+    const double tolerance = kHandleMisfit + kMatchSpread * sampling_.deviation(range);
     std::vector<std::size_t> counts(static_cast<std::size_t>((cylinder.to - cylinder.from) / kPlaceStep) + 1,
                                     0);
     for (const auto& point : view_.measured_C) {

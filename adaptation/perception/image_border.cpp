@@ -3,20 +3,21 @@
 #include <algorithm>
 #include <cmath>
 
+#include "adaptation/perception/sampling.h"
+
 namespace walkman::perception {
 namespace {
 
-constexpr int kSmallestGrid = 16;
 constexpr int kMargin = 2;              // px, from the outermost point
 constexpr double kWidestMargin = 0.05;  // of the image
-constexpr std::size_t kFewestPoints = 4;
+constexpr std::size_t kFewestAtBorder = 4;
 constexpr std::size_t kFewestRows = 20;  // with a strip, of which its width is taken
 constexpr double kStripScatter = 0.1;    // of its width times depth
 
 }  // namespace
 
 ImageBorder::ImageBorder(const camera::OrganizedCloud& cloud)
-    : cloud_(cloud), organized_(cloud.width >= kSmallestGrid && cloud.height >= kSmallestGrid) {
+    : cloud_(cloud), organized_(is_organized(cloud)) {
   if (!organized_) return;
   left_ = cloud.width;
   top_ = cloud.height;
@@ -68,7 +69,7 @@ bool ImageBorder::cuts(std::span<const std::uint32_t> points) const {
   if (!organized_) return false;
   std::size_t count = 0;
   for (const std::uint32_t point : points)
-    if (at_border(point) && ++count >= kFewestPoints) return true;
+    if (at_border(point) && ++count >= kFewestAtBorder) return true;
   return false;
 }
 

@@ -14,7 +14,6 @@
 namespace walkman::perception {
 namespace {
 
-constexpr int kSmallestGrid = 16;     // rows or columns below which windows have no room
 constexpr int kMostCells = 256;       // along the image's width; finer normals cost time and serve nothing
 constexpr double kScatter = 0.15;     // rad, of the normals
 constexpr double kCorrelation = 5.0;  // px, width in which a matching window's noise counts once
@@ -194,9 +193,8 @@ OrientedPoints unorganized_normals(const camera::OrganizedCloud& cloud, float re
 
 OrientedPoints estimate_normals(const camera::OrganizedCloud& cloud, double reach, const Sampling& sampling,
                                 int threads) {
-  const bool organized = cloud.width >= kSmallestGrid && cloud.height >= kSmallestGrid;
-  return organized ? organized_normals(cloud, reach, sampling, threads)
-                   : unorganized_normals(cloud, static_cast<float>(reach * reach), threads);
+  return is_organized(cloud) ? organized_normals(cloud, reach, sampling, threads)
+                             : unorganized_normals(cloud, static_cast<float>(reach * reach), threads);
 }
 
 }  // namespace walkman::perception

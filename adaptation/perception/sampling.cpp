@@ -109,11 +109,14 @@ Sampling unorganized_sampling(const camera::OrganizedCloud& cloud, float reach_s
 
 }  // namespace
 
+bool is_organized(const camera::OrganizedCloud& cloud) {
+  return cloud.width >= kSmallestGrid && cloud.height >= kSmallestGrid;
+}
+
 Sampling measure_sampling(const camera::OrganizedCloud& cloud, double reach) {
   const auto reach_squared = static_cast<float>(reach * reach);
-  return cloud.width >= kSmallestGrid && cloud.height >= kSmallestGrid
-             ? organized_sampling(cloud, reach_squared)
-             : unorganized_sampling(cloud, reach_squared);
+  return is_organized(cloud) ? organized_sampling(cloud, reach_squared)
+                             : unorganized_sampling(cloud, reach_squared);
 }
 
 }  // namespace walkman::perception

@@ -17,6 +17,9 @@ struct Sampling {
   [[nodiscard]] double deviation(double range) const { return noise * range * range; }
 };
 
+/// Whether a cloud has rows and columns enough for windows of them; else it counts as unorganized.
+[[nodiscard]] bool is_organized(const camera::OrganizedCloud& cloud);
+
 /// Measures the sampling on the cloud itself, over the points within `reach` (m) of the sensor, by medians:
 /// it takes flat surfaces to be most of what is seen. In an organized cloud the noise is what is left of the
 /// inverse range between two points of a row or column, along which it is linear on a plane, some pixels

@@ -14,8 +14,8 @@
 namespace walkman::perception {
 namespace {
 
-constexpr std::size_t kRange = 64;  // points that one thread takes at a time
-constexpr std::size_t kFewestPoints = 3;
+constexpr std::size_t kPointsAtATime = 64;  // points that one thread takes at a time
+constexpr std::size_t kFewestOfPatch = 3;
 constexpr std::size_t kCoefficients = 6;  // of a polynomial of second degree in two variables
 
 using Vector6 = Eigen::Matrix<double, 6, 1>;
@@ -41,7 +41,7 @@ std::vector<std::uint32_t> one_of_each_voxel(std::span<const Eigen::Vector3f> po
 std::optional<Eigen::Vector3f> projected(std::span<const Eigen::Vector3f> points,
                                          std::span<const std::uint32_t> chosen, const Eigen::Vector3f& query,
                                          double radius) {
-  if (chosen.size() < kFewestPoints) return std::nullopt;
+  if (chosen.size() < kFewestOfPatch) return std::nullopt;
   // Relative to the query, which keeps the digits.
   const auto count = static_cast<double>(chosen.size());
   Eigen::Vector3d mean = Eigen::Vector3d::Zero();
@@ -84,7 +84,7 @@ std::vector<Eigen::Vector3f> remove_outliers(std::span<const Eigen::Vector3f> po
   const double radius = 1.3 * spacing * std::sqrt(static_cast<double>(neighbours) / M_PI);
   const PointGrid grid(points, radius / 2);
   std::vector<double> distances(points.size());
-  for_ranges(threads, points.size(), kRange, [&](std::size_t first, std::size_t last) {
+  for_ranges(threads, points.size(), kPointsAtATime, [&](std::size_t first, std::size_t last) {
     std::vector<std::uint32_t> near;
     for (std::size_t i = first; i < last; ++i) {
       grid.nearest(points[i], wanted + 1, radius, near);  // itself among them
@@ -113,7 +113,7 @@ std::vector<Eigen::Vector3f> smooth(std::span<const Eigen::Vector3f> points, dou
   const auto chosen = one_of_each_voxel(points, voxel);
   const PointGrid grid(points, radius / 2);
   std::vector<std::optional<Eigen::Vector3f>> found(chosen.size());
-  for_ranges(threads, chosen.size(), kRange, [&](std::size_t first, std::size_t last) {
+  for_ranges(threads, chosen.size(), kPointsAtATime, [&](std::size_t first, std::size_t last) {
     std::vector<std::uint32_t> near;
     for (std::size_t i = first; i < last; ++i) {
       const Eigen::Vector3f& query = points[chosen[i]];

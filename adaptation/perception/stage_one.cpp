@@ -20,14 +20,14 @@
 namespace walkman::perception {
 namespace {
 
-constexpr double kUpright = 0.0872;        // sine of 5°
-constexpr int kPlanes = 3;                 // one on the other: floor, table, box
-constexpr std::size_t kFewestPoints = 20;  // of a cluster, whatever its size
-constexpr std::size_t kSampled = 3000;     // of an object's points, where they are all compared
-constexpr double kBridged = 6;             // missing points that do not part a cluster
-constexpr double kVoxelSpacings = 2;       // points along the edge of a voxel
-constexpr double kSmoothing = 1.48;        // radius over the cube root of noise times spacing
-constexpr double kWidestSmoothing = 0.04;  // m; beyond it a second-degree surface is no tube any more
+constexpr double kUpright = 0.0872;           // sine of 5°
+constexpr int kPlanes = 3;                    // one on the other: floor, table, box
+constexpr std::size_t kFewestOfCluster = 20;  // of a cluster, whatever its size
+constexpr std::size_t kSampled = 3000;        // of an object's points, where they are all compared
+constexpr double kBridged = 6;                // missing points that do not part a cluster
+constexpr double kVoxelSpacings = 2;          // points along the edge of a voxel
+constexpr double kSmoothing = 1.48;           // radius over the cube root of noise times spacing
+constexpr double kWidestSmoothing = 0.04;     // m; beyond it a second-degree surface is no tube any more
 
 Eigen::Vector3d square_to(const Eigen::Vector3d& v, const Eigen::Vector3d& axis) {
   return (v - v.dot(axis) * axis).normalized();
@@ -69,11 +69,11 @@ struct NearPoints {
 };
 
 NearPoints points_in_reach(const camera::OrganizedCloud& cloud, double reach, int threads) {
-  constexpr std::size_t kRange = 32768;
+  constexpr std::size_t kCloudPart = 32768;
   const auto limit = static_cast<float>(reach * reach);
-  std::vector<NearPoints> parts((cloud.points.size() + kRange - 1) / kRange);
-  for_ranges(threads, cloud.points.size(), kRange, [&](std::size_t first, std::size_t last) {
-    NearPoints& part = parts[first / kRange];
+  std::vector<NearPoints> parts((cloud.points.size() + kCloudPart - 1) / kCloudPart);
+  for_ranges(threads, cloud.points.size(), kCloudPart, [&](std::size_t first, std::size_t last) {
+    NearPoints& part = parts[first / kCloudPart];
     for (std::size_t i = first; i < last; ++i) {
       if (!(cloud.points[i].squaredNorm() < limit)) continue;  // nor is NaN
       part.points_C.push_back(cloud.points[i]);
@@ -177,7 +177,7 @@ class StageOne {
     double range = 0;
     for (const auto& p : points) range += static_cast<double>(p.norm()) / static_cast<double>(points.size());
     const double tolerance = std::max(parameters_.cluster_tolerance, kBridged * sampling_.spacing(range));
-    auto clusters = euclidean_clusters(points, tolerance, kFewestPoints);
+    auto clusters = euclidean_clusters(points, tolerance, kFewestOfCluster);
     std::erase_if(clusters, [&](const auto& cluster) {
       double area = 0;
       for (const std::uint32_t i : cluster)

@@ -23,7 +23,7 @@ namespace {
 constexpr Time kStep = std::chrono::milliseconds(10);
 constexpr Time kLongestWait = std::chrono::seconds(5);
 
-struct Options {
+struct CaptureArguments {
   SceneCommandLine scene;
   std::string out;
   double at = 0.5;
@@ -97,7 +97,8 @@ std::vector<multisense::Sweep::Point> next_sweep(EmulatedWorld& world, EmbeddedC
 }
 
 /// The frame that the camera's client gets, and what Stage I makes of it.
-std::vector<std::string> capture_frame(const Options& options, EmulatedWorld& world, EmbeddedCamera& camera) {
+std::vector<std::string> capture_frame(const CaptureArguments& options, EmulatedWorld& world,
+                                       EmbeddedCamera& camera) {
   camera.client.also_stream(multisense::source::kLumaRectifiedLeft | multisense::source::kLumaRectifiedRight);
   const camera::OrganizedCloud cloud = next_cloud(world, camera);
   const std::filesystem::path folder = options.out;
@@ -112,7 +113,7 @@ std::vector<std::string> capture_frame(const Options& options, EmulatedWorld& wo
   return files;
 }
 
-int run_capture(const Options& options) {
+int run_capture(const CaptureArguments& options) {
   const std::filesystem::path data = data_directory();
   WorldOptions world_options = world_of(options.scene, data);
   if (options.seed) world_options.seed = static_cast<std::uint64_t>(*options.seed);
@@ -141,7 +142,7 @@ int run_capture(const Options& options) {
 }  // namespace
 
 void add_capture_command(CLI::App& app, std::function<int()>& run) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<CaptureArguments>();
   CLI::App* command = app.add_subcommand(
       "capture", "Write what the emulated MultiSense sees in a scene: cloud, images, disparity, depth");
   command->add_option("--out", options->out, "Folder to write to")->required();

@@ -25,7 +25,7 @@
 namespace walkman::apps {
 namespace {
 
-struct Options {
+struct EmulateArguments {
   SceneCommandLine scene;
   std::string can, log, camera_address, timing = "bus";
   Pacing pacing = Pacing::kRealTime;
@@ -77,7 +77,7 @@ constexpr std::array kNotForAll = {Contradiction{"--can", kAlone},
                                    Contradiction{"--layout", nullptr},
                                    Contradiction{"--rate", nullptr}};
 
-void require_free_of_contradictions(const Options& options) {
+void require_free_of_contradictions(const EmulateArguments& options) {
   for (const Contradiction& found : kNotForAll) {
     if (std::find(options.given.begin(), options.given.end(), found.option) == options.given.end()) continue;
     if (options.free_run && found.reason != nullptr)
@@ -88,7 +88,7 @@ void require_free_of_contradictions(const Options& options) {
   }
 }
 
-WorldOptions world_options(const Options& options) {
+WorldOptions world_options(const EmulateArguments& options) {
   WorldOptions out = world_of(options.scene, data_directory());
   if (options.seed) out.seed = static_cast<std::uint64_t>(*options.seed);
   out.bus_timing = options.timing == "bus";
@@ -98,7 +98,7 @@ WorldOptions world_options(const Options& options) {
   return out;
 }
 
-EmulationOptions emulation_options(const Options& options) {
+EmulationOptions emulation_options(const EmulateArguments& options) {
   EmulationOptions out;
   out.world = world_options(options);
   out.can = options.can;
@@ -132,7 +132,7 @@ void require_open(std::optional<int> descriptor) {
       "--ready-fd {}: expected the number of a descriptor above 2 that is open for writing", *descriptor));
 }
 
-int run_free(const Options& options, StopSignals& signals) {
+int run_free(const EmulateArguments& options, StopSignals& signals) {
   FreeRunOptions free_options;
   free_options.world = world_options(options);
   free_options.master = options.master;
@@ -170,7 +170,7 @@ void require_plan(const std::string& plan) {
 }
 
 /// Faults are for emulated buses: what else is on a wire could be somebody's robot.
-void require_virtual(const Emulation& emulation, const Options& options) {
+void require_virtual(const Emulation& emulation, const EmulateArguments& options) {
   if ((options.faults.empty() && !options.fault_socket) || options.faults_on_hardware) return;
   for (const BusSummary& bus : emulation.summary().buses) {
     const std::filesystem::path hardware =
@@ -183,7 +183,7 @@ void require_virtual(const Emulation& emulation, const Options& options) {
   }
 }
 
-int run_emulate(const Options& options) {
+int run_emulate(const EmulateArguments& options) {
   StopSignals signals;  // before any thread
   require_free_of_contradictions(options);
   require_plan(options.faults);
@@ -222,7 +222,7 @@ int run_emulate(const Options& options) {
 }  // namespace
 
 void add_emulate_command(CLI::App& app, std::function<int()>& run) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<EmulateArguments>();
   CLI::App* command = app.add_subcommand(
       "emulate",
       "Emulate the robot on CAN interfaces of the kernel, for masters in other programs, or on its own");

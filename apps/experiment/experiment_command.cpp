@@ -23,7 +23,7 @@ namespace {
 
 constexpr const char* kAll = "all";
 
-struct Options {
+struct ExperimentArguments {
   std::string experiment;  // a number, or all; empty: the scene's own
   int repeat = 1;
   std::optional<std::int64_t> seed;  // the scene's own if not given
@@ -35,7 +35,7 @@ struct Options {
 };
 
 /// The numbers that the command line asks for; 0: a scene of the user's own.
-std::vector<int> numbers_of(const Options& options) {
+std::vector<int> numbers_of(const ExperimentArguments& options) {
   if (options.experiment.empty()) {
     if (options.scene.scene.empty())
       throw std::runtime_error(
@@ -55,7 +55,7 @@ std::vector<int> numbers_of(const Options& options) {
                                        options.experiment, kExperiments));
 }
 
-ExperimentPlan plan_of(int number, const Options& options, const std::filesystem::path& data) {
+ExperimentPlan plan_of(int number, const ExperimentArguments& options, const std::filesystem::path& data) {
   const std::filesystem::path scene_path =
       scene_file(options.scene.scene, data, fmt::format("experiment_{}", number));
   ExperimentPlan plan;
@@ -78,7 +78,8 @@ ExperimentPlan plan_of(int number, const Options& options, const std::filesystem
 }
 
 /// All that the results of a plan depend on but the seeds.
-std::string inputs_of(const ExperimentPlan& plan, const Options& options, const std::filesystem::path& data) {
+std::string inputs_of(const ExperimentPlan& plan, const ExperimentArguments& options,
+                      const std::filesystem::path& data) {
   std::vector<std::filesystem::path> places = {data / "urdf", data / "adaptation", data / "emulator",
                                                plan.repetition.parameters};
   if (!options.faults.empty()) places.emplace_back(options.faults);
@@ -109,7 +110,7 @@ void say_interrupted(const std::vector<ExperimentResult>& results, int repeat,
     say(fmt::format("interrupted: {} of {} repetitions done, kept in {}", done, asked, out.string()));
 }
 
-int run_experiment(const Options& options) {
+int run_experiment(const ExperimentArguments& options) {
   const std::filesystem::path data = data_directory();
   const std::vector<int> numbers = numbers_of(options);
   const bool all = options.experiment == kAll;
@@ -158,7 +159,7 @@ int run_experiment(const Options& options) {
 }  // namespace
 
 void add_experiment_command(CLI::App& app, std::function<int()>& run) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<ExperimentArguments>();
   CLI::App* command = app.add_subcommand(
       "experiment",
       "Run the paper's experiments, or a scene of your own, on the embedded bus; the plant judges");

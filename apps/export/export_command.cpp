@@ -16,13 +16,13 @@ namespace {
 using Files = std::vector<std::filesystem::path>;
 using Writer = Files (*)(const std::vector<datasheets::WiredBus>&, const std::filesystem::path&);
 
-struct Options {
+struct ExportArguments {
   std::string out;
   SceneCommandLine scene;
   bool as_json = false;
 };
 
-int run_export(const Options& options, Writer write) {
+int run_export(const ExportArguments& options, Writer write) {
   const std::filesystem::path data = data_directory();
   EmulatedWorld world(world_of(options.scene, data));
   const Files files =
@@ -40,7 +40,7 @@ int run_export(const Options& options, Writer write) {
 
 void add_format(CLI::App& command, std::function<int()>& run, const char* name, const char* help,
                 Writer write, const char* out = "Folder for the files; created if it is not there") {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<ExportArguments>();
   CLI::App* format = command.add_subcommand(name, help);
   format->add_option("--out", options->out, out)->required();
   add_scene_options(*format, options->scene);

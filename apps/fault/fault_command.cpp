@@ -99,7 +99,7 @@ std::string list_markdown() {
   return out;
 }
 
-struct Options {
+struct FaultArguments {
   bool as_json = false, as_markdown = false;
   std::string socket = default_fault_socket().string();
   std::vector<std::string> words;
@@ -116,7 +116,7 @@ std::string seconds_of(const std::string& text) {
   return fmt::format("{}", unit == "ms" ? value * 1e-3 : value);
 }
 
-int inject(const Options& options) {
+int inject(const FaultArguments& options) {
   std::vector<std::string> request = {"inject"};
   request.insert(request.end(), options.words.begin(), options.words.end());
   if (!options.lasts.empty()) request.push_back("for=" + seconds_of(options.lasts));
@@ -128,11 +128,12 @@ int inject(const Options& options) {
 }  // namespace
 
 void add_fault_command(CLI::App& app, std::function<int()>& run) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<FaultArguments>();
   CLI::App* command =
       app.add_subcommand("fault", "What can be broken on purpose, and breaking it while it is emulated");
   command->require_subcommand(1);
-  const auto add = [&](const char* name, const char* what, const std::function<int(const Options&)>& job) {
+  const auto add = [&](const char* name, const char* what,
+                       const std::function<int(const FaultArguments&)>& job) {
     CLI::App* verb = command->add_subcommand(name, what);
     verb->callback([&run, options, job] { run = [options, job] { return job(*options); }; });
     return verb;
@@ -143,7 +144,7 @@ void add_fault_command(CLI::App& app, std::function<int()>& run) {
     return verb;
   };
   CLI::App* list = add("list", "Every kind with its target, its parameters and what the drivers see",
-                       [](const Options& given) -> int {
+                       [](const FaultArguments& given) -> int {
                          if (given.as_json) {
                            print_json(list_json().dump(2) + "\n");
                          } else {
@@ -159,7 +160,7 @@ void add_fault_command(CLI::App& app, std::function<int()>& run) {
       ->required();
   verb->add_option("--for", options->lasts, "How long, as 2s or 250ms (until it is cleared)");
   with_socket(add("clear", "End faults by their names, or all",
-                  [](const Options& given) -> int {
+                  [](const FaultArguments& given) -> int {
                     std::vector<std::string> request = {"clear"};
                     request.insert(request.end(), given.words.begin(), given.words.end());
                     print(ask_emulator(given.socket, request) + "\n");
@@ -167,10 +168,11 @@ void add_fault_command(CLI::App& app, std::function<int()>& run) {
                   }))
       ->add_option("NAME", options->words, "Of the fault, as inject printed it, or all")
       ->required();
-  with_socket(add("active", "The faults of an emulator that runs, as JSON", [](const Options& given) -> int {
-    print_json(ask_emulator(given.socket, {"active"}) + "\n");
-    return kOk;
-  }));
+  with_socket(
+      add("active", "The faults of an emulator that runs, as JSON", [](const FaultArguments& given) -> int {
+        print_json(ask_emulator(given.socket, {"active"}) + "\n");
+        return kOk;
+      }));
 }
 
 }  // namespace walkman::apps

@@ -20,7 +20,7 @@ namespace {
 
 constexpr double kProgressInterval = 0.2;  // s of the master's clock
 
-struct Options {
+struct GraspArguments {
   std::string robot, can, camera_address, parameters;
   RobotCommandLine choice;
   MasterOptions master;
@@ -36,7 +36,7 @@ constexpr const char* kFooter =
     "there, or\n"
     "the robot's time does not go as the master's; 5 internal error.";
 
-int run(const Options& options) {
+int run(const GraspArguments& options) {
   const std::filesystem::path data = data_directory();
   GraspOptions grasp;
   const KnownRobot known(described_robot(options.robot, data), options.choice.choice());
@@ -75,7 +75,7 @@ int run(const Options& options) {
 }  // namespace
 
 void add_grasp_command(CLI::App& app, std::function<int()>& chosen) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<GraspArguments>();
   CLI::App* command =
       app.add_subcommand("grasp", "Run the method against the robot on CAN interfaces of the kernel");
   add_robot_file_option(*command, options->robot);

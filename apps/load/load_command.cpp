@@ -20,7 +20,7 @@ namespace {
 
 constexpr Time kHeartbeat = std::chrono::milliseconds(100);
 
-struct Options {
+struct LoadArguments {
   std::string robot;
   RobotCommandLine choice;
   std::string layout;
@@ -29,7 +29,7 @@ struct Options {
 };
 
 void print_table(const std::vector<robot::BusLoad>& loads, const std::string& layout,
-                 const Options& options) {
+                 const LoadArguments& options) {
   print(fmt::format("layout {} at {:g} Hz, worst-case bit stuffing\n", layout, options.rate_hz));
   print("bus      frames     us/cycle   load   with heartbeats and timed PDOs   highest rate\n");
   for (const robot::BusLoad& load : loads) {
@@ -40,7 +40,7 @@ void print_table(const std::vector<robot::BusLoad>& loads, const std::string& la
 }
 
 nlohmann::json to_json(const std::vector<robot::BusLoad>& loads, const std::string& layout,
-                       const Options& options) {
+                       const LoadArguments& options) {
   nlohmann::json out = {{"layout", layout}, {"rate_hz", options.rate_hz}};
   for (const robot::BusLoad& load : loads) {
     out["buses"].push_back({{"name", load.bus},
@@ -54,7 +54,7 @@ nlohmann::json to_json(const std::vector<robot::BusLoad>& loads, const std::stri
   return out;
 }
 
-int run_load(const Options& options) {
+int run_load(const LoadArguments& options) {
   const KnownRobot known(described_robot(options.robot, data_directory()), options.choice.choice());
   const robot::PdoLayout layout = load_layout(options.layout, known.description);
   const std::string& name = options.layout.empty() ? known.description.pdo_layout : options.layout;
@@ -72,7 +72,7 @@ int run_load(const Options& options) {
 }  // namespace
 
 void add_load_command(CLI::App& app, std::function<int()>& run) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<LoadArguments>();
   CLI::App* command =
       app.add_subcommand("load", "Tell what a SYNC rate and a PDO layout ask of each bus, at worst");
   command->add_option("--rate", options->rate_hz, "SYNC rate in Hz (200)")->check(CLI::Range(1.0, 10000.0));

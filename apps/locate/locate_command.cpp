@@ -150,13 +150,13 @@ std::string result_text(const Located& located) {
   return text + fmt::format("  {:<24}{:8.1f} ms\n", "total", 1e3 * total);
 }
 
-struct Options {
+struct LocateArguments {
   std::string cloud, parameters;
   std::vector<double> near;  // empty, or x, y, z in the file's frame
   bool as_json = false;
 };
 
-int run_locate(const Options& options) {
+int run_locate(const LocateArguments& options) {
   const std::filesystem::path file = options.parameters.empty()
                                          ? data_directory() / "adaptation" / "parameters.yaml"
                                          : std::filesystem::path(options.parameters);
@@ -179,7 +179,7 @@ int run_locate(const Options& options) {
 }  // namespace
 
 void add_locate_command(CLI::App& app, std::function<int()>& run) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<LocateArguments>();
   CLI::App* command =
       app.add_subcommand("locate", "Run Stage I on a point cloud: plane, object, handles, grasp frame");
   command

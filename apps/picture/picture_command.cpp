@@ -26,7 +26,7 @@ namespace {
 constexpr int kMostPixels = 8192;  // a side
 constexpr double kDegree = std::numbers::pi / 180;
 
-struct Options {
+struct PictureArguments {
   SceneCommandLine scene;
   std::string out, size = "1200x900", view = "-60,12", phase;
   int experiment = 0;
@@ -83,7 +83,7 @@ void require_writable(const std::filesystem::path& file) {
 }
 
 /// The world at the moment that the options name.
-void go_to_moment(EmulatedWorld& world, const Options& options, const std::filesystem::path& data) {
+void go_to_moment(EmulatedWorld& world, const PictureArguments& options, const std::filesystem::path& data) {
   const double seconds = options.at.value_or(0);
   const Time after = std::chrono::milliseconds(std::llround(1e3 * seconds));
   if (options.phase.empty()) {
@@ -94,7 +94,7 @@ void go_to_moment(EmulatedWorld& world, const Options& options, const std::files
                parameters_file(world.scene, data), options.phase, after);
 }
 
-int make_picture(const Options& options) {
+int make_picture(const PictureArguments& options) {
   const auto [width, height] = picture_size(options.size);
   const auto [azimuth, elevation] = picture_view(options.view);
   if (options.phase.empty() != (options.experiment == 0)) {
@@ -129,7 +129,7 @@ int make_picture(const Options& options) {
 }  // namespace
 
 void add_picture_command(CLI::App& app, std::function<int()>& run) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<PictureArguments>();
   CLI::App* command =
       app.add_subcommand("picture", "Render the plant as it is at one moment of a scene or of an experiment");
   command->add_option("--out", options->out, "PNG file to write")->required();

@@ -18,7 +18,7 @@
 namespace walkman::apps {
 namespace {
 
-struct Options {
+struct ReplayArguments {
   SceneCommandLine scene;
   std::string log, can, from, timing = "bus";
   std::optional<std::int64_t> seed;
@@ -61,7 +61,7 @@ void say_gap(Time from, Time until) {
                   seconds(until - from), seconds(from), seconds(until)));
 }
 
-int replay_kernel(const Options& options) {
+int replay_kernel(const ReplayArguments& options) {
   KernelReplayOptions kernel;
   kernel.log = options.log;
   kernel.interfaces = parse_pairs("--can", options.can, "can_rarm=vcan1");
@@ -85,7 +85,7 @@ int replay_kernel(const Options& options) {
   return result.interrupted || result.refused > 0 ? kTaskFailed : kOk;
 }
 
-int replay_emulated(const Options& options) {
+int replay_emulated(const ReplayArguments& options) {
   const std::filesystem::path data = data_directory();
   ReplayOptions replay;
   replay.log = options.log;
@@ -117,7 +117,7 @@ int replay_emulated(const Options& options) {
 }  // namespace
 
 void add_replay_command(CLI::App& app, std::function<int()>& run) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<ReplayArguments>();
   CLI::App* command = app.add_subcommand(
       "replay", "Feed a CAN log back: to interfaces of the kernel, or to a fresh emulated robot to compare");
   command->add_option("LOG", options->log, "Log as candump -L writes it, or --log FILE.log")->required();

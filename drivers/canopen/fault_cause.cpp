@@ -38,7 +38,7 @@ std::string status_bits(std::uint8_t status) {
 
 bool of_communication(std::uint16_t code) { return (code >> 8) == 0x81 || (code >> 8) == 0x82; }
 
-struct Kind {
+struct KindOfCause {
   FaultKind operator()(const cause::NoTpdo&) const { return FaultKind::kDataStale; }
   FaultKind operator()(const cause::CounterStuck&) const { return FaultKind::kDataStale; }
   FaultKind operator()(const cause::NoHeartbeat&) const { return FaultKind::kHeartbeatLost; }
@@ -207,7 +207,7 @@ struct Sentence {
 
 // A cause is never without a value: copying one throws nothing.
 // NOLINTNEXTLINE(bugprone-exception-escape)
-FaultKind kind_of(const FaultCause& cause) noexcept { return std::visit(Kind{}, cause); }
+FaultKind kind_of(const FaultCause& cause) noexcept { return std::visit(KindOfCause{}, cause); }
 
 std::string sentence(const FaultCause& cause) { return std::visit(Sentence{}, cause); }
 

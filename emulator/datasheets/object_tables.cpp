@@ -216,11 +216,11 @@ std::string generated(const std::string& name, const std::vector<WiredBus>& buse
     return table_of({nodes::channel_table(), nodes::digits_table(), nodes::adjustment_table(),
                      nodes::sensor_temperature_table(), nodes::sample_counter_table()});
   }
-  constexpr std::string_view kPdos = "PDOs of ";
-  if (name.starts_with(kPdos)) {
+  constexpr std::string_view kPdosOf = "PDOs of ";
+  if (name.starts_with(kPdosOf)) {
     for (const WiredBus& bus : buses)
       for (const WiredDevice& device : bus.devices)
-        if (type_name(device.device->kind) == name.substr(kPdos.size())) return pdo_table(device);
+        if (type_name(device.device->kind) == name.substr(kPdosOf.size())) return pdo_table(device);
   }
   throw std::runtime_error(
       "generated table '" + name +

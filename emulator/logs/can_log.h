@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <filesystem>
 #include <fstream>
 #include <memory>
@@ -11,6 +12,9 @@
 #include "drivers/time.h"
 
 namespace walkman::bus {
+
+/// Marks a frame as a controller's error report in the files' identifiers (CAN_ERR_FLAG of linux/can.h).
+inline constexpr std::uint32_t kErrorFlag = 0x20000000;
 
 /// A file of the frames of one or more buses, in order of time. Times are those of the emulated clock; a
 /// frame's is the end of its last bit.

@@ -6,7 +6,6 @@ namespace walkman::bus {
 namespace {
 
 constexpr std::string_view kHex = "0123456789ABCDEF";
-constexpr std::uint32_t kErrorFlag = 0x20000000;
 
 /// Longest line but for the interface: time with 10 digits and more, 8-digit identifier, FD mark, 64 bytes.
 constexpr std::size_t kLongestTime = 32;

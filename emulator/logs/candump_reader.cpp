@@ -7,6 +7,7 @@
 #include <string_view>
 
 #include "emulator/bus/frame_length.h"
+#include "emulator/logs/can_log.h"
 #include "urdf/reader/text_file.h"
 
 namespace walkman::bus {
@@ -16,7 +17,6 @@ constexpr char kComment = '#';  // begins a line that is no frame
 // The longest line a frame can make has 190 characters.
 constexpr std::size_t kLongestLine = 255;
 constexpr std::size_t kLongestInterfaceName = 15;  // IFNAMSIZ less the final zero
-constexpr std::uint32_t kErrorFlag = 0x20000000;
 constexpr std::uint32_t kLongestIdentifier = 0x1FFFFFFF;
 constexpr std::size_t kMostSecondsDigits = 10;  // up to the year 2286; 64 bits of nanoseconds end in 2262
 constexpr std::int64_t kMostSeconds = 9'000'000'000;

@@ -13,7 +13,7 @@ constexpr std::uint32_t kInterfaceDescription = 1;
 constexpr std::uint32_t kEnhancedPacket = 6;
 constexpr std::uint32_t kByteOrderMagic = 0x1A2B3C4D;
 constexpr std::uint16_t kEndOfOptions = 0;
-constexpr std::uint16_t kComment = 1;
+constexpr std::uint16_t kCommentOption = 1;
 constexpr std::uint16_t kInterfaceName = 2;
 constexpr std::uint16_t kTimeResolution = 9;
 constexpr std::uint8_t kNanoseconds = 9;  // 10^-9 s
@@ -23,7 +23,6 @@ constexpr std::uint16_t kLinkType = 227;
 constexpr std::size_t kHeader = 8;
 constexpr std::uint32_t kExtendedFlag = 0x80000000;
 constexpr std::uint32_t kRemoteFlag = 0x40000000;
-constexpr std::uint32_t kErrorFlag = 0x20000000;
 constexpr std::uint8_t kBitRateSwitch = 0x01;
 constexpr std::uint8_t kFdFrame = 0x04;
 
@@ -80,7 +79,7 @@ PcapngLog::PcapngLog(std::filesystem::path file, std::string_view note) : CanLog
   section.append(std::uint16_t{0});
   section.append(std::int64_t{-1});  // length not given
   if (!note.empty()) {
-    section.option(kComment, note.data(), std::min(note.size(), kLongestNote));
+    section.option(kCommentOption, note.data(), std::min(note.size(), kLongestNote));
     section.option(kEndOfOptions, nullptr, 0);
   }
   section.write(stream());

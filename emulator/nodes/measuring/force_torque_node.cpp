@@ -9,7 +9,7 @@ namespace object = canopen::object;
 
 namespace {
 
-constexpr std::uint32_t kProduct = 2;
+constexpr std::uint32_t kForceTorqueProduct = 2;
 constexpr double kForceUnit = 0.1;    // N, of 7130h
 constexpr double kTorqueUnit = 0.01;  // N·m
 
@@ -45,8 +45,9 @@ std::int16_t wire_temperature(const ForceTorqueTransducer& transducer) {
 }  // namespace
 
 ForceTorqueNode::ForceTorqueNode(const ForceTorqueParameters& parameters)
-    : MeasuringNode({parameters.node_id, kAnalogueInputType, parameters.name, kProduct, parameters.serial},
-                    describe(parameters), parameters.sample_period_us),
+    : MeasuringNode(
+          {parameters.node_id, kAnalogueInputType, parameters.name, kForceTorqueProduct, parameters.serial},
+          describe(parameters), parameters.sample_period_us),
       transducer_(parameters.transducer, parameters.sample_period_us * kMicro),
       sample_period_(parameters.sample_period_us * kMicro) {
   objects().add(sensor_temperature_table());

@@ -13,7 +13,7 @@ namespace object = canopen::object;
 
 namespace {
 
-constexpr std::uint32_t kProduct = 3;
+constexpr std::uint32_t kInertialProduct = 3;
 
 // CiA 303-2. A specific force is a force over a mass: newton (21h) a kilogram (02h). 10h rad, 03h s.
 constexpr std::uint32_t kNewtonPerKilogram = 0x00210200;
@@ -23,13 +23,14 @@ constexpr std::uint32_t kNoUnit = 0;
 constexpr std::uint16_t kAccelerometer = 10501;
 constexpr std::uint16_t kGyroscope = 10401;
 
-constexpr double kForceUnit = 0.001;
+constexpr double kSpecificForceUnit = 0.001;
 constexpr double kRateUnit = 0.001;
 
 std::array<ChannelDescription, InertialNode::kChannels> describe(const InertialParameters& p) {
   constexpr std::uint8_t kDigits = 3;
-  const ChannelDescription force{p.force_range,      kForceUnit, kForceUnit, kAccelerometer,
-                                 kNewtonPerKilogram, kDigits,    false};
+  const ChannelDescription force{p.force_range,  kSpecificForceUnit, kSpecificForceUnit,
+                                 kAccelerometer, kNewtonPerKilogram, kDigits,
+                                 false};
   const ChannelDescription rate{p.rate_range,     kRateUnit, kRateUnit, kGyroscope,
                                 kRadianPerSecond, kDigits,   false};
   const ChannelDescription turn{
@@ -40,8 +41,9 @@ std::array<ChannelDescription, InertialNode::kChannels> describe(const InertialP
 }  // namespace
 
 InertialNode::InertialNode(const InertialParameters& parameters)
-    : MeasuringNode({parameters.node_id, kAnalogueInputType, parameters.name, kProduct, parameters.serial},
-                    describe(parameters), parameters.sample_period_us),
+    : MeasuringNode(
+          {parameters.node_id, kAnalogueInputType, parameters.name, kInertialProduct, parameters.serial},
+          describe(parameters), parameters.sample_period_us),
       parameters_(parameters),
       generator_(parameters.noise_seed) {
   constexpr std::uint16_t kValue = object::kProcessValueInt16;

@@ -9,10 +9,10 @@
 namespace walkman::plant {
 namespace {
 
-constexpr double kFace = 0.9;    // cosine of an angle
-constexpr double kFacing = 0.5;  // likewise, of a facet that belongs to the underside
-constexpr double kLevel = 1e-6;  // of a normal's part along the face's: a facet that stands upright
-constexpr double kSame = 1e-3;   // m
+constexpr double kFace = 0.9;         // cosine of an angle
+constexpr double kFacing = 0.5;       // likewise, of a facet that belongs to the underside
+constexpr double kLevel = 1e-6;       // of a normal's part along the face's: a facet that stands upright
+constexpr double kSameCorner = 1e-3;  // m
 
 /// Points over a face: its two directions, then the height over it, m.
 class Points {
@@ -20,7 +20,7 @@ class Points {
   void add(const btVector3& p) {
     for (int i = 0; i < count_; ++i) {
       btVector3& known = at_[static_cast<std::size_t>(i)];
-      if ((known - p).length2() > kSame * kSame) continue;
+      if ((known - p).length2() > kSameCorner * kSameCorner) continue;
       if (p.z() < known.z()) known = p;
       return;
     }

@@ -5,7 +5,7 @@
 namespace walkman::plant {
 namespace {
 
-constexpr int kBase = 6;
+constexpr int kBaseVelocities = 6;
 constexpr double kMassless = 1e-15;  // kg or kg m^2
 constexpr double kHeld = 1e150;
 
@@ -62,15 +62,15 @@ void JointSpaceInertia::lay_out(const btMultiBody& body) {
   paths_.clear();
   start_.clear();
   length_.clear();
-  last_velocity_.assign(1, fixed_ ? -1 : kBase - 1);
-  for (int v = 0; v < kBase; ++v) append_path(fixed_ ? -1 : v - 1, v);
-  axes_.assign(kBase, Spatial{});
+  last_velocity_.assign(1, fixed_ ? -1 : kBaseVelocities - 1);
+  for (int v = 0; v < kBaseVelocities; ++v) append_path(fixed_ ? -1 : v - 1, v);
+  axes_.assign(kBaseVelocities, Spatial{});
   for (int i = 0; i < body.getNumLinks(); ++i) {
     const btMultibodyLink& link = body.getLink(i);
     int last = last_velocity_[static_cast<std::size_t>(link.m_parent) + 1];
     for (int d = 0; d < link.m_dofCount; ++d) {
-      append_path(last, kBase + link.m_dofOffset + d);
-      last = kBase + link.m_dofOffset + d;
+      append_path(last, kBaseVelocities + link.m_dofOffset + d);
+      last = kBaseVelocities + link.m_dofOffset + d;
       const btMatrix3x3& R = link.m_cachedWorldTransform.getBasis();
       const btVector3 w = R * link.m_axes[d].m_topVec;
       const btVector3 v = R * link.m_axes[d].m_bottomVec;
@@ -106,14 +106,14 @@ void JointSpaceInertia::fill_rows(const btMultiBody& body) {
     const btMultibodyLink& link = body.getLink(i);
     const Composite& carried = composites_[static_cast<std::size_t>(i) + 1];
     for (int d = 0; d < link.m_dofCount; ++d) {
-      const int velocity = kBase + link.m_dofOffset + d;
+      const int velocity = kBaseVelocities + link.m_dofOffset + d;
       const Spatial& S = axes_[static_cast<std::size_t>(velocity)];
       const auto [moment, force] = carried.times(S);
       const std::span<const int> path = path_of(velocity);
       double* entry = row(velocity);
       std::size_t k = 0;
       if (!fixed_) {
-        for (; k < kBase; ++k)
+        for (; k < kBaseVelocities; ++k)
           entry[k] = k < 3 ? moment[static_cast<int>(k)] : force[static_cast<int>(k) - 3];
       }
       for (; k < path.size(); ++k) {
@@ -124,12 +124,12 @@ void JointSpaceInertia::fill_rows(const btMultiBody& body) {
     composites_[static_cast<std::size_t>(link.m_parent) + 1].add(carried);
   }
   if (fixed_) {
-    for (int v = 0; v < kBase; ++v) row(v)[0] = 1;  // on no path
+    for (int v = 0; v < kBaseVelocities; ++v) row(v)[0] = 1;  // on no path
     return;
   }
   const Composite& all = composites_.front();
   const btVector3& h = all.first_moment;
-  const double block[kBase][kBase] = {
+  const double block[kBaseVelocities][kBaseVelocities] = {
       {all.xx},
       {all.xy, all.yy},
       {all.xz, all.yz, all.zz},
@@ -137,7 +137,7 @@ void JointSpaceInertia::fill_rows(const btMultiBody& body) {
       {-h[2], 0, h[0], 0, all.mass},
       {h[1], -h[0], 0, 0, 0, all.mass},
   };
-  for (int v = 0; v < kBase; ++v) {
+  for (int v = 0; v < kBaseVelocities; ++v) {
     for (int k = 0; k <= v; ++k) row(v)[k] = block[v][k];
   }
 }
@@ -165,7 +165,8 @@ void JointSpaceInertia::point_jacobian(int link, const btVector3& p_WP, const bt
   const std::span<const int> along = path(link);
   std::size_t k = 0;
   if (!fixed_) {
-    for (; k < kBase; ++k) row[k] = k < 3 ? moment[static_cast<int>(k)] : direction[static_cast<int>(k) - 3];
+    for (; k < kBaseVelocities; ++k)
+      row[k] = k < 3 ? moment[static_cast<int>(k)] : direction[static_cast<int>(k) - 3];
   }
   for (; k < along.size(); ++k) {
     const Spatial& axis = axes_[static_cast<std::size_t>(along[k])];
@@ -177,7 +178,7 @@ void JointSpaceInertia::turn_jacobian(int link, const btVector3& axis, double* r
   const std::span<const int> along = path(link);
   std::size_t k = 0;
   if (!fixed_) {
-    for (; k < kBase; ++k) row[k] = k < 3 ? axis[static_cast<int>(k)] : 0;
+    for (; k < kBaseVelocities; ++k) row[k] = k < 3 ? axis[static_cast<int>(k)] : 0;
   }
   for (; k < along.size(); ++k) row[k] = axes_[static_cast<std::size_t>(along[k])].angular.dot(axis);
 }
@@ -192,7 +193,7 @@ WALKMAN_WIDE_VECTORS void JointSpaceInertia::whiten(int link, double* j) const {
 }
 
 void JointSpaceInertia::solve(std::span<double> forces) const {
-  const std::size_t first = fixed_ ? kBase : 0;
+  const std::size_t first = fixed_ ? kBaseVelocities : 0;
   for (std::size_t v = forces.size(); v-- > first;) {
     const std::span<const int> along = path_of(static_cast<int>(v));
     const double* own = row(static_cast<int>(v));
@@ -204,7 +205,7 @@ void JointSpaceInertia::solve(std::span<double> forces) const {
 }
 
 void JointSpaceInertia::unwhiten(std::span<double> z) const {
-  for (std::size_t v = fixed_ ? kBase : 0; v < z.size(); ++v) {
+  for (std::size_t v = fixed_ ? kBaseVelocities : 0; v < z.size(); ++v) {
     const std::span<const int> along = path_of(static_cast<int>(v));
     const double* own = row(static_cast<int>(v));
     double sum = z[v];

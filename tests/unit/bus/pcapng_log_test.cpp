@@ -17,7 +17,7 @@ namespace {
 
 using std::chrono::microseconds;
 
-std::string contents(const std::filesystem::path& file) {
+std::string bytes_of(const std::filesystem::path& file) {
   std::ostringstream text;
   text << std::ifstream(file, std::ios::binary).rdbuf();
   return text.str();
@@ -63,7 +63,7 @@ TEST_F(PcapngTest, BytesAreThoseOfTheFormat) {
       // Packet: interface 0, time, 9 bytes twice, frame, 3 bytes of padding.
       std::string("\x06\0\0\0\x2C\0\0\0\0\0\0\0\x01\0\0\0\x02\0\0\0\x09\0\0\0\x09\0\0\0", 28) +
       std::string("\0\0\x01\x85\x01\0\0\0\xAA\0\0\0\x2C\0\0\0", 16);
-  EXPECT_EQ(contents(file), expected);
+  EXPECT_EQ(bytes_of(file), expected);
 }
 
 TEST_F(PcapngTest, TsharkReadsWhatTheTextLogSays) {
@@ -92,7 +92,7 @@ TEST_F(PcapngTest, TsharkReadsWhatTheTextLogSays) {
     log->flush();
     text->flush();
   }
-  const std::string text = contents(text_file);
+  const std::string text = bytes_of(text_file);
   std::filesystem::remove(text_file);
 
   // tshark's fields, put together as candump lines again. Of an error report it shows what the bits mean, but
@@ -109,11 +109,11 @@ TEST_F(PcapngTest, TsharkReadsWhatTheTextLogSays) {
     std::istringstream words(line);
     for (std::string word; std::getline(words, word, '\t');) column.push_back(word);
     column.resize(11);
-    long seconds = 0;
+    long whole = 0;
     long ns = 0;
-    ASSERT_EQ(std::sscanf(column[1].c_str(), "%ld.%ld", &seconds, &ns), 2) << line;
+    ASSERT_EQ(std::sscanf(column[1].c_str(), "%ld.%ld", &whole, &ns), 2) << line;
     std::array<char, 128> head;
-    std::snprintf(head.data(), head.size(), "(%010ld.%06ld) %s ", seconds, ns / 1000, column[0].c_str());
+    std::snprintf(head.data(), head.size(), "(%010ld.%06ld) %s ", whole, ns / 1000, column[0].c_str());
     rebuilt += head.data();
     std::string data = column[7];
     if (column[5] == "1") {

@@ -22,8 +22,8 @@ namespace {
 using namespace std::chrono_literals;
 
 /// The robot in the room of Experiment 1, held by its base and its brakes.
-struct Rig {
-  Rig()
+struct LaserRig {
+  LaserRig()
       : tree(WALKMAN_SOURCE_TREE),
         scene(with_laser(load_scene(tree / "urdf/scenes/experiment_1.yaml"))),
         robot(load_robot_model(scene.robot.urdf)),
@@ -62,7 +62,7 @@ struct Rig {
 };
 
 TEST(Spindle, TurnsAtTheRateThatItIsToldAndStaysWhereItStops) {
-  Rig rig;
+  LaserRig rig;
   rig.advance(200ms);
   const double at_rest = rig.angle();
   EXPECT_NEAR(at_rest, 0, 1e-3);
@@ -81,7 +81,7 @@ TEST(Spindle, TurnsAtTheRateThatItIsToldAndStaysWhereItStops) {
 }
 
 TEST(Spindle, RefusesMoreThanItCan) {
-  Rig rig;
+  LaserRig rig;
   EXPECT_THROW(rig.client.spin(5.3), camera::Lost);
   EXPECT_EQ(rig.eye.spindle_rate(), 0);
   rig.eye.turn_spindle(100);
@@ -92,7 +92,7 @@ TEST(Spindle, RefusesMoreThanItCan) {
 }
 
 TEST(Laser, SendsFortyScansASecondWithTheirSpindle) {
-  Rig rig;
+  LaserRig rig;
   rig.client.spin(3);
   rig.advance(300ms);
   static_cast<void>(rig.client.take_scans());
@@ -114,7 +114,7 @@ TEST(Laser, SendsFortyScansASecondWithTheirSpindle) {
 // In W the walls and the floor are where the room's URDF has them: the laser's and the camera's places on the
 // head are those of the device's own calibration, the head's pose is the plant's.
 TEST(Laser, ASweepShowsTheRoomWhereItIs) {
-  Rig rig;
+  LaserRig rig;
   rig.client.spin(2);
   multisense::Sweep sweep(rig.client.laser_calibration());
   while (sweep.turned() < std::numbers::pi) {
@@ -149,7 +149,7 @@ TEST(Laser, ASweepShowsTheRoomWhereItIs) {
 // A client that speaks every quarter of a second finds ten scans then, and gets its cloud and every scan all
 // the same.
 TEST(Laser, ScansAndCloudsDoNotCostEachOther) {
-  Rig rig;
+  LaserRig rig;
   rig.client.spin(1);
   std::vector<multisense::LidarData> scans;
   camera::OrganizedCloud cloud;
@@ -167,7 +167,7 @@ TEST(Laser, ScansAndCloudsDoNotCostEachOther) {
 }
 
 TEST(Laser, ACameraWithoutOneSaysSo) {
-  Rig rig;
+  LaserRig rig;
   Scene scene = rig.scene;
   scene.robot.laser.reset();
   MultiSense eye(rig.robot, scene, rig.camera_link, {}, 1);

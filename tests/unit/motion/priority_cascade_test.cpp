@@ -11,7 +11,7 @@ namespace {
 
 constexpr int kSize = 14;
 
-struct Problem {
+struct CascadeProblem {
   std::vector<PriorityLevel> levels;
   InequalityMatrix C;
   InequalityVector d;
@@ -19,10 +19,10 @@ struct Problem {
 
 /// Conflicting levels of random ranks, among them one that repeats rows of the level before, under a box and
 /// a few half-spaces, all met by zero.
-Problem random_problem(std::mt19937& random) {
+CascadeProblem random_cascade(std::mt19937& random) {
   std::normal_distribution<double> normal;
   const auto draw = [&] { return normal(random); };
-  Problem problem;
+  CascadeProblem problem;
   for (const int rows : {4, 3, 5, kSize}) {
     PriorityLevel level;
     level.A = VariableMatrix::NullaryExpr(rows, kSize, draw);
@@ -42,7 +42,7 @@ Problem random_problem(std::mt19937& random) {
   return problem;
 }
 
-VariableVector solve(PriorityCascade& cascade, const Problem& problem, std::size_t levels) {
+VariableVector solve(PriorityCascade& cascade, const CascadeProblem& problem, std::size_t levels) {
   cascade.clear(kSize);
   for (std::size_t i = 0; i < levels; ++i) *cascade.add_level() = problem.levels[i];
   EXPECT_EQ(cascade.solve(problem.C, problem.d), QpStatus::kSolved);
@@ -54,7 +54,7 @@ TEST(PriorityCascade, LowerLevelsDoNotDisturbHigherOnes) {
   PriorityCascade cascade;
   double useful = 0;
   for (int round = 0; round < 100; ++round) {
-    const Problem problem = random_problem(random);
+    const CascadeProblem problem = random_cascade(random);
     std::vector<VariableVector> residuals;
     VariableVector x_before = VariableVector::Zero(kSize);
     for (std::size_t levels = 1; levels <= problem.levels.size(); ++levels) {

@@ -11,7 +11,7 @@
 namespace walkman::motion {
 namespace {
 
-constexpr double kDt = 0.005;
+constexpr double kPeriod = 0.005;
 
 /// Largest swing in the last of `seconds`, by semi-implicit steps of 0.1 ms, of one that starts at
 /// `amplitude`.
@@ -19,9 +19,9 @@ double left_of(double amplitude, double hz, double seconds, bool damped) {
   const double w = 2 * std::numbers::pi * hz;
   TwistDamper damper;
   double q = amplitude, v = 0, foot = 0, largest = 0;
-  const int cycles = static_cast<int>(std::lround(seconds / kDt));
+  const int cycles = static_cast<int>(std::lround(seconds / kPeriod));
   for (int i = 0; i < cycles; ++i) {
-    const double set_point = damper.step(q, kDt);
+    const double set_point = damper.step(q, kPeriod);
     if (damped) foot = set_point;
     for (int k = 0; k < 50; ++k) {
       v -= 1e-4 * w * w * (q - foot);
@@ -42,27 +42,27 @@ TEST(TwistDamper, DampsTheSwaysOfATorso) {
 
 TEST(TwistDamper, HasNoSayAtRestAndLittleAltogether) {
   TwistDamper damper;
-  for (int i = 0; i < 2000; ++i) EXPECT_EQ(damper.step(0.2, kDt), 0);
+  for (int i = 0; i < 2000; ++i) EXPECT_EQ(damper.step(0.2, kPeriod), 0);
   double largest = 0;
   for (int i = 0; i < 2000; ++i)
-    largest = std::max(largest, std::abs(damper.step(0.01 * std::sin(10 * kDt * i), kDt)));
+    largest = std::max(largest, std::abs(damper.step(0.01 * std::sin(10 * kPeriod * i), kPeriod)));
   EXPECT_DOUBLE_EQ(largest, TwistDamperOptions{}.max_angle);
 }
 
 TEST(TwistDamper, LeavesAPushToTheBalance) {
   TwistDamper damper;
   double twist = 0;
-  for (int i = 0; i < 400; ++i) damper.step(twist, kDt);
-  for (int i = 0; i < 40; ++i) damper.step(twist += kDt * 1.0, kDt);  // 1 rad/s
-  for (int i = 0; i < 40; ++i) damper.step(twist, kDt);
+  for (int i = 0; i < 400; ++i) damper.step(twist, kPeriod);
+  for (int i = 0; i < 40; ++i) damper.step(twist += kPeriod * 1.0, kPeriod);  // 1 rad/s
+  for (int i = 0; i < 40; ++i) damper.step(twist, kPeriod);
   // 0.2 s after it a slow twist is answered by a fifth at most, 2 s after it in full.
   const auto answer = [&] {
     double angle = 0;
-    for (int i = 0; i < 40; ++i) angle = damper.step(twist += kDt * 0.02, kDt);
+    for (int i = 0; i < 40; ++i) angle = damper.step(twist += kPeriod * 0.02, kPeriod);
     return -angle;
   };
   EXPECT_LT(answer(), 0.6 * 0.08 * 0.02);
-  for (int i = 0; i < 400; ++i) damper.step(twist, kDt);
+  for (int i = 0; i < 400; ++i) damper.step(twist, kPeriod);
   EXPECT_NEAR(answer(), 0.08 * 0.02, 0.1 * 0.08 * 0.02);
 }
 

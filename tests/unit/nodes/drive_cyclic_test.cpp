@@ -8,9 +8,6 @@
 namespace walkman::nodes {
 namespace {
 
-constexpr unsigned kReached = 1U << 10U;
-constexpr unsigned kLimit = 1U << 11U;
-constexpr unsigned kBit12 = 1U << 12U;
 constexpr unsigned kBit13 = 1U << 13U;
 
 using CyclicTest = JointRig;

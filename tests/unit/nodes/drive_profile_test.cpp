@@ -12,10 +12,6 @@ namespace {
 
 using testing::ElementsAre;
 
-constexpr unsigned kReached = 1U << 10U;
-constexpr unsigned kLimit = 1U << 11U;
-constexpr unsigned kBit12 = 1U << 12U;
-
 struct ProfilePositionTest : JointRig {
   ProfilePositionTest() {
     write(0x6081, 0, 1'000'000, 4);

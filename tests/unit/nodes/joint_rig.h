@@ -13,6 +13,10 @@
 namespace walkman::nodes {
 
 inline constexpr double kStep = 0.00025;
+// Of the statusword.
+inline constexpr unsigned kReached = 1U << 10U;
+inline constexpr unsigned kLimit = 1U << 11U;
+inline constexpr unsigned kBit12 = 1U << 12U;
 
 /// Motor, spring and link of one joint; the servo runs at 4 kHz, the mechanics ten times finer.
 struct Joint {

@@ -9,11 +9,11 @@ namespace {
 
 using namespace std::chrono_literals;
 using test::count;
+using test::kReadType;
 using test::SmallWorld;
 
 const can::Frame kSync(0x080, {});
 const can::Frame kStart(0x000, {0x01, 0x00});
-const can::Frame kReadType(0x60B, {0x40, 0x00, 0x10, 0x00, 0, 0, 0, 0});  // 1000h of node 11
 
 /// Hands over what programs have sent and lets the pacer act.
 void service(LockstepPacer& pacer, Time wall) {

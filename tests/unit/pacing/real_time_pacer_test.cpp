@@ -9,9 +9,9 @@ namespace {
 
 using namespace std::chrono_literals;
 using test::count;
+using test::kReadType;
 using test::SmallWorld;
 
-const can::Frame kReadType(0x60B, {0x40, 0x00, 0x10, 0x00, 0, 0, 0, 0});
 constexpr Time kOrigin = 100s;  // of the host's clock
 
 /// Runs the host's clock in steps of a millisecond up to `until` after the origin.

@@ -10,6 +10,8 @@
 
 namespace walkman::test {
 
+inline const can::Frame kReadType(0x60B, {0x40, 0x00, 0x10, 0x00, 0, 0, 0, 0});  // 1000h of node 11
+
 /// A network interface that is two queues: what programs have sent, and what they would receive.
 class QueueInterface final : public can::Interface {
  public:

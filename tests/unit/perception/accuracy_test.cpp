@@ -11,8 +11,7 @@ namespace walkman::perception {
 namespace {
 
 using test::Bar;
-
-constexpr double kDegree = M_PI / 180;
+using test::kDegree;
 
 TEST(Locate, FindsTheBarInANoiseFreeCloud) {
   const auto result = locate(test::to_cloud(test::plain_bar_disparity(), {}), {});

@@ -13,6 +13,8 @@
 
 namespace walkman::perception::test {
 
+inline constexpr double kDegree = M_PI / 180;
+
 /// A straight round bar with flat ends; `start` and `end` in the camera's frame, m.
 struct Bar {
   Eigen::Vector3d start, end;

@@ -13,8 +13,7 @@ namespace walkman::perception {
 namespace {
 
 using test::Bar;
-
-constexpr double kDegree = M_PI / 180;
+using test::kDegree;
 
 StageOneResult seen(const test::AnalyticScene& scene, double sigma, std::uint64_t seed, int size = 1024) {
   const test::TestCamera camera = test::camera_of(size);

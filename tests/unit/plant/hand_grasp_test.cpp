@@ -11,7 +11,6 @@
 namespace walkman::tests {
 namespace {
 
-constexpr double kPulley = 0.04;   // m
 constexpr double kHandTravel = 5;  // rad, of the motor
 constexpr double kGripTorque = 40 * kPulley;
 

@@ -13,7 +13,6 @@
 namespace walkman::tests {
 namespace {
 
-constexpr double kPulley = 0.04;              // m
 constexpr double kTensions[] = {20, 40, 60};  // N
 constexpr double kFrictions[] = {0.4, 0.7, 1.0};
 

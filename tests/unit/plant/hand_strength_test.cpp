@@ -73,23 +73,23 @@ Eigen::Vector2d seat_of(double diameter, double torque, double friction) {
 // the farther the rougher it is; the hand frame is 7 mm in front of the palm's middle. Then its pads give
 // way.
 TEST(Seat, IsWhereTheMethodHasBars) {
-  constexpr double kFrame = -0.007;  // m towards the wrist from the palm's middle
-  constexpr double kGripTorque = 1;  // N·m, adaptation/parameters.yaml
+  constexpr double kFrame = -0.007;   // m towards the wrist from the palm's middle
+  constexpr double kUsualTorque = 1;  // N·m, adaptation/parameters.yaml
   constexpr std::array kDiameters = {0.06, 0.07, 0.08};
-  constexpr std::array kFrictions = {0.4, 0.6, 0.8};
+  constexpr std::array kSurfaces = {0.4, 0.6, 0.8};
   double depth = 0, square = 0;
   for (const double diameter : kDiameters) {
     SCOPED_TRACE(diameter);
     double mean = 0;
-    for (const double friction : kFrictions) {
+    for (const double friction : kSurfaces) {
       const double off =
-          seat_of(diameter, kGripTorque, friction).y() - kFrame - motion::Grip::seat(diameter / 2);
+          seat_of(diameter, kUsualTorque, friction).y() - kFrame - motion::Grip::seat(diameter / 2);
       EXPECT_NEAR(off, 0, 2 * motion::Grip::kSeatDeviation) << friction;
-      mean += off / kFrictions.size();
-      square += off * off / (kFrictions.size() * kDiameters.size());
+      mean += off / kSurfaces.size();
+      square += off * off / (kSurfaces.size() * kDiameters.size());
     }
     EXPECT_NEAR(mean, 0, motion::Grip::kSeatDeviation);
-    depth += seat_of(diameter, kRatedTorque, kFrictions.back()).x() / kDiameters.size();
+    depth += seat_of(diameter, kRatedTorque, kSurfaces.back()).x() / kDiameters.size();
   }
   EXPECT_NEAR(std::sqrt(square), motion::Grip::kSeatDeviation, 0.25 * motion::Grip::kSeatDeviation);
   EXPECT_NEAR(depth, motion::Grip::kDepth, 0.0015);

@@ -12,6 +12,8 @@
 
 namespace walkman::tests {
 
+inline constexpr double kPulley = 0.04;  // m
+
 /// What a test of a hand holds, and how.
 struct Grasp {
   char side = 'R';         ///< R or L

@@ -9,7 +9,7 @@
 namespace walkman::plant {
 namespace {
 
-constexpr double kStep = 2.5e-4;
+constexpr double kMotorStep = 2.5e-4;
 
 class EveryClass : public ::testing::TestWithParam<const char*> {
  protected:
@@ -33,7 +33,7 @@ TEST_P(EveryClass, StallsAtThePeakTorqueAndTheWindingGivesNoMore) {
 TEST_P(EveryClass, NoLoadSpeedIsWhereBackEmfAndFrictionLeaveNoCurrent) {
   p_.peak_time = 1e9;  // the power stage does not tire
   Motor motor(p_);
-  for (int i = 0; i < 400'000; ++i) motor.advance(p_.peak_torque, 0, false, kStep);
+  for (int i = 0; i < 400'000; ++i) motor.advance(p_.peak_torque, 0, false, kMotorStep);
   // k (U - k w) / R = coulomb + viscous w
   const double k = p_.torque_constant;
   const double w = (k * p_.supply_voltage / p_.winding_resistance - p_.coulomb_friction) /
@@ -49,7 +49,7 @@ TEST_P(EveryClass, TorqueSpeedCurveIsFlatThenFallsAlongTheVoltageLimit) {
   const double k = p_.torque_constant;
   while (motor.velocity() < 0.95 * p_.supply_voltage / k) {
     const double speed = motor.velocity();
-    motor.advance(10 * p_.peak_torque, 0, false, kStep);
+    motor.advance(10 * p_.peak_torque, 0, false, kMotorStep);
     const double by_voltage = k * (p_.supply_voltage - k * speed) / p_.winding_resistance;
     ASSERT_NEAR(motor.torque(), std::min(p_.peak_torque, by_voltage), 1e-9) << speed;
   }
@@ -60,21 +60,21 @@ TEST_P(EveryClass, StepOfTorqueMovesTheInertia) {
   Motor motor(p_);
   const double torque = 0.2 * p_.continuous_torque;
   const double duration = 0.02;
-  for (int i = 0; i < 80; ++i) motor.advance(torque, 0, false, kStep);
+  for (int i = 0; i < 80; ++i) motor.advance(torque, 0, false, kMotorStep);
   EXPECT_NEAR(motor.velocity(), torque / p_.motor_inertia * duration, 1e-9);
   // Semi-implicit steps: half a step ahead of t²/2.
-  EXPECT_NEAR(motor.position(), torque / p_.motor_inertia * duration * (duration + kStep) / 2, 1e-9);
+  EXPECT_NEAR(motor.position(), torque / p_.motor_inertia * duration * (duration + kMotorStep) / 2, 1e-9);
 }
 
 TEST_P(EveryClass, StribeckFrictionHoldsUntilBreakAwayThenSlides) {
   Motor motor(p_);
   const double between = (p_.static_friction + p_.coulomb_friction) / 2;
-  for (int i = 0; i < 4000; ++i) motor.advance(between, 0, false, kStep);
+  for (int i = 0; i < 4000; ++i) motor.advance(between, 0, false, kMotorStep);
   EXPECT_EQ(motor.position(), 0);
-  for (int i = 0; i < 400; ++i) motor.advance(1.5 * p_.static_friction, 0, false, kStep);
+  for (int i = 0; i < 400; ++i) motor.advance(1.5 * p_.static_friction, 0, false, kMotorStep);
   EXPECT_GT(motor.velocity(), 0);
   // Once it slides, what did not break it away keeps it going, at the speed viscous friction allows.
-  for (int i = 0; i < 400'000; ++i) motor.advance(between, 0, false, kStep);
+  for (int i = 0; i < 400'000; ++i) motor.advance(between, 0, false, kMotorStep);
   const double speed = (between - p_.coulomb_friction) / p_.viscous_friction;
   const double stribeck = speed / p_.stribeck_speed;
   EXPECT_LE(motor.velocity(), speed);
@@ -92,7 +92,7 @@ TEST_P(EveryClass, SpringTracksATorqueThroughTheMotor) {
   double torque = 0;
   const double damping = 1.4 * std::sqrt(p_.motor_inertia * p_.spring_constant);
   for (int i = 0; i < 20'000; ++i) {
-    torque = actuator.advance(0, 0, wanted - damping * actuator.readings().motor_velocity, false, kStep);
+    torque = actuator.advance(0, 0, wanted - damping * actuator.readings().motor_velocity, false, kMotorStep);
   }
   EXPECT_NEAR(torque, wanted, p_.static_friction);
 }
@@ -138,15 +138,16 @@ TEST_P(ClassWithOverload, PeakTorqueLastsThePeakTimeThenDeratesToTheContinuousOn
   double t = 0;
   while (motor.torque() >= 0 && t < 0.79 * p_.peak_time) {
     motor.advance(10 * p_.peak_torque, 10 * p_.peak_torque, true, 0);
-    motor.advance(p_.peak_torque, p_.peak_torque, false, kStep);
-    t += kStep;
+    motor.advance(p_.peak_torque, p_.peak_torque, false, kMotorStep);
+    t += kMotorStep;
     ASSERT_DOUBLE_EQ(motor.torque(), p_.peak_torque) << t;
   }
-  for (; t < 20 * p_.peak_time; t += kStep) motor.advance(p_.peak_torque, p_.peak_torque, false, kStep);
+  for (; t < 20 * p_.peak_time; t += kMotorStep)
+    motor.advance(p_.peak_torque, p_.peak_torque, false, kMotorStep);
   EXPECT_NEAR(motor.torque(), p_.continuous_torque, 0.01 * p_.continuous_torque);
   EXPECT_GT(motor.overload(), 0.99);
   // At rest the allowance comes back at the rate of the continuous current's square.
-  for (int i = 0; i < 4'000'000 && motor.overload() > 0; ++i) motor.advance(0, 0, false, kStep);
+  for (int i = 0; i < 4'000'000 && motor.overload() > 0; ++i) motor.advance(0, 0, false, kMotorStep);
   EXPECT_EQ(motor.overload(), 0);
   EXPECT_DOUBLE_EQ(motor.available_torque(1), p_.peak_torque);
 }
@@ -156,8 +157,8 @@ class ClassWithoutOverload : public EveryClass {};
 TEST_P(ClassWithoutOverload, PeakTorqueLastsForGood) {
   ASSERT_EQ(p_.continuous_torque, p_.peak_torque);
   Motor motor(p_);
-  for (double t = 0; t < 60; t += kStep) {
-    motor.advance(p_.peak_torque, p_.peak_torque, false, kStep);
+  for (double t = 0; t < 60; t += kMotorStep) {
+    motor.advance(p_.peak_torque, p_.peak_torque, false, kMotorStep);
     ASSERT_DOUBLE_EQ(motor.torque(), p_.peak_torque) << t;
   }
   EXPECT_EQ(motor.overload(), 0);
@@ -166,7 +167,7 @@ TEST_P(ClassWithoutOverload, PeakTorqueLastsForGood) {
 TEST_P(EveryClass, WithoutSupplyThereIsNoTorque) {
   Motor motor(p_);
   motor.set_supply_voltage(0);
-  motor.advance(p_.peak_torque, 0, false, kStep);
+  motor.advance(p_.peak_torque, 0, false, kMotorStep);
   EXPECT_EQ(motor.torque(), 0);
 }
 

@@ -16,8 +16,8 @@
 namespace walkman::plant {
 namespace {
 
-constexpr double kStep = 1e-3;
-constexpr double kGravity = 9.81;
+constexpr double kPeriod = 1e-3;
+constexpr double kStandardGravity = 9.81;
 constexpr double kMass = 1.2;
 
 enum class Round { kCylinder, kTube, kSphere };
@@ -55,7 +55,7 @@ class RoundOnPlate {
  public:
   RoundOnPlate(Round kind, double radius, double length, double slope = 0, const Surface& surface = {1.0})
       : model_(round_body(kind, radius, length, surface)), slope_(slope) {
-    world_.setGravity(btVector3(0, 0, -kGravity));
+    world_.setGravity(btVector3(0, 0, -kStandardGravity));
     world_.use_mid_step_velocities();
     world_.getSolverInfo().m_numIterations = 50;
     world_.getSolverInfo().m_linearSlop = 1e-5;
@@ -85,7 +85,7 @@ class RoundOnPlate {
   void spin(double rate) { body_->bullet().setBaseOmega(btVector3(0, 0, rate)); }
   [[nodiscard]] double spinning() const { return body_->bullet().getBaseOmega().z(); }
   void run(double seconds) {
-    for (int i = 0; i < std::lround(seconds / kStep); ++i) world_.stepSimulation(kStep, 0);
+    for (int i = 0; i < std::lround(seconds / kPeriod); ++i) world_.stepSimulation(kPeriod, 0);
   }
   /// Down the plate, m/s.
   [[nodiscard]] double speed() const {
@@ -140,8 +140,8 @@ TEST_P(RoundThings, RollDownAnInclineAsNewtonSays) {
   for (const double slope : {0.02, 0.2, 0.4}) {
     RoundOnPlate scene(kind, radius, length, slope);
     scene.run(1.5);
-    EXPECT_NEAR(scene.speed(), kGravity * std::sin(slope) / (1 + share) * 1.5,
-                0.005 * kGravity * std::sin(slope) * 1.5);
+    EXPECT_NEAR(scene.speed(), kStandardGravity * std::sin(slope) / (1 + share) * 1.5,
+                0.005 * kStandardGravity * std::sin(slope) * 1.5);
   }
 }
 
@@ -155,7 +155,7 @@ TEST_P(RoundThings, SlowDownByRollingFriction) {
   scene.roll(0.5, radius);
   scene.run(1);
   // The moment δ m g about the contact, against I + m r².
-  const double slowing = surface.rolling_friction * kGravity / (radius * (1 + share));
+  const double slowing = surface.rolling_friction * kStandardGravity / (radius * (1 + share));
   EXPECT_NEAR(scene.speed(), 0.5 - slowing, 0.01 * slowing + 0.002);
 }
 
@@ -172,7 +172,7 @@ TEST(Spinning, StopsAsItsFrictionSays) {
   scene.spin(20);
   scene.run(0.5);
   // The moment δ m g about the normal, against 2/5 m r².
-  const double slowing = surface.spinning_friction * kGravity / (0.4 * 0.05 * 0.05);
+  const double slowing = surface.spinning_friction * kStandardGravity / (0.4 * 0.05 * 0.05);
   EXPECT_NEAR(scene.spinning(), 20 - slowing * 0.5, 0.02 * slowing * 0.5);
   scene.run(2);
   EXPECT_NEAR(scene.spinning(), 0, 1e-6);
