@@ -4,6 +4,7 @@
 #include <charconv>
 #include <cmath>
 #include <map>
+#include <set>
 #include <stdexcept>
 
 #include <fmt/format.h>
@@ -23,7 +24,7 @@ namespace {
 constexpr double kLongestFault = 1e6;      // s
 constexpr double kDefaultTimeLimit = 600;  // s of CPU time: some twenty times what a whole run takes
 constexpr int kDefaultChunk = 40;          // runs: some minutes
-constexpr std::size_t kMostRuns = 1'000'000;
+constexpr int kMostRuns = 1'000'000;
 
 const std::vector<std::string> kDirections = {"both", "from", "to"};
 
@@ -148,6 +149,15 @@ std::vector<std::vector<double>> sizes_of(const FaultEntry& entry) {
   return out;
 }
 
+/// How many runs `expand` makes of an entry. A number with a fraction: a short plan can ask for more than
+/// integers count.
+double count_of(const FaultEntry& entry) {
+  double count = static_cast<double>(entry.targets.size()) * static_cast<double>(entry.lasts.size()) *
+                 static_cast<double>(entry.phases.size());
+  for (const std::vector<double>& values : entry.values) count *= static_cast<double>(values.size());
+  return count;
+}
+
 /// All of an entry on one twin, without numbers.
 void expand(const FaultEntry& entry, std::uint64_t seed, std::vector<faults::Injection>& out) {
   for (const std::string& target : entry.targets)
@@ -201,6 +211,18 @@ Seeds read_seeds(const YamlMap& root) {
   if (root.has("golden"))
     out.golden = static_cast<int>(root.map("golden", {"seeds"}).integer("seeds", out.count, 10'000));
   return out;
+}
+
+/// Before anything is made of it.
+void require_size(const YamlMap& root, const std::vector<std::string>& experiments, const Seeds& seeds,
+                  const std::vector<FaultEntry>& entries) {
+  const std::set<std::string> different(experiments.begin(), experiments.end());
+  if (different.size() != experiments.size()) root.fail("experiments", "names one twice");
+  double runs = 0;
+  for (const std::string& experiment : experiments)
+    for (const FaultEntry& entry : entries)
+      if (is_for(entry, experiment)) runs += seeds.count * count_of(entry);
+  if (runs > kMostRuns) root.fail("faults", fmt::format("more than {} runs in all", kMostRuns));
 }
 
 /// By name alone: the plan is read again from the campaign's folder, where a file's path would lead
@@ -257,6 +279,8 @@ CampaignPlan load_campaign_plan(const std::filesystem::path& file, const std::fi
                  fmt::format("found \"{}\", expected of {}", one, fmt::join(experiments, ", ")));
   }
 
+  require_size(root, experiments, seeds, entries);
+
   for (const std::string& experiment : experiments) {
     const std::filesystem::path scene = scene_of(root, experiment, base, data);
     const Scene loaded = load_scene(scene);
@@ -270,8 +294,6 @@ CampaignPlan load_campaign_plan(const std::filesystem::path& file, const std::fi
       std::vector<faults::Injection> all;
       for (const FaultEntry& entry : entries)
         if (i < seeds.count && is_for(entry, experiment)) expand(entry, plan.twins.back().seed, all);
-      if (plan.runs.size() + all.size() > kMostRuns)
-        root.fail("faults", fmt::format("more than {} runs in all", kMostRuns));
       for (const faults::Injection& one : all) faults::require_target(one, targets);
       // As a run comes to them, so that what runs together has most of its way in common.
       std::stable_sort(all.begin(), all.end(), [](const auto& a, const auto& b) {

@@ -190,6 +190,16 @@ TEST_F(CampaignPlanTest, WhatIsNoPlanIsRefusedWithItsLine) {
               HasSubstr(":4: faults[0].direction"));
   EXPECT_THAT(refusal(with("{fault: joint-locked, targets: [RElbj], phases: [{phase: lfit}]}")),
               HasSubstr("there is no phase \"lfit\"; did you mean \"lift\"?"));
+  EXPECT_THAT(refusal("experiments: [1, 6, 1]\nfaults: []\n"), HasSubstr(":1: experiments"));
+  // 5000 seeds, 300 sizes.
+  std::string shares = "0.5";
+  for (int i = 0; i < 299; ++i) shares += ", 0.5";
+  EXPECT_THAT(
+      refusal(
+          "experiments: [1]\nseeds: {count: 5000}\nphases: [{phase: lift}]\nfaults:\n  - {fault: frame-drop, "
+          "targets: [rarm], share: [" +
+          shares + "]}\n"),
+      HasSubstr("more than 1000000 runs"));
   EXPECT_THAT(refusal("experiments: [1]\nfaults:\n  - {fault: joint-locked, targets: [RElbj]}\n"),
               HasSubstr(":3: faults[0]: has no phases"));
 }
