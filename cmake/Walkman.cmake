@@ -80,8 +80,8 @@ function(walkman_library name)
 endfunction()
 
 # walkman_test(NAME SOURCES... LINK targets... [THREADED | STATISTICAL]): a GoogleTest program; each of its cases is one CTest
-# test, except under a sanitizer, where the program is. Tests run in the source tree and name files relative to it, so that their objects are the same in every clone. What
-# stands below tests/unit has the label unit, or threaded if it is for the thread sanitizer too, and is built by the target of
+# test, except under a sanitizer, where the program is. Tests run in the source tree and name files relative to it, so that their
+# objects are the same in every clone. What stands below tests/unit has the label unit, or threaded if it is for the thread sanitizer too, and is built by the target of
 # that name (unit_tests builds both). What goes through the same code for many seeds has the label statistical instead: a
 # sanitizer would find no more there, at twenty times the cost.
 add_custom_target(unit_tests)

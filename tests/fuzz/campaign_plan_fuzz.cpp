@@ -4,6 +4,7 @@
 #include <set>
 
 #include "apps/campaign/campaign_plan.h"
+#include "tests/fuzz/injection_checks.h"
 #include "tests/fuzz/input.h"
 #include "tests/fuzz/input_file.h"
 
@@ -23,12 +24,8 @@ void require_whole(const apps::CampaignPlan& plan) {
   for (std::size_t i = 0; i < plan.runs.size(); ++i) {
     const faults::Injection& fault = plan.runs[i].fault;
     require(plan.runs[i].number == static_cast<int>(i) + 1, "runs are numbered from 1");
-    require(fault.kind != nullptr && fault.phase.has_value(), "a run has a fault that begins in a phase");
-    for (std::size_t p = 0; p < fault.values.size(); ++p) {
-      const faults::Parameter& parameter = fault.kind->parameters[p];
-      require(fault.values[p] >= parameter.least && fault.values[p] <= parameter.most,
-              "a parameter is in its range");
-    }
+    require(fault.phase.has_value(), "a run's fault begins in a phase");
+    require_in_range(fault);
   }
   require(plan.time_limit > 0, "a run has time");
 }
