@@ -20,7 +20,6 @@
 namespace walkman::perception {
 namespace {
 
-constexpr double kUpright = 0.0872;           // sine of 5°
 constexpr int kPlanes = 3;                    // one on the other: floor, table, box
 constexpr std::size_t kFewestOfCluster = 20;  // of a cluster, whatever its size
 constexpr std::size_t kSampled = 3000;        // of an object's points, where they are all compared

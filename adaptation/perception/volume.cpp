@@ -8,10 +8,9 @@
 namespace walkman::perception {
 namespace {
 
-constexpr double kWidest = 1.5;          // |x/z| and |y/z| of a view
-constexpr double kSteps = 3;             // of points along a cell: dropouts leave few cells empty
-constexpr double kUprightTube = 0.0872;  // sine of 5°
-constexpr double kPerCell = 0.5;         // of a voxel between two places that are filled in
+constexpr double kWidest = 1.5;   // |x/z| and |y/z| of a view
+constexpr double kSteps = 3;      // of points along a cell: dropouts leave few cells empty
+constexpr double kPerCell = 0.5;  // of a voxel between two places that are filled in
 constexpr double kOnTube =
     0.005;  // m, of its surface: smoothed noise, and what objects differ from cylinders by
 constexpr double kBehind = 1.5;  // voxels: a surface nearer than that behind a place may be its own
@@ -21,7 +20,7 @@ struct TubeFrame {
   TubeFrame(const Handle& handle, const Eigen::Vector3d& n_C)
       : tube(handle), along(handle.axis_C.normalized()) {
     up = n_C - n_C.dot(along) * along;
-    upright = up.norm() < kUprightTube;
+    upright = up.norm() < kUpright;
     up = upright ? along.unitOrthogonal() : Eigen::Vector3d(up.normalized());
     across = along.cross(up);
   }

@@ -11,6 +11,9 @@
 
 namespace walkman::perception {
 
+/// A handle's axis is upright within this sine of an angle (5°) from the plane's normal.
+inline constexpr double kUpright = 0.0872;
+
 /// Where a sensor has looked through: in each direction from it, up to the nearest surface that it saw there.
 class FreeSpace {
  public:

@@ -1,12 +1,6 @@
 #include "emulator/plant/dynamics/forward_dynamics.h"
 
 namespace walkman::plant {
-namespace {
-
-constexpr std::size_t kBase = 6;
-
-}  // namespace
-
 void ForwardDynamics::take_forces(const btMultiBody& body) {
   const auto count = static_cast<std::size_t>(body.getNumLinks()) + 1;
   applied_.resize(count);
@@ -48,7 +42,7 @@ void ForwardDynamics::accelerate(const btMultiBody& body, const std::vector<doub
     motion_[own] = motion_[parent];
     spatial_[own] = spatial_[parent];
     for (int d = 0; d < link.m_dofCount; ++d) {
-      const auto v = kBase + static_cast<std::size_t>(link.m_dofOffset) + static_cast<std::size_t>(d);
+      const auto v = static_cast<std::size_t>(JointSpaceInertia::kBaseVelocities + link.m_dofOffset + d);
       const btVector3 w = axes[v].angular * velocity[v];
       const btVector3 u = axes[v].linear * velocity[v];
       motion_[own].angular += w;
@@ -64,7 +58,7 @@ void ForwardDynamics::accelerate(const btMultiBody& body, const std::vector<doub
     const btMultibodyLink& link = body.getLink(i);
     const Spatial& force = bias_[static_cast<std::size_t>(i) + 1];
     for (int d = 0; d < link.m_dofCount; ++d) {
-      const auto v = kBase + static_cast<std::size_t>(link.m_dofOffset) + static_cast<std::size_t>(d);
+      const auto v = static_cast<std::size_t>(JointSpaceInertia::kBaseVelocities + link.m_dofOffset + d);
       acceleration_[v] =
           link.m_jointTorque[d] - axes[v].angular.dot(force.angular) - axes[v].linear.dot(force.linear);
     }
@@ -84,7 +78,7 @@ void ForwardDynamics::accelerate(const btMultiBody& body, const std::vector<doub
 void ForwardDynamics::advance(btMultiBody& body, double dt, VelocityTerms terms) {
   inertia_.update(body);
   take_forces(body);
-  const auto count = kBase + static_cast<std::size_t>(body.getNumDofs());
+  const auto count = static_cast<std::size_t>(JointSpaceInertia::kBaseVelocities + body.getNumDofs());
   start_.assign(body.getVelocityVector(), body.getVelocityVector() + count);
   accelerate(body, start_);
   if (terms == VelocityTerms::kMiddle) {

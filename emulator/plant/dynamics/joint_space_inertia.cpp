@@ -5,7 +5,6 @@
 namespace walkman::plant {
 namespace {
 
-constexpr int kBaseVelocities = 6;
 constexpr double kMassless = 1e-15;  // kg or kg m^2
 constexpr double kHeld = 1e150;
 

@@ -27,6 +27,8 @@ namespace walkman::plant {
 /// base's centre of mass in world axes, then the joints. On paths of a fixed base its six are left out.
 class JointSpaceInertia {
  public:
+  static constexpr int kBaseVelocities = 6;
+
   /// Angular and linear part of a spatial vector about `origin`, in world axes (Featherstone 2008, §2).
   struct Spatial {
     btVector3 angular{0, 0, 0}, linear{0, 0, 0};
