@@ -19,7 +19,6 @@ using Matrix5 = Eigen::Matrix<double, 5, 5>;
 
 constexpr int kIterations = 18;
 constexpr double kTukey = 4.685;          // 95 % efficiency on Gaussian noise
-constexpr double kGaussian = 1.4826;      // standard deviation of a Gaussian over its median magnitude
 constexpr double kSmallestSpread = 1e-4;  // m, floor of the residuals' spread
 constexpr double kLargestMove = 0.05;     // m
 constexpr std::size_t kFewestOfCylinder = 30;

@@ -21,7 +21,6 @@ constexpr int kWidestCell = 16;       // px
 constexpr double kFilled = 0.5;       // share of a window that has to be points
 constexpr double kFlat = 0.004;       // m, spread across a window that curvature may add to the noise's
 constexpr double kNoiseSpread = 3;    // standard deviations of the noise
-constexpr float kAtSensor = 1e-6F;    // m², a point without a direction
 constexpr float kUnorganizedVoxel = 0.01F;
 constexpr std::size_t kUnorganizedNeighbours = 20;
 

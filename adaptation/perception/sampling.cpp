@@ -14,8 +14,6 @@ namespace {
 constexpr int kSmallestGrid = 16;        // rows or columns below which a cloud counts as unorganized
 constexpr int kApart = 8;                // px, more than the matching window's correlation reaches
 constexpr int kProbes = 128;             // along rows and columns
-constexpr double kGaussian = 1.4826;     // standard deviation of a Gaussian over its median magnitude
-constexpr float kAtSensor = 1e-6F;       // m², a point without a direction
 constexpr std::size_t kFewest = 20;      // probes that a median is taken of
 constexpr std::size_t kScattered = 600;  // probes in an unorganized cloud
 constexpr std::size_t kNeighbours = 12;

@@ -4,6 +4,11 @@
 
 namespace walkman::perception {
 
+/// Standard deviation of a Gaussian over its median magnitude.
+inline constexpr double kGaussian = 1.4826;
+/// Nearer to the sensor than this a point has no direction, m².
+inline constexpr float kAtSensor = 1e-6F;
+
 /// How finely and how exactly a cloud samples the surfaces before the sensor. Both figures are those of a
 /// stereo camera, whose disparity goes with the inverse range; for another sensor they hold at the distance
 /// most of the cloud has.

@@ -4,11 +4,10 @@
 #include <array>
 #include <cmath>
 #include <numbers>
+#include <string_view>
 
-#include <Eigen/Eigenvalues>
 #include <fmt/format.h>
 
-#include "adaptation/motion/grip.h"
 #include "adaptation/motion/rest_watch.h"
 #include "adaptation/wrench/carried_load.h"
 
@@ -32,8 +31,8 @@ constexpr double kFarthestEnd = 1.0;  // m beside the hand, of an object that go
 // Estimates for SoftHands go from 0.1 to 1, and nobody has measured it: this is the softest. With its weight
 // it turns until the centre of mass is straight below, at most.
 constexpr double kClosingTurn = 0.1, kSoftest = 0.1, kFarthestTurned = std::numbers::pi / 2;
-constexpr double kTurnStep = 0.05;   // rad
-constexpr double kDeviations = 3;    // of what is not chance
+constexpr double kTurnStep = 0.05;  // rad
+constexpr std::string_view kNotFree = "the object turns in the hand or still rests on something";
 constexpr double kOpenTorque = 0.2;  // share of rated: enough to let the ligaments open the hand
 
 Eigen::Quaterniond about_handle(double angle) {
@@ -124,7 +123,7 @@ void Manipulator::require_strength_for(const Route& route) const {
   if (!overload) return;
   throw HeldTooFar(
       fmt::format(
-          "{} would have to give {:.1f} N·m for {:.1f} N in the hand where that is to be weighed, expected "
+          "{} would have to give {:.1f} N·m for {:.1f} N in the hand where that is to go, expected "
           "at most {:.1f} N·m, a tenth above what its motor can give for good: the object is too heavy "
           "or too far beside the hand",
           overload->joint, overload->torque, payload_.mass * motion::kGravity, overload->most),
@@ -348,7 +347,7 @@ void Manipulator::grasp(double radius, const Eigen::AlignedBox3d& object_H) {
   object_H_ = object_H;
   object_H_.min().x() = std::max(object_H.min().x(), -kFarthestEnd);
   object_H_.max().x() = std::min(object_H.max().x(), kFarthestEnd);
-  p_HAxis_ = {0, -radius - parameters_.palm_clearance, 0};
+  p_HAxis_ = handle_axis(radius, parameters_);
   session_.set_holding(true);
   for_seconds(parameters_.close_time,
               [&](double share) { session_.set_grip(share, parameters_.grip_torque); });
@@ -357,7 +356,7 @@ void Manipulator::grasp(double radius, const Eigen::AlignedBox3d& object_H) {
     throw Refused(fmt::format("the hand closed to {:.0f} % of its travel and holds nothing",
                               100 * session_.hand_closure()));
   }
-  scale_.hold(radius, object_H_);
+  scale_.hold(radius, object_H);
   lifted_ = 0;
 }
 
@@ -383,9 +382,9 @@ void Manipulator::lift() {
       throw HeldTooFar(
           fmt::format(
               "at {:.2f} m the wrist carries {:.1f} N and {:.2f} N·m, {:.2f} N more or less than {:.0f} cm "
-              "below, expected at most {:g} N: the object turns in the hand or still rests on something",
+              "below, expected at most {:g} N: {}",
               lifted_, load.force.norm(), load.torque.norm(), change, 100 * parameters_.lift_step,
-              parameters_.lift_force_change),
+              parameters_.lift_force_change, kNotFree),
           load);
     }
     const Wrench higher = rise_to(next);
@@ -467,17 +466,25 @@ void Manipulator::turn() {
 /// turned: the wrist carries less then, until the hand is higher.
 void Manipulator::weigh_turned(const Eigen::Isometry3d& X_TH, double angle) {
   double expected = payload_.mass * motion::kGravity;
-  double most = parameters_.lift_force_change + kDeviations * scale_.turned_deviation(expected, angle);
+  double most =
+      parameters_.lift_force_change + WristScale::kDeviations * scale_.turned_deviation(expected, angle);
   double higher = 0;
   while (true) {
     settle();
     const WristScale::MeanReading reading = mean_reading(parameters_.pose_time);
-    const double force = scale_.object_load(reading).force.norm();
-    higher += parameters_.lift_step;
-    if (std::abs(force - expected) <= most || higher > parameters_.lift_max ||
-        !go_straight(raised(X_TH, higher), carrying_limits())) {
+    const Wrench load = scale_.object_load(reading);
+    const double force = load.force.norm();
+    if (std::abs(force - expected) <= most) {
       scale_.add_loaded(reading);
       return;
+    }
+    higher += parameters_.lift_step;
+    if (higher > parameters_.lift_max || !go_straight(raised(X_TH, higher), carrying_limits())) {
+      throw HeldTooFar(
+          fmt::format("turned by {:.2f} rad the wrist carries {:.1f} N and {:.2f} N·m, {:.2f} N more or less "
+                      "than expected, which is at most {:.2f} N: {}",
+                      angle, force, load.torque.norm(), std::abs(force - expected), most, kNotFree),
+          load);
     }
     expected = force;
     most = parameters_.lift_force_change;
@@ -536,6 +543,7 @@ bool Manipulator::watch() {
 }
 
 void Manipulator::take_up() {
+  lifting_ = true;
   settle();
   carry(mean_object_load(parameters_.lift_window));
   scale_.change_load();

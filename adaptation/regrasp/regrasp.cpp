@@ -393,7 +393,7 @@ void Regrasp::Impl::require_hold() {
   if (!moved) return;
   // Of the handle's axis, about which the object may have turned in the fingers, or a bar's surface tells no
   // turn. Across it: along it, where the image's border has cut what is seen looks like the end.
-  const Eigen::Vector3d p_HAxis(0, -held_radius - parameters.stage_two.palm_clearance, 0);
+  const Eigen::Vector3d p_HAxis = handle_axis(held_radius, parameters.stage_two);
   const double distance = (*moved * p_HAxis - p_HAxis).tail<2>().norm();
   const double angle = std::acos(std::clamp(moved->linear()(0, 0), -1.0, 1.0));  // of the handle
   const double farthest = std::min(kMostMoved + kSeenTurn * std::abs(lever), kFarthestSeen);

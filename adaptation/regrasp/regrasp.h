@@ -21,8 +21,9 @@ enum class Thinking {
 
 /// Why the loop ended (paper, sec. 3.2, step II.9).
 enum class Ending {
-  kMinimumTorque,        ///< |τ| ≤ τ_thres
-  kMinimumDisplacement,  ///< no handle place nearer to the CoM line by more than d_thres
+  kMinimumTorque,        ///< |τ| ≤ τ_thres, or no more than two of its standard deviations
+  kMinimumDisplacement,  ///< no place nearer to the CoM line by more than d_thres, or than two deviations of
+                         ///< d
   kRegraspLimit,         ///< still off after the last allowed regrasp
 };
 

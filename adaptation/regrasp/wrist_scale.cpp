@@ -21,8 +21,8 @@ constexpr double kMountingOrigin = 0.0006;  // m
 constexpr double kBar = 2;
 constexpr double kRadiusError = 0.001;  // m
 constexpr double kBend = 0.002 / 3;     // of its length
+constexpr double kLongest = 2.0;        // m, of one that goes on where the image ends: more than a hand lifts
 constexpr double kDensest = 7850;       // kg/m³, steel
-constexpr double kDeviations = 3;       // of what is not chance
 
 wrench::LoadEstimator::DataSheet sensor_of(const StageTwoParameters& parameters) {
   return {.gain = parameters.sensor_gain,
@@ -97,7 +97,7 @@ void WristScale::require_no_drift(const MeanReading& empty) {
 void WristScale::hold(double radius, const Eigen::AlignedBox3d& object_H) {
   object_H_ = object_H;
   bar_radius_.reset();
-  const Eigen::Vector3d p_HAxis(0, -radius - parameters_.palm_clearance, 0);
+  const Eigen::Vector3d p_HAxis = handle_axis(radius, parameters_);
   const double farthest = std::max((p_HAxis - object_H.min()).tail<2>().maxCoeff(),
                                    (object_H.max() - p_HAxis).tail<2>().maxCoeff());
   if (farthest < kBar * radius) bar_radius_ = radius;
@@ -130,9 +130,9 @@ wrench::LoadEstimator::Object WristScale::object() const {
   object.covariance(0, 0) += drift_So_S_.force.squaredNorm() / 3;
   const double along = X_HS.linear().row(0).dot(object.moment_S) / object.weight + X_HS.translation().x();
   if (!bar_radius_ || std::abs(along) > parameters_.displacement_threshold) return object;
-  const Eigen::Vector4d errors(motion::Grip::kSeatDeviation,
-                               motion::Grip::seat(0) - motion::Grip::seat(kRadiusError),
-                               object.weight / motion::Grip::kFirmness, kBend * object_H_.sizes().x());
+  const Eigen::Vector4d errors(
+      motion::Grip::kSeatDeviation, motion::Grip::seat(0) - motion::Grip::seat(kRadiusError),
+      object.weight / motion::Grip::kFirmness, kBend * std::min(object_H_.sizes().x(), kLongest));
   return wrench::near_plane(std::move(object), X_HS.linear().row(2).transpose(),
                             motion::Grip::seat(*bar_radius_) - X_HS.translation().z(), errors.norm(),
                             kDeviations);

@@ -12,11 +12,19 @@
 
 namespace walkman::regrasp {
 
+/// A point of the axis of a handle of `radius` (m) that the hand is about to hold, m, in H: the axis is along
+/// x.
+[[nodiscard]] inline Eigen::Vector3d handle_axis(double radius, const StageTwoParameters& parameters) {
+  return {0, -radius - parameters.palm_clearance, 0};
+}
+
 /// Weighs what hangs in the hand that works: the wrist's sensor S, the weight of the hand that its readings
 /// contain, and whether anything that was seen could have made them. It moves nothing; what it reads is the
 /// session's last cycle. Poses and wrenches as in `Manipulator`.
 class WristScale {
  public:
+  static constexpr double kDeviations = 3;  ///< of what is not chance
+
   /// Keeps references.
   WristScale(const KnownRobot& known, const Session& session, const StageTwoParameters& parameters);
 

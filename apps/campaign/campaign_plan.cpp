@@ -216,12 +216,12 @@ Seeds read_seeds(const YamlMap& root) {
 /// Before anything is made of it.
 void require_size(const YamlMap& root, const std::vector<std::string>& experiments, const Seeds& seeds,
                   const std::vector<FaultEntry>& entries) {
-  const std::set<std::string> different(experiments.begin(), experiments.end());
-  if (different.size() != experiments.size()) root.fail("experiments", "names one twice");
   double runs = 0;
-  for (const std::string& experiment : experiments)
+  for (const std::string& experiment : experiments) {
+    runs += seeds.golden;
     for (const FaultEntry& entry : entries)
       if (is_for(entry, experiment)) runs += seeds.count * count_of(entry);
+  }
   if (runs > kMostRuns) root.fail("faults", fmt::format("more than {} runs in all", kMostRuns));
 }
 
@@ -281,8 +281,11 @@ CampaignPlan load_campaign_plan(const std::filesystem::path& file, const std::fi
 
   require_size(root, experiments, seeds, entries);
 
+  std::set<std::filesystem::path> scenes;
   for (const std::string& experiment : experiments) {
     const std::filesystem::path scene = scene_of(root, experiment, base, data);
+    if (!scenes.insert(std::filesystem::weakly_canonical(scene)).second)
+      root.fail("experiments", fmt::format("has \"{}\" a second time", experiment));
     const Scene loaded = load_scene(scene);
     const KnownRobot robot(loaded.robot);
     require_layout(root, plan.layout, robot);

@@ -44,7 +44,8 @@ struct CampaignPlan {
 /// Reads a plan and expands it: experiments, seeds, phases in the order in which a run comes to them, and the
 /// faults as they are listed with their targets and sizes. `base`: folder that the plan's scene files are
 /// relative to; `data`: the product's. Throws std::runtime_error, one sentence with file and line, for
-/// unknown keys, experiments, faults, targets, phases, and for values out of range.
+/// unknown keys, experiments, faults, targets, phases, an experiment named twice, values out of range, and
+/// more than a million runs.
 [[nodiscard]] CampaignPlan load_campaign_plan(const std::filesystem::path& file,
                                               const std::filesystem::path& base,
                                               const std::filesystem::path& data);

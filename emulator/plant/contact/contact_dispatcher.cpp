@@ -66,15 +66,6 @@ const btConvexPolyhedron* hull_of(const ColliderPart& part) {
   return static_cast<const btPolyhedralConvexShape*>(part.shape)->getConvexPolyhedron();
 }
 
-/// The same with A and B the other way round.
-Touches swapped(Touches touches) {
-  for (Touch& touch : touches.at) {
-    std::swap(touch.p_WA, touch.p_WB);
-    touch.normal_W = -touch.normal_W;
-  }
-  return touches;
-}
-
 bool is_flat(const ColliderPart& part) {
   return !part.primitive || part.primitive->kind == Primitive::Kind::kBox;
 }

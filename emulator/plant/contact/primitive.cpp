@@ -392,6 +392,12 @@ Touches cylinder_on_box(const Primitive& a, const btTransform& X_WA, const Primi
   return touches.count > 0 ? touches : on_edge(a, X_WA, b, X_WB, reach);
 }
 
+bool is_swept_sphere(const Primitive& primitive) {
+  return primitive.kind == Primitive::Kind::kSphere || primitive.kind == Primitive::Kind::kCapsule;
+}
+
+}  // namespace
+
 Touches swapped(Touches touches) {
   for (int i = 0; i < touches.count; ++i) {
     Touch& touch = touches.at[static_cast<std::size_t>(i)];
@@ -400,12 +406,6 @@ Touches swapped(Touches touches) {
   }
   return touches;
 }
-
-bool is_swept_sphere(const Primitive& primitive) {
-  return primitive.kind == Primitive::Kind::kSphere || primitive.kind == Primitive::Kind::kCapsule;
-}
-
-}  // namespace
 
 std::optional<Primitive> primitive_of(const LinkGeometry& geometry) {
   return std::visit(MakePrimitive{}, geometry.shape);

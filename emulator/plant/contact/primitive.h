@@ -50,6 +50,9 @@ struct Touches {
   [[nodiscard]] const Touch* end() const { return at.data() + count; }
 };
 
+/// The same with A and B the other way round.
+[[nodiscard]] Touches swapped(Touches touches);
+
 /// Whether `touches_of` knows the pair: all of spheres and capsules, and boxes with boxes or cylinders.
 [[nodiscard]] bool has_closed_form(const Primitive& a, const Primitive& b);
 
@@ -64,8 +67,9 @@ struct Touches {
 /// Where a mesh's convex hull, solid A, lies on that face of a box, B, which its side `towards_W` (unit
 /// vector, from the box to the hull, as the least overlap has it) is nearest to: the deepest of the points at
 /// which its lower edges end over the face or leave it, and at which the face's corners meet it, up to
-/// `reach` (m) above the face. Of a round thing's facets so many as a soft pad has sunk in to. None where
-/// `towards_W` is more than 26 degrees beside the face's normal: there an edge or a corner meets it.
+/// `reach` (m) above the face. Of a round thing's facets, as many as have sunk into a soft pad, up to
+/// `Touches::kMost`. None where `towards_W` is more than 26 degrees beside the face's normal: there an edge
+/// or a corner meets it.
 [[nodiscard]] Touches mesh_on_box(const btConvexPolyhedron& hull, const btTransform& X_WA,
                                   const Primitive& box, const btTransform& X_WB, const btVector3& towards_W,
                                   double reach);
