@@ -13,6 +13,7 @@
 #include "apps/emulate/fault_socket.h"
 #include "apps/emulate/free_run.h"
 #include "apps/emulate/gateway_set.h"
+#include "apps/emulate/interface_kind.h"
 #include "apps/shared/commands.h"
 #include "apps/shared/data_directory.h"
 #include "apps/shared/exit_code.h"
@@ -173,13 +174,13 @@ void require_plan(const std::string& plan) {
 void require_virtual(const Emulation& emulation, const EmulateArguments& options) {
   if ((options.faults.empty() && !options.fault_socket) || options.faults_on_hardware) return;
   for (const BusSummary& bus : emulation.summary().buses) {
-    const std::filesystem::path hardware =
-        std::filesystem::path("/sys/class/net") / bus.interface_name / "device";
-    if (bus.interface_name.empty() || !std::filesystem::exists(hardware)) continue;
+    if (bus.interface_name.empty()) continue;
+    const std::string kind = interface_kind(bus.interface_name);
+    if (kind == "vcan" || kind == "vxcan") continue;
     throw std::runtime_error(
-        fmt::format("--can {}={}: a real interface, expected a virtual one to inject faults on, or "
+        fmt::format("--can {}={}: an interface of kind \"{}\", expected vcan or vxcan to inject faults on, or "
                     "--faults-on-hardware",
-                    bus.name, bus.interface_name));
+                    bus.name, bus.interface_name, kind));
   }
 }
 

@@ -110,22 +110,6 @@ def killed_master_and_the_drives_stop(robot):
     return f"EMCY 8130h {min(lost.values())} to {max(lost.values())} cycles after the last heartbeat; by TPDO1: {told}"
 
 
-def states_after(robot, cycles=40):
-    """NMT states that the arm's nodes tell in their heartbeats, while SYNCs of the test move the time on."""
-    buses = [Bus(f"vcan{at}", filters=[]) for at in range(5)]
-    told = {}
-    for _ in range(cycles):
-        for bus in buses:
-            bus.send(0x080)
-        while (frame := robot.arm.receive(0.05)) is not None:
-            robot.note(frame)
-            if frame.id & 0x780 == 0x700 and frame.id != 0x700 + MASTER and frame.data != b"\0":
-                told[frame.id & 0x7F] = frame.data[0]
-    for bus in buses:
-        bus.close()
-    return told
-
-
 @test(seconds=240)
 @with_robot
 def ctrl_c_stops_drives_and_nodes(robot):
@@ -141,20 +125,20 @@ def ctrl_c_stops_drives_and_nodes(robot):
     equal((sent[-1].id, sent[-1].data), (0x000, b"\x02\0"), "last command on the bus, NMT stop to all")
     quick_stop = struct.unpack_from("<H", sent[-2].data)[0]
     equal((sent[-2].id, quick_stop & 0x86), (0x200 + 13, 0x02), "controlword before it, quick stop")
-    states = states_after(robot)
+    states = robot.states_after()
     equal(states, dict.fromkeys((*RIGHT_ARM, 18), 0x04), "NMT states told by heartbeats")
     for node in RIGHT_ARM:
         that(drive.state(robot.words[node]) in ("operation enabled", "quick stop active", "switch on disabled"),
              f"node {node} in state {drive.state(robot.words[node])}")
     with Bus("vcan1") as bus:  # awake again: the torque is off
         bus.send(0x000, b"\x80\0")
-        states_after(robot, 2)
+        robot.states_after(2)
         for node in RIGHT_ARM:
             equal(drive.state(Sdo(bus, node).u16(0x6041)), "switch on disabled", f"state of drive {node}")
 
 
 def nodes_are_stopped(robot):
-    states = states_after(robot)
+    states = robot.states_after()
     that(all(state == 0x04 for state in states.values()), f"NMT states told by heartbeats: {states}")
 
 

@@ -9,6 +9,7 @@ RTR, EFF, ERR = 0x40000000, 0x80000000, 0x20000000
 MTU, FD_MTU = 16, 72
 BRS = 1
 SO_TIMESTAMPNS, SO_RCVBUFFORCE, SO_RXQ_OVFL = 35, 33, 40
+CAN_RAW_ERR_FILTER = 2
 
 #: time in s (the kernel's stamp), id without flags, data, remote frame, error frame, FD frame
 Frame = collections.namedtuple("Frame", "time id data rtr error fd")
@@ -34,7 +35,7 @@ class Bus:
         if fd:
             self.socket.setsockopt(socket.SOL_CAN_RAW, socket.CAN_RAW_FD_FRAMES, 1)
         if errors:
-            self.socket.setsockopt(socket.SOL_CAN_RAW, socket.CAN_RAW_ERR_FILTER, 0x1FFFFFFF)
+            self.socket.setsockopt(socket.SOL_CAN_RAW, CAN_RAW_ERR_FILTER, 0x1FFFFFFF)
         if filters is not None:
             packed = b"".join(struct.pack("=II", can_id, mask) for can_id, mask in filters)
             self.socket.setsockopt(socket.SOL_CAN_RAW, socket.CAN_RAW_FILTER, packed)
