@@ -135,6 +135,26 @@ std::vector<Case> cases() {
        {"pdo-frozen", "r_arm_ft"},
        Seen{FaultKind::kDataStale, "r_arm_ft", 30ms},
        Seen{FaultKind::kDataStale, "r_arm_ft", 30ms}},
+      {"FrozenHand",
+       {"pdo-frozen", "r_handj_synergy"},
+       Seen{FaultKind::kDataStale, "r_handj_synergy", 250ms},
+       Seen{FaultKind::kDataStale, "r_handj_synergy", 250ms}},
+      {"FrozenKnee",
+       {"pdo-frozen", "RKneeSag"},
+       Seen{FaultKind::kDataStale, "RKneeSag", 250ms},
+       Seen{FaultKind::kDataStale, "RKneeSag", 250ms}},
+      {"FrozenWaist",
+       {"pdo-frozen", "WaistYaw"},
+       Seen{FaultKind::kDataStale, "WaistYaw", 250ms},
+       Seen{FaultKind::kDataStale, "WaistYaw", 250ms}},
+      {"FrozenAnkle",
+       {"pdo-frozen", "r_leg_ft"},
+       Seen{FaultKind::kDataStale, "r_leg_ft", 30ms},
+       Seen{FaultKind::kDataStale, "r_leg_ft", 30ms}},
+      {"FrozenInertialUnit",
+       {"pdo-frozen", "imu_link"},
+       Seen{FaultKind::kDataStale, "imu_link", 30ms},
+       Seen{FaultKind::kDataStale, "imu_link", 30ms}},
       {"MotorEncoderJump", {"encoder-offset", "RElbj", "offset=0.05", "side=0"}, jump, jump_too},
       {"LinkEncoderJump", {"encoder-offset", "RElbj", "offset=0.05", "side=1"}, jump, jump_too},
       {"MotorEncoderStuck", {"encoder-stuck", "RElbj", "side=0"}, nothing, astray},
@@ -148,6 +168,7 @@ std::vector<Case> cases() {
       {"TorqueLoss", {"torque-loss", "RElbj"}, Seen{FaultKind::kNotFollowing, "RElbj", 150ms}, astray},
       {"LockedJoint", {"joint-locked", "RElbj"}, nothing, astray},
       {"DraggingBrake", {"brake-drag", "RElbj", "torque=20"}, nothing, nothing},
+      {"BrakeThatHolds", {"brake-drag", "RElbj", "torque=200"}, nothing, astray},
       {"Runaway", {"runaway", "RElbj"}, astray, astray},
       {"Backlash", {"backlash", "RElbj"}, nothing, nothing},
       {"OverCurrent", {"overcurrent-trip", "RElbj"}, emergency, emergency_too},
@@ -167,12 +188,17 @@ TEST_P(InjectedFault, IsSeenOnTheRightDeviceInItsTime) {
     SCOPED_TRACE(moving ? "in motion" : "in rest");
     BreakableRobot rig(moving);
     ASSERT_FALSE(rig.robot->fault()) << rig.robot->fault()->text;
+    ASSERT_THAT(rig.warnings, testing::IsEmpty()) << "without the fault";
     rig.emulator->inject(faults::parse_fault(one.words));
     const Time took = rig.run(2s);
     const auto& seen = moving ? one.in_motion : one.in_rest;
     const auto& fault = rig.robot->fault();
     EXPECT_EQ(fault.has_value(), seen.has_value()) << (fault ? fault->text : "nothing was seen");
-    EXPECT_EQ(rig.emulator->injections().front().times, 1);
+    const faults::InjectionState& injected = rig.emulator->injections().front();
+    EXPECT_EQ(injected.times, 1);
+    if (injected.injection.kind->target == faults::Target::kFrames) {
+      EXPECT_GT(injected.touched, 0U);
+    }
     if (!seen || !fault) {
       EXPECT_LT(rig.farthest_astray(), kMasked) << "nothing is to be seen, and something is";
       continue;
@@ -215,9 +241,11 @@ TEST(InjectedBitFlips, EndInAFaultOfTheirDevice) {
     faults::Injection flips = faults::parse_fault({"payload-bitflip", "RElbj", "share=0.2"});
     flips.seed = seed;
     rig.emulator->inject(flips);
-    rig.run(2s);
+    EXPECT_LE(rig.run(2s), 250ms);
     ASSERT_TRUE(rig.robot->fault()) << seed;
     EXPECT_EQ(rig.robot->fault()->device, "RElbj") << rig.robot->fault()->text;
+    EXPECT_LT(rig.swing_after_stop(), kStill);
+    EXPECT_TRUE(rig.on_brakes());
   }
 }
 
@@ -328,6 +356,24 @@ TEST(InjectedUnderVoltage, OfABusIsItsSupplys) {
   EXPECT_THAT(rig.robot->fault()->text,
               testing::AllOf(testing::HasSubstr("devices sent emergency 3220h at once"),
                              testing::HasSubstr("supplied")));
+}
+
+/// However many there are of it.
+TEST(InjectedEmergencyStorm, IsToldOnce) {
+  BreakableRobot rig(false);
+  rig.emulator->inject(faults::parse_fault({"emergency-storm", "RElbj", "code=8192"}));
+  rig.run(100ms);
+  ASSERT_TRUE(rig.robot->fault());
+  const std::string told = rig.robot->fault()->text;
+  for (int i = 0; i < 100; ++i) {
+    rig.robot->sync(rig.emulator->now());
+    rig.emulator->advance(rig.emulator->now() + BreakableRobot::kCycle);
+    static_cast<void>(rig.robot->read(rig.emulator->now()));
+    for (const std::string& warning : rig.robot->new_warnings()) rig.warnings.push_back(warning);
+  }
+  EXPECT_GT(rig.emulator->injections().front().touched, 100U);
+  EXPECT_EQ(rig.robot->fault()->text, told);
+  EXPECT_LE(rig.warnings.size(), 1U);
 }
 
 /// The statusword's warning bit comes before the emergency.

@@ -94,6 +94,25 @@ TEST(InjectedCompliance, LetsTheSpringGiveByItsLoadOverItsStiffness) {
   EXPECT_NEAR((quarter - half) / (half - sound), 2, 0.1);
 }
 
+/// A loaded transmission lies at one end of its play: half of it is what the link gives way by.
+TEST(InjectedBacklash, LetsTheLinkGiveByHalfOfThePlay) {
+  BreakableRobot rig(false);
+  const auto names = rig.robot->joint_names();
+  const auto shoulder =
+      static_cast<std::size_t>(std::find(names.begin(), names.end(), "RShLat") - names.begin());
+  const int link = rig.model.joint_index("RShLat");
+  const auto given = [&] {
+    rig.run(3s);
+    return rig.motors()[shoulder] - rig.emulator->plant().joint_position(link);
+  };
+  const double sound = given();
+  rig.emulator->inject(faults::parse_fault({"backlash", "RShLat", "play=0.04"}));
+  EXPECT_NEAR(std::abs(given() - sound), 0.02, 0.002);
+  EXPECT_FALSE(rig.robot->fault()) << rig.robot->fault()->text;
+  EXPECT_TRUE(rig.emulator->clear_fault("RShLat-backlash"));
+  EXPECT_NEAR(given(), sound, 1e-3);
+}
+
 TEST(InjectedTorqueDropout, ReadsZeroAndComesBack) {
   BreakableRobot rig(false);
   const auto names = rig.robot->joint_names();
