@@ -9,6 +9,8 @@ are taken from the first campaign, for they take most of the time.
 import json
 import os
 import random
+import re
+import shlex
 import shutil
 import signal
 import socket
@@ -101,15 +103,17 @@ def report_without_place(folder):
     return (folder / "report.json").read_text().replace(str(folder), "FOLDER")
 
 
-def from_the_start(plan, folder):
-    """Each run, begun again at power-on, is what its fork was."""
+def from_the_start(folder):
+    """Each run, begun again at power-on by the command that the report has for it, is what its fork was."""
+    replays = {one["run"]: one["replay"] for one in json.loads((folder / "report.json").read_text())["runs"]}
     for number in range(1, RUNS + 1):
         record = json.loads((folder / f"runs/{number:06}/record.json").read_text())
         if record["observation"] is None:
             check(record["class"] == "not-activated" and record["phase"] == "lift 9", f"run {number}: {record['class']}")
             continue
-        fresh = run("experiment", "--scene", str(plan.parent / "short.yaml"), "--seed", "3", "--json", "--faults",
-                    str(folder / f"runs/{number:06}/fault.yaml"), "--out", str(folder.parent / "fresh"))
+        words = shlex.split(replays[number])
+        check(words[0] == "walkman-hil", replays[number])
+        fresh = run(*words[1:], "--json", "--out", str(folder.parent / "fresh"))
         result = json.loads(fresh.stdout)["repetitions"][0]
         check(record["observation"]["result"] == result, f"run {number} from the start: {record['observation']['result']} {result}")
 
@@ -131,6 +135,10 @@ def classes(folder):
     check(report["all"]["runs"] == RUNS and report["golden"]["done"] == 1, "the report has all of it")
     check(report["golden"]["alarmed"]["k"] == 0, f"false alarms: {report['golden']['false_alarms']}")
     check(sum(group["runs"] for group in report["cells"]) == RUNS, "every run is in a cell")
+    heat = re.search(r"<table class='heat'>.*?</table>", (folder / "report.html").read_text(), re.S)[0]
+    filled = [cell for cell in re.findall(r"<td[^>]*>[^<]+", heat.replace("\n", "")) if ">" in cell]
+    faults = {group["fault"] for group in report["cells"]}
+    check(len(filled) == len(report["cells"]) + len(faults), f"a heat map of {len(report['cells'])} cells: {heat}")
 
 
 def begun(whole, out):
@@ -142,12 +150,13 @@ def begun(whole, out):
         shutil.copy(whole / name, out)
 
 
-def killed_and_gone_on_with(engine, plan, whole, out, moment, environment=None):
+def killed_and_gone_on_with(engine, plan, whole, out, draw, environment=None):
     begun(whole, out)
+    enough, moment = len(LONG_RUNS) + draw.randint(1, 2), draw.uniform(0, 0.1)
     options = [PROGRAM, "campaign", "run", str(plan), "--out", str(out), "--engine", engine, "--jobs", "2"]
     process = subprocess.Popen(options, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env=environment)
     limit = time.monotonic() + 120
-    while len(list(out.glob("runs/*/record.json"))) <= len(LONG_RUNS) and time.monotonic() < limit and process.poll() is None:
+    while len(list(out.glob("runs/*/record.json"))) < enough and time.monotonic() < limit and process.poll() is None:
         time.sleep(0.02)
     time.sleep(moment)
     process.send_signal(signal.SIGKILL)
@@ -156,10 +165,10 @@ def killed_and_gone_on_with(engine, plan, whole, out, moment, environment=None):
     done = subprocess.run(options, capture_output=True, text=True, check=False, env=environment)
     log = (out / "engine.log").read_text() if (out / "engine.log").exists() else ""
     check(done.returncode == 0, f"{engine}: {done.returncode} {done.stderr} {log}")
-    check(len(LONG_RUNS) < before <= RUNS, f"{engine}: {before} runs were done when it was killed")
+    check(enough <= before < RUNS, f"{engine}: {before} runs were done when it was killed")
     ours, theirs = contents(out), contents(whole)
     different = [name for name in set(ours) | set(theirs) if ours.get(name) != theirs.get(name)]
-    check(not different, f"{engine}, killed {moment:.3f} s after its first run, {before} done: {different} are others")
+    check(not different, f"{engine}, killed {moment:.3f} s after run {enough}, {before} done: {different} are others")
     nothing_left_of(out)
     check(report_without_place(out) == report_without_place(whole), f"{engine}: the report is another")
 
@@ -291,16 +300,16 @@ def main():
         if done.returncode != 0:
             end()
         classes(whole)
-        from_the_start(plan, whole)
+        from_the_start(whole)
         refusals(folder, plan, whole)
         limited(folder, whole)
         interrupted(plan, whole, folder / "interrupted")
         for engine in ("local", "parallel"):
-            killed_and_gone_on_with(engine, plan, whole, folder / engine, draw.uniform(0, 2))
+            killed_and_gone_on_with(engine, plan, whole, folder / engine, draw)
         (folder / "cluster").mkdir()
         cluster = Cluster(folder / "cluster")
         try:
-            killed_and_gone_on_with("slurm", plan, whole, folder / "slurm", draw.uniform(0, 2), cluster.environment)
+            killed_and_gone_on_with("slurm", plan, whole, folder / "slurm", draw, cluster.environment)
             queue = cluster.ask("squeue", "-h")
             check(not queue.strip(), f"jobs are left: {queue}")
         finally:
