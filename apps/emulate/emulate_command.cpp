@@ -177,10 +177,10 @@ void require_virtual(const Emulation& emulation, const EmulateArguments& options
     if (bus.interface_name.empty()) continue;
     const std::string kind = interface_kind(bus.interface_name);
     if (kind == "vcan" || kind == "vxcan") continue;
-    throw std::runtime_error(
-        fmt::format("--can {}={}: an interface of kind \"{}\", expected vcan or vxcan to inject faults on, or "
-                    "--faults-on-hardware",
-                    bus.name, bus.interface_name, kind));
+    throw std::runtime_error(fmt::format(
+        "--can {}={}: an interface of kind \"{}\", expected vcan or vxcan to inject faults on, or "
+        "--faults-on-hardware",
+        bus.name, bus.interface_name, kind));
   }
 }
 

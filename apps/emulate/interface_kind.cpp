@@ -43,8 +43,7 @@ Bytes attribute(Bytes attributes, int type) {
 
 std::string interface_kind(const std::string& name) {
   const auto fail = [&](const char* what) -> std::runtime_error {
-    return std::runtime_error(
-        fmt::format("{}: {}: {}", name, what, std::generic_category().message(errno)));
+    return std::runtime_error(fmt::format("{}: {}: {}", name, what, std::generic_category().message(errno)));
   };
   struct {
     nlmsghdr head{};
