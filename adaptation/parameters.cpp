@@ -149,6 +149,7 @@ Section<StageTwoParameters> stage_two_section() {
            {"close_time", &P::close_time, kShort, kTime},
            {"hold_time", &P::hold_time, 0, kTime},
            {"grip_torque", &P::grip_torque, 0, 1},
+           {"touch_force", &P::touch_force, 0, 1000},
            {"empty_closure", &P::empty_closure, 0, 1},
            {"travel_speed", &P::travel_speed, kSlow, 1},
            {"approach_speed", &P::approach_speed, kSlow, 1},

@@ -89,6 +89,7 @@ struct StageTwoParameters {
   double close_time = 1.2;
   double hold_time = 0.6;       ///< after closing or opening
   double grip_torque = 1.0;     ///< share of the hand motor's rated torque
+  double touch_force = 20;      ///< N beside the weight of an empty hand: more is a touch
   double empty_closure = 0.97;  ///< share of the motor's travel beyond which the hand has closed on nothing
 
   double travel_speed = 0.30;    ///< m/s, free motion

@@ -33,6 +33,7 @@ constexpr double kFarthestEnd = 1.0;  // m beside the hand, of an object that go
 constexpr double kClosingTurn = 0.1, kSoftest = 0.1, kFarthestTurned = std::numbers::pi / 2;
 constexpr double kTurnStep = 0.05;  // rad
 constexpr std::string_view kNotFree = "the object turns in the hand or still rests on something";
+constexpr int kTouchedCycles = 3;    // in a row: one may be a frame with a wrong bit
 constexpr double kOpenTorque = 0.2;  // share of rated: enough to let the ligaments open the hand
 
 Eigen::Quaterniond about_handle(double angle) {
@@ -101,6 +102,19 @@ void Manipulator::cycle() {
   }
   session_.tick(motion_->step(session_.period()));
   if (lifting_) require_strength();
+  if (feeling_) require_untouched();
+}
+
+void Manipulator::require_untouched() {
+  if (tared_recoveries_ != session_.recoveries()) return;  // a sensor that booted anew has another residual
+  const double force = scale_.object_load().force.norm();
+  touched_for_ = force > parameters_.touch_force ? touched_for_ + 1 : 0;
+  if (touched_for_ < kTouchedCycles) return;
+  touched_for_ = 0;
+  throw WayBlocked(fmt::format(
+      "at the wrist of the empty {} hand there are {:.1f} N beside its weight, expected at most {:g}: "
+      "it meets something that was not seen, or the sensor is wrong",
+      session_.hand().name, force, parameters_.touch_force));
 }
 
 void Manipulator::require_strength() const {
@@ -161,7 +175,9 @@ void Manipulator::calibrate() {
     weigh_empty(turned(-turn, R_HS.col(2)));
     weigh_empty(roomier(turned(turn, R_HS.col(0)), turned(-turn, R_HS.col(0))));
     weigh_empty(turned(turn, R_HS.col(2)));
-    weigh_empty(X_TH_start_);
+    move_to(X_TH_start_, parameters_.travel_speed);
+    tared_recoveries_ = session_.recoveries();
+    scale_.tare(add_empty(parameters_.pose_time));
   } while (session_.recoveries() != recoveries);
   motion_->keep_posture(false);
   scale_.require_sound();
@@ -265,6 +281,7 @@ bool Manipulator::follow(const Route& route, const motion::MotionLimits& bounds)
 }
 
 void Manipulator::retreat() {
+  feeling_ = false;
   const auto go = [&](const Eigen::Isometry3d& X_TH) {
     try {
       move_to(X_TH, parameters_.travel_speed);
@@ -291,6 +308,7 @@ void Manipulator::return_to_start() {
 
 void Manipulator::approach(const std::vector<Eigen::Isometry3d>& way) {
   session_.set_grip(0, kOpenTorque);
+  feeling_ = true;
   way_.clear();
   for (const Eigen::Isometry3d& X_TH : way) {
     move_to(X_TH, parameters_.travel_speed);
@@ -349,6 +367,7 @@ void Manipulator::grasp(double radius, const Eigen::AlignedBox3d& object_H) {
   object_H_.max().x() = std::min(object_H.max().x(), kFarthestEnd);
   p_HAxis_ = handle_axis(radius, parameters_);
   session_.set_holding(true);
+  feeling_ = false;
   for_seconds(parameters_.close_time,
               [&](double share) { session_.set_grip(share, parameters_.grip_torque); });
   hold(parameters_.hold_time);

@@ -38,12 +38,14 @@ class Manipulator {
   /// Moves back the way it came and on to where it started, out of the camera's view, or over it; as far as
   /// that goes. Where it started, its arm, torso and legs go back to how they were then, as far as that goes.
   void retreat();
-  /// Through the poses `way`, the last of them over the grasp, with the hand open. Throws WayBlocked.
+  /// Through the poses `way`, the last of them over the grasp, with the hand open. Throws WayBlocked, also
+  /// for what the hand meets.
   void approach(const std::vector<Eigen::Isometry3d>& way);
   /// Averages in the air, with the hand empty: the sensor's residual.
   void tare();
   /// Down to where the hand closes, open. Friction and give of the drives leave a hand some mm beside its
-  /// reference: that is moved until the hand as the encoders have it is there.
+  /// reference: that is moved until the hand as the encoders have it is there. Throws WayBlocked for what it
+  /// meets.
   void descend(const Eigen::Isometry3d& X_TH);
   /// Straight up from the grasp to the height of the approach.
   void ascend();
@@ -108,6 +110,8 @@ class Manipulator {
   /// Throws Refused when the arm gives more than it can for good: its drives would fall back to that, and the
   /// arm sag, within seconds.
   void require_strength() const;
+  /// Throws WayBlocked when the wrist's sensor feels more than the weight of the empty hand.
+  void require_untouched();
   /// The same of where a route leads, by the load that the hand carries.
   void require_strength_for(const Route& route) const;
   /// Throws WayBlocked.
@@ -147,6 +151,8 @@ class Manipulator {
   motion::Stabiliser stabiliser_;
   motion::TwistDamper twist_damper_;
   int stabilised_recoveries_ = 0, tared_recoveries_ = 0;
+  bool feeling_ = false;  // the hand is empty, and goes where only free space was seen
+  int touched_for_ = 0;   // cycles
   bool lifting_ = false;  // the motors' limits count: until the load has been weighed turned
   double longer_ = 1;     // means are taken, of a hand that did not come to rest as soon as others do
   WristScale scale_;

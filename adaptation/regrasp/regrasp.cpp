@@ -26,10 +26,8 @@ constexpr double kAtBorder = 0.03, kInView = 0.09;  // rad from the image's bord
 constexpr double kFarthestTurn = 1.0;               // rad, for what may be anywhere
 constexpr std::size_t kMostPlans = 3;
 constexpr int kEnoughTries = 2;
-constexpr int kMostGivenUp = 2;     // lifts in a row
-constexpr double kMostLeft = 0.05;  // of the first displacement; the paper's regrasps leave less (table 1)
-constexpr double kSignificant = 2;  // deviations of what is not chance
-constexpr double kAnyLength = 10;   // m, more than a hand holds
+constexpr int kMostGivenUp = 2;    // lifts in a row
+constexpr double kAnyLength = 10;  // m, more than a hand holds
 // How an object may move in the hand from before it closes to after the lift. A bar is drawn into the palm by
 // 2 cm, and the pads let it tilt by 0.11 rad under the most a hand holds, 3.4 N·m.
 constexpr double kMostMoved = 0.04;      // m
@@ -63,18 +61,6 @@ double deviation_of_displacement(const Eigen::Matrix4d& covariance, const Eigen:
   if (level < 1e-9) return kAnyLength;
   const Eigen::Vector4d slope(-right_T.y() / level, right_T.x() / level, 0, -weighing.displacement);
   return std::sqrt(std::max(0.0, slope.dot(covariance * slope))) / weighing.f_g;
-}
-
-/// Whether a regrasp that came near left more of the first torque than regrasps do when they meet their
-/// place, and that is not the weighing's own error, nor little beside what no place along the handle takes
-/// away.
-bool worth_another(const std::vector<Weighing>& weighings, double torque_threshold) {
-  const Weighing &first = weighings.front(), &last = weighings.back();
-  const double off = std::abs(last.displacement);
-  const double gain = std::abs(last.torque) - std::abs(last.torque_about_handle);
-  return weighings.size() > 1 && off * last.f_g > torque_threshold &&
-         off > kMostLeft * std::abs(first.displacement) && off > kSignificant * last.displacement_deviation &&
-         gain > std::max(torque_threshold, kMostLeft * std::abs(first.torque)) / 2;
 }
 
 /// A point for the middle of the image, in C, so that it has more of an object that its border cuts: the end
@@ -137,7 +123,7 @@ struct Regrasp::Impl {
   [[nodiscard]] Weighing weigh_other_load();
   /// Why the last of `weighings`, all of one load, is the end; none when a regrasp follows. `nearest`: the
   /// grasp was the nearest that the handles allow.
-  [[nodiscard]] std::optional<Ending> ending(const std::vector<Weighing>& weighings, bool nearest) const;
+
   /// Lowers the object and throws RunStopped when the best place there is has no less torque than the first.
   void require_gain(const Weighing& first, const Weighing& last, const PlannedGrasp& grasp);
   /// What keeps the hands from where the torque would be less by more than d_thres; empty when nothing.
@@ -527,23 +513,6 @@ GraspPlanner::Cost Regrasp::Impl::least_torque(const wrench::ComLine& line_H,
   };
 }
 
-std::optional<Ending> Regrasp::Impl::ending(const std::vector<Weighing>& weighings, bool nearest) const {
-  const StageTwoParameters& limits = parameters.stage_two;
-  const Weighing& weighing = weighings.back();
-  const double torque = std::abs(weighing.torque), off = std::abs(weighing.displacement);
-  if (torque <= limits.torque_threshold) return Ending::kMinimumTorque;
-  const bool last = static_cast<int>(weighings.size()) > limits.max_regrasps;
-  if (off <= limits.displacement_threshold && !last && worth_another(weighings, limits.torque_threshold))
-    return std::nullopt;
-  // What the weighing's own errors can make is no reason to grasp anew.
-  if (torque <= kSignificant * weighing.torque_deviation) return Ending::kMinimumTorque;
-  if (off <= std::max(limits.displacement_threshold, kSignificant * weighing.displacement_deviation))
-    return Ending::kMinimumDisplacement;
-  if (nearest) return Ending::kMinimumDisplacement;
-  if (last) return Ending::kRegraspLimit;
-  return std::nullopt;
-}
-
 std::string Regrasp::Impl::hindrance(const PlannedGrasp& grasp) const {
   if (grasp.cost <= grasp.least_cost + parameters.stage_two.displacement_threshold) return "";
   return fmt::format(
@@ -567,18 +536,6 @@ Regrasp::Regrasp(const KnownRobot& known, robot::Robot& robot, robot::Cycle& cyc
     : impl_(std::make_unique<Impl>(known, robot, cycle, camera, parameters, observer, thinking)) {}
 
 Regrasp::~Regrasp() = default;
-
-std::string_view to_string(Ending ending) {
-  switch (ending) {
-    case Ending::kMinimumTorque:
-      return "minimum torque";
-    case Ending::kMinimumDisplacement:
-      return "minimum displacement";
-    case Ending::kRegraspLimit:
-      return "regrasp limit";
-  }
-  return "unknown";
-}
 
 Report Regrasp::run() {
   Impl& r = *impl_;
@@ -656,7 +613,7 @@ Report Regrasp::run() {
     while (true) {
       report.weighings.push_back(weighing);
       same.push_back(weighing);
-      const auto ending = r.ending(same, nearest);
+      const auto ending = ending_after(same, nearest, limits);
       if (!ending) break;
       r.session.enter(Phase::kWatch);
       if (!r.manipulator.watch()) {

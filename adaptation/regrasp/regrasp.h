@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "adaptation/parameters.h"
+#include "adaptation/regrasp/ending.h"
 #include "adaptation/regrasp/observer.h"
 #include "drivers/robot/cycle.h"
 #include "drivers/robot/robot.h"
@@ -18,17 +19,6 @@ enum class Thinking {
   kBetweenCycles,  ///< nothing: the clock stands still meanwhile, as under emulation in lock-step
   kWhileHolding,   ///< it holds its posture, cycle by cycle; the evaluation has a thread of its own
 };
-
-/// Why the loop ended (paper, sec. 3.2, step II.9).
-enum class Ending {
-  kMinimumTorque,        ///< |τ| ≤ τ_thres, or no more than two of its standard deviations
-  kMinimumDisplacement,  ///< no place nearer to the CoM line by more than d_thres, or than two deviations of
-                         ///< d
-  kRegraspLimit,         ///< still off after the last allowed regrasp
-};
-
-/// "minimum torque" and so on.
-[[nodiscard]] std::string_view to_string(Ending ending);
 
 struct Report {
   std::vector<Weighing> weighings;  ///< one per lift, and one more when the load changed in the hand
