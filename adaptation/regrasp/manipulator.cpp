@@ -33,6 +33,8 @@ constexpr double kFarthestEnd = 1.0;  // m beside the hand, of an object that go
 constexpr double kClosingTurn = 0.1, kSoftest = 0.1, kFarthestTurned = std::numbers::pi / 2;
 constexpr double kTurnStep = 0.05;  // rad
 constexpr std::string_view kNotFree = "the object turns in the hand or still rests on something";
+// What is met so near to the grasp, m, is the object itself: the camera has it to some mm.
+constexpr double kAtObject = 0.01;
 constexpr int kTouchedCycles = 3;    // in a row: one may be a frame with a wrong bit
 constexpr double kOpenTorque = 0.2;  // share of rated: enough to let the ligaments open the hand
 
@@ -107,6 +109,7 @@ void Manipulator::cycle() {
 
 void Manipulator::require_untouched() {
   if (tared_recoveries_ != session_.recoveries()) return;  // a sensor that booted anew has another residual
+  if (p_TGrasp_ && (session_.X_TH().translation() - *p_TGrasp_).norm() < kAtObject) return;
   const double force = scale_.object_load().force.norm();
   touched_for_ = force > parameters_.touch_force ? touched_for_ + 1 : 0;
   if (touched_for_ < kTouchedCycles) return;
@@ -309,6 +312,7 @@ void Manipulator::return_to_start() {
 void Manipulator::approach(const std::vector<Eigen::Isometry3d>& way) {
   session_.set_grip(0, kOpenTorque);
   feeling_ = true;
+  p_TGrasp_.reset();
   way_.clear();
   for (const Eigen::Isometry3d& X_TH : way) {
     move_to(X_TH, parameters_.travel_speed);
@@ -347,7 +351,9 @@ Eigen::Isometry3d Manipulator::reference_for(const Eigen::Isometry3d& X_TH) cons
 
 void Manipulator::descend(const Eigen::Isometry3d& X_TH) {
   const motion::MotionLimits slowly = limits(parameters_.approach_speed);
+  p_TGrasp_ = X_TH.translation();
   if (!go_straight(reference_for(X_TH), slowly)) move_to(X_TH, slowly);
+  feeling_ = false;  // the palm may lie on the object now
   for (int correction = 0; correction < kMostCorrections; ++correction) {
     settle();
     const Eigen::Isometry3d left = session_.X_TH().inverse() * X_TH;
@@ -367,7 +373,6 @@ void Manipulator::grasp(double radius, const Eigen::AlignedBox3d& object_H) {
   object_H_.max().x() = std::min(object_H.max().x(), kFarthestEnd);
   p_HAxis_ = handle_axis(radius, parameters_);
   session_.set_holding(true);
-  feeling_ = false;
   for_seconds(parameters_.close_time,
               [&](double share) { session_.set_grip(share, parameters_.grip_torque); });
   hold(parameters_.hold_time);

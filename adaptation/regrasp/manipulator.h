@@ -151,8 +151,9 @@ class Manipulator {
   motion::Stabiliser stabiliser_;
   motion::TwistDamper twist_damper_;
   int stabilised_recoveries_ = 0, tared_recoveries_ = 0;
-  bool feeling_ = false;  // the hand is empty, and goes where only free space was seen
-  int touched_for_ = 0;   // cycles
+  bool feeling_ = false;                     // the hand is empty, and goes where only free space was seen
+  int touched_for_ = 0;                      // cycles
+  std::optional<Eigen::Vector3d> p_TGrasp_;  // where it descends to
   bool lifting_ = false;  // the motors' limits count: until the load has been weighed turned
   double longer_ = 1;     // means are taken, of a hand that did not come to rest as soon as others do
   WristScale scale_;
