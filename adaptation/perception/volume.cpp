@@ -156,8 +156,8 @@ std::optional<Eigen::Vector3d> volume_centroid(std::span<const Eigen::Vector3f> 
     const double height = plane.n_C.dot(p_C) + plane.offset;
     fill_across(*nearest, p_C, kPerCell * cell, filled);
     if (height > lowest + cell) continue;
-    for (double down = kPerCell * cell; down < height; down += kPerCell * cell)
-      fill_across(*nearest, p_C - down * plane.n_C, kPerCell * cell, filled);
+    const double step = kPerCell * cell;
+    for (int i = 1; i * step < height; ++i) fill_across(*nearest, p_C - i * step * plane.n_C, step, filled);
   }
   return filled.centroid([&](const Eigen::Vector3d& p_C) {
     // Voxels stick out of what they are made for, all round.
