@@ -138,6 +138,7 @@ TEST(ParameterDefaults, ShippedFileHoldsEveryKeyOfStageTwoAtItsDefault) {
   EXPECT_EQ(file.close_time, code.close_time);
   EXPECT_EQ(file.hold_time, code.hold_time);
   EXPECT_EQ(file.grip_torque, code.grip_torque);
+  EXPECT_EQ(file.touch_force, code.touch_force);
   EXPECT_EQ(file.empty_closure, code.empty_closure);
   EXPECT_EQ(file.travel_speed, code.travel_speed);
   EXPECT_EQ(file.approach_speed, code.approach_speed);
@@ -147,7 +148,7 @@ TEST(ParameterDefaults, ShippedFileHoldsEveryKeyOfStageTwoAtItsDefault) {
   EXPECT_EQ(file.hanging_turn, code.hanging_turn);
   EXPECT_EQ(file.hanging_roll, code.hanging_roll);
   EXPECT_EQ(file.max_looks, code.max_looks);
-  EXPECT_EQ(YAML::LoadFile(shipped.string())["stage_two"].size(), 45U);
+  EXPECT_EQ(YAML::LoadFile(shipped.string())["stage_two"].size(), 46U);
 }
 
 TEST(ParameterDefaults, AreThePapersWhereItGivesThem) {
