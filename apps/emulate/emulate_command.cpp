@@ -13,7 +13,6 @@
 #include "apps/emulate/fault_socket.h"
 #include "apps/emulate/free_run.h"
 #include "apps/emulate/gateway_set.h"
-#include "apps/emulate/interface_kind.h"
 #include "apps/shared/commands.h"
 #include "apps/shared/data_directory.h"
 #include "apps/shared/exit_code.h"
@@ -170,20 +169,6 @@ void require_plan(const std::string& plan) {
   }
 }
 
-/// Faults are for emulated buses: what else is on a wire could be somebody's robot.
-void require_virtual(const Emulation& emulation, const EmulateArguments& options) {
-  if ((options.faults.empty() && !options.fault_socket) || options.faults_on_hardware) return;
-  for (const BusSummary& bus : emulation.summary().buses) {
-    if (bus.interface_name.empty()) continue;
-    const std::string kind = interface_kind(bus.interface_name);
-    if (kind == "vcan" || kind == "vxcan") continue;
-    throw std::runtime_error(fmt::format(
-        "--can {}={}: an interface of kind \"{}\", expected vcan or vxcan to inject faults on, or "
-        "--faults-on-hardware",
-        bus.name, bus.interface_name, kind));
-  }
-}
-
 int run_emulate(const EmulateArguments& options) {
   StopSignals signals;  // before any thread
   require_free_of_contradictions(options);
@@ -195,7 +180,8 @@ int run_emulate(const EmulateArguments& options) {
         "--lockstep: nobody could send SYNC, expected --can with at least one interface");
   }
   Emulation emulation(emulation_options(options));
-  require_virtual(emulation, options);
+  if ((!options.faults.empty() || options.fault_socket) && !options.faults_on_hardware)
+    require_virtual(emulation);
   const GatewaySet gateway_set(emulation, {options.socketcand, options.beacon, options.slcan});
   print_to_stderr(gateway_set.addresses());
   std::optional<FaultSocket> socket;

@@ -28,6 +28,11 @@ class FaultSocket {
   gateways::OwnedPath path_;
 };
 
+/// Faults are for emulated buses: what else is on a wire could be somebody's robot. Asks the kernel
+/// (rtnetlink) what the interfaces of `emulation` are, and throws std::runtime_error for one that is no vcan
+/// or vxcan, and when the kernel does not tell.
+void require_virtual(const Emulation& emulation);
+
 /// Sends a request and waits for its answer. Throws EnvironmentError when nobody answers, and
 /// std::runtime_error with what the emulation has against it.
 [[nodiscard]] std::string ask_emulator(const std::filesystem::path& path,

@@ -56,6 +56,10 @@ std::vector<Case> cases() {
   const auto [down, down_too] = both(FaultKind::kInterfaceDown, "can_rarm", 30ms);
   const auto [stopped, stopped_too] = both(FaultKind::kBusSilent, "can_rarm", 30ms);
   const auto [jump, jump_too] = both(FaultKind::kNotFinite, "RElbj", 15ms);
+  const auto frozen = [](const char* name, const char* device, Time within) {
+    const Seen seen{FaultKind::kDataStale, device, within};
+    return Case{name, {"pdo-frozen", device}, seen, seen};
+  };
   const Seen astray{FaultKind::kNotFollowing, "RElbj", 250ms};
   const std::optional<Seen> nothing;
   return {
@@ -131,30 +135,12 @@ std::vector<Case> cases() {
        Seen{FaultKind::kUnexpectedBootUp, "RElbj", 15ms}},
       {"PreOperational", {"nmt-preop-drop", "RElbj"}, stale, stale_too},
       {"FrozenDrive", {"pdo-frozen", "RElbj"}, stuck, stuck_too},
-      {"FrozenSensor",
-       {"pdo-frozen", "r_arm_ft"},
-       Seen{FaultKind::kDataStale, "r_arm_ft", 30ms},
-       Seen{FaultKind::kDataStale, "r_arm_ft", 30ms}},
-      {"FrozenHand",
-       {"pdo-frozen", "r_handj_synergy"},
-       Seen{FaultKind::kDataStale, "r_handj_synergy", 250ms},
-       Seen{FaultKind::kDataStale, "r_handj_synergy", 250ms}},
-      {"FrozenKnee",
-       {"pdo-frozen", "RKneeSag"},
-       Seen{FaultKind::kDataStale, "RKneeSag", 250ms},
-       Seen{FaultKind::kDataStale, "RKneeSag", 250ms}},
-      {"FrozenWaist",
-       {"pdo-frozen", "WaistYaw"},
-       Seen{FaultKind::kDataStale, "WaistYaw", 250ms},
-       Seen{FaultKind::kDataStale, "WaistYaw", 250ms}},
-      {"FrozenAnkle",
-       {"pdo-frozen", "r_leg_ft"},
-       Seen{FaultKind::kDataStale, "r_leg_ft", 30ms},
-       Seen{FaultKind::kDataStale, "r_leg_ft", 30ms}},
-      {"FrozenInertialUnit",
-       {"pdo-frozen", "imu_link"},
-       Seen{FaultKind::kDataStale, "imu_link", 30ms},
-       Seen{FaultKind::kDataStale, "imu_link", 30ms}},
+      frozen("FrozenSensor", "r_arm_ft", 30ms),
+      frozen("FrozenHand", "r_handj_synergy", 250ms),
+      frozen("FrozenKnee", "RKneeSag", 250ms),
+      frozen("FrozenWaist", "WaistYaw", 250ms),
+      frozen("FrozenAnkle", "r_leg_ft", 30ms),
+      frozen("FrozenInertialUnit", "imu_link", 30ms),
       {"MotorEncoderJump", {"encoder-offset", "RElbj", "offset=0.05", "side=0"}, jump, jump_too},
       {"LinkEncoderJump", {"encoder-offset", "RElbj", "offset=0.05", "side=1"}, jump, jump_too},
       {"MotorEncoderStuck", {"encoder-stuck", "RElbj", "side=0"}, nothing, astray},
