@@ -129,6 +129,7 @@ bool CanopenSlave::handle_booted(const can::Frame& frame) noexcept {
 
 void CanopenSlave::handle_remote(const can::Frame& frame) noexcept {
   if (frame.id != canopen::cob_id::error_control(node_id_)) {
+    before_sampling();
     for (auto& tpdo : tpdos_) tpdo->remote_request(frame.id, now_);
   } else if (!heartbeat_producer_.in_use() && guarding_.answer(state_, now_)) {
     master_found();
@@ -224,6 +225,7 @@ void CanopenSlave::advance(Time now) noexcept {
     raise(communication_error::kRpdoTimeout, error_register::kCommunication);
     on_connection_lost(communication_error::kRpdoTimeout);
   }
+  before_sampling();
   for (auto& tpdo : tpdos_) tpdo->advance(now_);
   watch_overrun();
   emergency_.advance(now_);

@@ -88,6 +88,8 @@ class CanopenSlave : public bus::Participant {
 
   /// A SYNC has come, in any state that listens to it; TPDOs are sampled and RPDOs take effect right after.
   virtual void on_sync() noexcept {}
+  /// TPDOs may be sampled right after, for another reason than SYNC.
+  virtual void before_sampling() noexcept {}
   /// The command source is lost: heartbeat or life guarding (8130h), RPDO deadline (8250h), or 0 for NMT
   /// stop, reset communication and bus-off.
   virtual void on_connection_lost(std::uint16_t /*error_code*/) noexcept {}

@@ -97,10 +97,25 @@ class PdoRecord {
     if (changed_) changed_();
   }
 
+  // What every frame and every SYNC asks for comes first: forty nodes are a lot of memory.
+  bool valid_ = false;
+  bool remote_allowed_ = false;
+  bool protects_ = false;
+  bool fd_ = false;
+  std::uint8_t type_value_ = 0;
+  std::uint8_t sync_start_value_ = 0;
+  std::uint32_t identifier_ = 0;
+  std::size_t count_ = 0;
+  std::size_t bytes_ = 0;
+  Time inhibit_time_{};
+  Time event_time_{};
+  Observer observer_;
+  std::array<MappedEntry, kMaxObjects> objects_{};
+
   ObjectDictionary& dictionary_;
   Direction direction_;
   std::uint16_t mapping_index_;
-  bool fd_ = false;
+  std::function<void()> changed_;
   Object<std::uint32_t> cob_id_;
   Object<std::uint8_t> type_;
   Object<std::uint16_t> inhibit_;
@@ -108,20 +123,6 @@ class PdoRecord {
   Object<std::uint8_t> sync_start_;
   Object<std::uint8_t> mapping_count_;
   std::array<Object<std::uint32_t>, kMaxObjects> mapping_;
-  std::function<void()> changed_;
-  Observer observer_;
-
-  bool valid_ = false;
-  bool remote_allowed_ = false;
-  std::uint32_t identifier_ = 0;
-  std::uint8_t type_value_ = 0;
-  std::uint8_t sync_start_value_ = 0;
-  Time inhibit_time_{};
-  Time event_time_{};
-  std::array<MappedEntry, kMaxObjects> objects_{};
-  std::size_t count_ = 0;
-  std::size_t bytes_ = 0;
-  bool protects_ = false;
 };
 
 }  // namespace walkman::nodes

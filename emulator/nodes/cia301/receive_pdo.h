@@ -48,12 +48,12 @@ class ReceivePdo {
   void restart() noexcept;
 
   ObjectDictionary& dictionary_;
-  PdoRecord record_;
+  Time deadline_ = Time::max();
   bool operational_ = false;
   bool waiting_ = false;  // for the next SYNC
+  PdoRecord record_;
   canopen::PdoGuard guard_;
   std::array<std::uint8_t, PdoRecord::kMaxBytes> data_{};
-  Time deadline_ = Time::max();
 };
 
 }  // namespace walkman::nodes

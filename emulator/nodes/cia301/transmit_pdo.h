@@ -45,16 +45,16 @@ class TransmitPdo {
   [[nodiscard]] bool running() const noexcept { return operational_ && record_.valid(); }
 
   Outbox& outbox_;
-  PdoRecord record_;
-  bool operational_ = false;
-  std::uint8_t count_ = 0;  // of the samples sent, for a protected one
-  int syncs_ = 0;           // since the last transmission
-  bool started_ = false;    // the SYNC with the start value has come
-  bool requested_ = false;  // waits for the end of the inhibit time
   Time allowed_from_{};
   Time event_due_ = Time::max();
-  can::Frame last_;    // sent; for type 252, sampled
-  bool sent_ = false;  // `last_` holds something
+  bool operational_ = false;
+  bool started_ = false;    // the SYNC with the start value has come
+  bool requested_ = false;  // waits for the end of the inhibit time
+  bool sent_ = false;       // `last_` holds something
+  std::uint8_t count_ = 0;  // of the samples sent, for a protected one
+  int syncs_ = 0;           // since the last transmission
+  PdoRecord record_;
+  can::Frame last_;  // sent; for type 252, sampled
 };
 
 }  // namespace walkman::nodes

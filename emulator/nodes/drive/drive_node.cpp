@@ -47,10 +47,6 @@ const DriveParameters& checked(const DriveParameters& p) {
   return p;
 }
 
-// Objects are published at least this often for event-driven PDOs; SDO and SYNC ask for the newest
-// themselves.
-constexpr double kPublishPeriod = 1e-3 - 1e-9;  // s
-
 bool finite(double value) noexcept { return std::abs(value) <= 1e9; }
 
 }  // namespace
@@ -293,13 +289,7 @@ double DriveNode::control(const ServoFeedback& feedback, double dt) noexcept {
   if (supervision_.causes() != 0) report_causes();
   torque_ = power_.powered() ? powered_step(dt) : unpowered_step();
   unpublished_ = true;
-  publish_clock_ += dt;
-  if (publish_clock_ >= kPublishPeriod) {
-    publish_clock_ = 0;
-    publish();
-  } else if (!ever_published_) {
-    publish();
-  }
+  if (!ever_published_) publish();
   update_statusword();
   return torque_;
 }

@@ -53,6 +53,7 @@ class DriveNode : public CanopenSlave {
 
  protected:
   void on_sync() noexcept override;
+  void before_sampling() noexcept override { publish(); }
   void on_connection_lost(std::uint16_t error_code) noexcept override;
   void on_reset() noexcept override;
 
@@ -114,7 +115,6 @@ class DriveNode : public CanopenSlave {
   bool halt_ = false;  // controlword bit 8
   bool torque_limited_ = false;
   bool speed_limited_ = false;
-  double publish_clock_ = 0;  // s
   bool unpublished_ = false;
   bool ever_published_ = false;
 };

@@ -1,6 +1,7 @@
 #include "emulator/plant/contact/collider_parts.h"
 
 #include <algorithm>
+#include <cmath>
 
 #include <btBulletCollisionCommon.h>
 
@@ -41,11 +42,13 @@ void ColliderParts::add(const ColliderPart& part) {
   box_middle_C_.push_back((high + low) / 2);
   box_half_.push_back((high - low) / 2);
   box_radius_.push_back(box_half_.back().length());
+  reach_ = std::max(reach_, (part.X_MC * box_middle_C_.back()).length() + box_radius_.back());
   placed_.emplace_back();
 }
 
 void ColliderParts::hang_on(btCollisionObject& object) {
   object_ = &object;
+  before_ = object.getWorldTransform();
   object.setUserPointer(this);
 }
 
@@ -54,13 +57,27 @@ ColliderParts* ColliderParts::of(const btCollisionObject& object) {
 }
 
 const std::vector<ColliderParts::Placed>& ColliderParts::placed(long search) {
-  if (search_ == search) return placed_;
-  search_ = search;
+  if (placed_search_ == search) return placed_;
+  placed_search_ = search;
   for (std::size_t i = 0; i < parts_.size(); ++i) {
     placed_[i].X_WC = object_->getWorldTransform() * parts_[i].X_MC;
     placed_[i].box_middle = placed_[i].X_WC * box_middle_C_[i];
   }
   return placed_;
+}
+
+double ColliderParts::travelled(long search) {
+  if (travelled_search_ == search) return travelled_;
+  travelled_search_ = search;
+  const btTransform& now = object_->getWorldTransform();
+  double squares = 0;
+  for (int i = 0; i < 3; ++i) squares += (now.getBasis()[i] - before_.getBasis()[i]).length2();
+  const double moved = (now.getOrigin() - before_.getOrigin()).length();
+  if (squares == 0 && moved == 0) return travelled_;
+  // Two rotations differ by sqrt(1/2) of their matrices' Frobenius distance in the spectral norm.
+  travelled_ += moved + std::sqrt(squares / 2) * reach_;
+  before_ = now;
+  return travelled_;
 }
 
 std::vector<Solid> solids_of(const std::vector<LinkGeometry>& collisions) {

@@ -54,14 +54,21 @@ class ColliderParts {
   [[nodiscard]] double box_radius(std::size_t part) const { return box_radius_[part]; }
   /// Poses at the collision object's, reckoned once per `search`.
   [[nodiscard]] const std::vector<Placed>& placed(long search);
+  /// How far the point of the boxes that went farthest can have gone by now, m, as a sum over the searches
+  /// since `hang_on`: an upper bound.
+  [[nodiscard]] double travelled(long search);
 
  private:
   btCollisionObject* object_ = nullptr;
+  double travelled_ = 0;
+  long travelled_search_ = -1;
+  double reach_ = 0;  // from the object's origin to the farthest corner of a box, m
+  btTransform before_ = btTransform::getIdentity();
   std::vector<ColliderPart> parts_;
   std::vector<btVector3> box_middle_C_, box_half_;
   std::vector<double> box_radius_;
   std::vector<Placed> placed_;
-  long search_ = -1;
+  long placed_search_ = -1;
 };
 
 /// A solid of a link: a primitive or a mesh.

@@ -24,6 +24,8 @@ namespace {
 constexpr double kReach = 0.001;
 // m that a contact may wander over a surface from step to step and still be the same: 5 m/s.
 constexpr double kSamePoint = 0.005;
+// m that two bodies are still apart when they are looked at again: more than rounding makes of their poses.
+constexpr double kSlack = 1e-6;
 
 /// The contacts of two solids. A manifold has room for four.
 struct Meeting {
@@ -115,7 +117,12 @@ void renew(Meeting& meeting, const Touches& touches, const Surface& pair) {
 class Encounter {
  public:
   Encounter(btCollisionDispatcher& dispatcher, const btCollisionObject& a, const btCollisionObject& b)
-      : dispatcher_(dispatcher), a_(a), b_(b), answer_(&a, &b, 0, kReach, 0) {}
+      : of_a_(*ColliderParts::of(a)),
+        of_b_(*ColliderParts::of(b)),
+        dispatcher_(dispatcher),
+        a_(a),
+        b_(b),
+        answer_(&a, &b, 0, kReach, 0) {}
   Encounter(const Encounter&) = delete;
   Encounter& operator=(const Encounter&) = delete;
   ~Encounter() {
@@ -123,27 +130,31 @@ class Encounter {
   }
 
   void find(long search, const btDispatcherInfo& info) {
-    ColliderParts& of_a = *ColliderParts::of(a_);
-    ColliderParts& of_b = *ColliderParts::of(b_);
-    const auto& placed_a = of_a.placed(search);
-    const auto& placed_b = of_b.placed(search);
+    const double travelled = of_a_.travelled(search) + of_b_.travelled(search);
+    if (travelled < apart_until_) return;
+    const auto& placed_a = of_a_.placed(search);
+    const auto& placed_b = of_b_.placed(search);
     const btVector3 margin(kReach, kReach, kReach);
-    const auto apart = [&](std::size_t i, std::size_t k) {
-      const double reach = of_a.box_radius(i) + margin.length() + of_b.box_radius(k);
-      if ((placed_b[k].box_middle - placed_a[i].box_middle).length2() > reach * reach) return true;
-      return boxes_apart(btTransform(placed_a[i].X_WC.getBasis(), placed_a[i].box_middle),
-                         of_a.box_half(i) + margin,
-                         btTransform(placed_b[k].X_WC.getBasis(), placed_b[k].box_middle), of_b.box_half(k));
+    const auto separation = [&](std::size_t i, std::size_t k) {
+      const double reach = of_a_.box_radius(i) + margin.length() + of_b_.box_radius(k);
+      const btVector3 between = placed_b[k].box_middle - placed_a[i].box_middle;
+      if (between.length2() > reach * reach) return between.length() - reach;
+      return box_separation(
+          btTransform(placed_a[i].X_WC.getBasis(), placed_a[i].box_middle), of_a_.box_half(i) + margin,
+          btTransform(placed_b[k].X_WC.getBasis(), placed_b[k].box_middle), of_b_.box_half(k));
     };
+    double least = std::numeric_limits<double>::infinity();
     for (std::size_t i = 0; i < placed_a.size(); ++i) {
       for (std::size_t k = 0; k < placed_b.size(); ++k) {
         Meeting* known = meeting_of(i, k);
-        if (apart(i, k)) {
+        const double apart = separation(i, k);
+        least = std::min(least, apart);
+        if (apart > 0) {
           if (known != nullptr) known->set_count(0);
           continue;
         }
-        const ColliderPart& part_a = of_a.parts()[i];
-        const ColliderPart& part_b = of_b.parts()[k];
+        const ColliderPart& part_a = of_a_.parts()[i];
+        const ColliderPart& part_b = of_b_.parts()[k];
         const bool closed_form =
             part_a.primitive && part_b.primitive && has_closed_form(*part_a.primitive, *part_b.primitive);
         if (known == nullptr && !closed_form) known = &begin(i, k);
@@ -158,6 +169,7 @@ class Encounter {
         renew(*known, touches, pair_of(part_a.surface, part_b.surface));
       }
     }
+    apart_until_ = travelled + least - kSlack;
   }
 
   void append_manifolds(btManifoldArray& manifolds) const {
@@ -233,6 +245,11 @@ class Encounter {
     return touches;
   }
 
+  ColliderParts& of_a_;
+  ColliderParts& of_b_;
+  // Nothing touches before the ways of both (`ColliderParts::travelled`) come to this sum, m: a robot's arms
+  // and legs are seldom near each other, and looking at all pairs anew takes a tenth of a step.
+  double apart_until_ = -std::numeric_limits<double>::infinity();
   btCollisionDispatcher& dispatcher_;
   const btCollisionObject& a_;
   const btCollisionObject& b_;
@@ -245,9 +262,9 @@ class EncounterAlgorithm : public btCollisionAlgorithm {
  public:
   EncounterAlgorithm(const btCollisionAlgorithmConstructionInfo& info, btCollisionDispatcher& dispatcher,
                      const btCollisionObject& a, const btCollisionObject& b)
-      : btCollisionAlgorithm(info), encounter_(std::make_unique<Encounter>(dispatcher, a, b)) {}
+      : btCollisionAlgorithm(info), encounter_(dispatcher, a, b) {}
 
-  [[nodiscard]] Encounter& encounter() { return *encounter_; }
+  [[nodiscard]] Encounter& encounter() { return encounter_; }
   void processCollision(const btCollisionObjectWrapper* /*a*/, const btCollisionObjectWrapper* /*b*/,
                         const btDispatcherInfo& /*info*/, btManifoldResult* /*result*/) override {}
   btScalar calculateTimeOfImpact(btCollisionObject* /*a*/, btCollisionObject* /*b*/,
@@ -255,29 +272,31 @@ class EncounterAlgorithm : public btCollisionAlgorithm {
     return 1;
   }
   void getAllContactManifolds(btManifoldArray& manifolds) override {
-    encounter_->append_manifolds(manifolds);
+    encounter_.append_manifolds(manifolds);
   }
 
  private:
-  std::unique_ptr<Encounter> encounter_;
+  Encounter encounter_;
 };
 
 }  // namespace
 
-bool boxes_apart(const btTransform& X_WA, const btVector3& half_a, const btTransform& X_WB,
-                 const btVector3& half_b) {
+double box_separation(const btTransform& X_WA, const btVector3& half_a, const btTransform& X_WB,
+                      const btVector3& half_b) {
   const btVector3 between = X_WB.getOrigin() - X_WA.getOrigin();
   const double reach = half_a.length() + half_b.length();
-  if (between.length2() > reach * reach) return true;
+  if (between.length2() > reach * reach) return between.length() - reach;
   const btMatrix3x3 R = X_WA.getBasis().transposeTimes(X_WB.getBasis());
   const btVector3 t = between * X_WA.getBasis();  // in A
   constexpr double kParallel = 1e-9;              // edges that are nearly parallel give no axis of their own
   btMatrix3x3 Q = R.absolute();
   for (int i = 0; i < 3; ++i) Q[i] += btVector3(kParallel, kParallel, kParallel);
+  double most = -std::numeric_limits<double>::infinity();
   for (int i = 0; i < 3; ++i) {
-    if (std::abs(t[i]) > half_a[i] + Q[i].dot(half_b)) return true;
-    if (std::abs(t.dot(R.getColumn(i))) > half_b[i] + Q.getColumn(i).dot(half_a)) return true;
+    most = std::max({most, std::abs(t[i]) - (half_a[i] + Q[i].dot(half_b)),
+                     std::abs(t.dot(R.getColumn(i))) - (half_b[i] + Q.getColumn(i).dot(half_a))});
   }
+  if (most > 0) return most;
   for (int i = 0; i < 3; ++i) {
     const int i1 = (i + 1) % 3;
     const int i2 = (i + 2) % 3;
@@ -286,10 +305,11 @@ bool boxes_apart(const btTransform& X_WA, const btVector3& half_a, const btTrans
       const int k2 = (k + 2) % 3;
       const double along =
           half_a[i1] * Q[i2][k] + half_a[i2] * Q[i1][k] + half_b[k1] * Q[i][k2] + half_b[k2] * Q[i][k1];
-      if (std::abs(t[i2] * R[i1][k] - t[i1] * R[i2][k]) > along) return true;
+      // The axis is at most 1 long, so the boxes are no less apart than this.
+      most = std::max(most, std::abs(t[i2] * R[i1][k] - t[i1] * R[i2][k]) - along);
     }
   }
-  return false;
+  return most;
 }
 
 ContactDispatcher::ContactDispatcher(btCollisionConfiguration* configuration)
@@ -305,13 +325,14 @@ void ContactDispatcher::dispatchAllCollisionPairs(btOverlappingPairCache* pairs,
 
 void ContactDispatcher::meet(btBroadphasePair& pair, btCollisionDispatcher& dispatcher,
                              const btDispatcherInfo& info) {
-  const auto& a = *static_cast<const btCollisionObject*>(pair.m_pProxy0->m_clientObject);
-  const auto& b = *static_cast<const btCollisionObject*>(pair.m_pProxy1->m_clientObject);
-  if (ColliderParts::of(a) == nullptr || ColliderParts::of(b) == nullptr) return;
   if (pair.m_algorithm == nullptr) {
+    const auto& a = *static_cast<const btCollisionObject*>(pair.m_pProxy0->m_clientObject);
+    const auto& b = *static_cast<const btCollisionObject*>(pair.m_pProxy1->m_clientObject);
+    if (ColliderParts::of(a) == nullptr || ColliderParts::of(b) == nullptr) return;
     if (!dispatcher.needsCollision(&a, &b)) return;
     btCollisionAlgorithmConstructionInfo construction(&dispatcher, 0);
-    void* memory = dispatcher.allocateCollisionAlgorithm(sizeof(EncounterAlgorithm));
+    // Larger than the elements of the dispatcher's pool, which frees what is none of its own as well.
+    void* memory = btAlignedAlloc(sizeof(EncounterAlgorithm), alignof(EncounterAlgorithm));
     pair.m_algorithm = new (memory) EncounterAlgorithm(construction, dispatcher, a, b);
   }
   static_cast<EncounterAlgorithm*>(pair.m_algorithm)

@@ -4,9 +4,10 @@
 
 namespace walkman::plant {
 
-/// Whether two boxes (poses of their middles, half edge lengths in m) are apart, by separating axes.
-[[nodiscard]] bool boxes_apart(const btTransform& X_WA, const btVector3& half_a, const btTransform& X_WB,
-                               const btVector3& half_b);
+/// How far two boxes (poses of their middles, half edge lengths in m) are apart at least, m, by separating
+/// axes; 0 or less when none separates them: they overlap or touch.
+[[nodiscard]] double box_separation(const btTransform& X_WA, const btVector3& half_a, const btTransform& X_WB,
+                                    const btVector3& half_b);
 
 /// Finds the contacts of bodies that have ColliderParts: for each pair of their solids whose boxes are not
 /// apart, those of `touches_of`, of a mesh on a box those of `mesh_on_box`, and for other meshes and two

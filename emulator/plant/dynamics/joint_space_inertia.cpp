@@ -29,7 +29,14 @@ JointSpaceInertia::Spatial JointSpaceInertia::Composite::times(const Spatial& mo
 }
 
 void JointSpaceInertia::update(const btMultiBody& body) {
-  lay_out(body);
+  origin_ = body.getBasePos();
+  const auto links = static_cast<std::size_t>(body.getNumLinks());
+  if (last_velocity_.size() != links + 1 || fixed_ != body.hasFixedBase()) {
+    fixed_ = body.hasFixedBase();
+    lay_out(body);
+  }
+  find_axes(body);
+  factor_.assign(paths_.size(), 0);
   fill_rows(body);
   factorise();
 }
@@ -56,28 +63,33 @@ void JointSpaceInertia::append_path(int parent, int velocity) {
 }
 
 void JointSpaceInertia::lay_out(const btMultiBody& body) {
-  fixed_ = body.hasFixedBase();
-  origin_ = body.getBasePos();
   paths_.clear();
   start_.clear();
   length_.clear();
   last_velocity_.assign(1, fixed_ ? -1 : kBaseVelocities - 1);
   for (int v = 0; v < kBaseVelocities; ++v) append_path(fixed_ ? -1 : v - 1, v);
-  axes_.assign(kBaseVelocities, Spatial{});
   for (int i = 0; i < body.getNumLinks(); ++i) {
     const btMultibodyLink& link = body.getLink(i);
     int last = last_velocity_[static_cast<std::size_t>(link.m_parent) + 1];
     for (int d = 0; d < link.m_dofCount; ++d) {
       append_path(last, kBaseVelocities + link.m_dofOffset + d);
       last = kBaseVelocities + link.m_dofOffset + d;
-      const btMatrix3x3& R = link.m_cachedWorldTransform.getBasis();
+    }
+    last_velocity_.push_back(last);
+  }
+}
+
+void JointSpaceInertia::find_axes(const btMultiBody& body) {
+  axes_.assign(kBaseVelocities, Spatial{});
+  for (int i = 0; i < body.getNumLinks(); ++i) {
+    const btMultibodyLink& link = body.getLink(i);
+    const btMatrix3x3& R = link.m_cachedWorldTransform.getBasis();
+    for (int d = 0; d < link.m_dofCount; ++d) {
       const btVector3 w = R * link.m_axes[d].m_topVec;
       const btVector3 v = R * link.m_axes[d].m_bottomVec;
       axes_.push_back({w, v + w.cross(origin_ - link.m_cachedWorldTransform.getOrigin())});
     }
-    last_velocity_.push_back(last);
   }
-  factor_.assign(paths_.size(), 0);
 }
 
 JointSpaceInertia::Composite JointSpaceInertia::composite(const btTransform& X_WM, double mass,

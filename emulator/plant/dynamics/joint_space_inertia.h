@@ -43,6 +43,7 @@ class JointSpaceInertia {
     [[nodiscard]] Spatial times(const Spatial& motion) const;
   };
 
+  /// Always of the same body, whose tree stays as it is.
   void update(const btMultiBody& body);
 
   /// The base's centre of mass at `update`, in W, m: the point all is taken about.
@@ -72,6 +73,7 @@ class JointSpaceInertia {
 
  private:
   void lay_out(const btMultiBody& body);
+  void find_axes(const btMultiBody& body);
   void append_path(int parent, int velocity);
   [[nodiscard]] Composite composite(const btTransform& X_WM, double mass, const btVector3& inertia) const;
   void fill_rows(const btMultiBody& body);
