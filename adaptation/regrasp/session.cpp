@@ -139,6 +139,7 @@ void Session::find_stance() {
   if (has_feet && weight_on_feet() > kStandingShare * weight) {
     stance_.emplace(measured_.model());
     stance_->take(measured_);
+    feet_check_.emplace(measured_, *stance_);
     pose_kinematics();
   }
   observer_.on_stance(stance_.has_value(), measured_.X_WB());
@@ -149,11 +150,21 @@ Eigen::Vector3d Session::up_by_unit_T() const {
          inertial_unit_->sample().R_WS.toRotationMatrix().row(2).transpose();
 }
 
-motion::BalanceReading Session::balance() const {
+std::array<motion::FootLoad, motion::Stance::kFeet> Session::foot_loads() const {
   std::array<motion::FootLoad, motion::Stance::kFeet> feet;
   for (std::size_t i = 0; i < feet.size(); ++i)
     feet[i] = {foot_sensor_links_[i], robot_.sensors()[foot_sensors_[i]].F_So_S};
-  return motion::read_balance(measured_, *stance_, feet, up_by_unit_T());
+  return feet;
+}
+
+motion::BalanceReading Session::balance() const {
+  return motion::read_balance(measured_, *stance_, foot_loads(), up_by_unit_T());
+}
+
+void Session::watch_feet() {
+  if (!stance_) return;
+  feet_check_->take(measured_, *stance_, foot_loads(), period_);
+  if (const auto contradiction = feet_check_->contradiction(measured_)) throw RunStopped(*contradiction);
 }
 
 void Session::watch_tilt() const {
@@ -193,6 +204,7 @@ void Session::read() {
   pose_kinematics();
   watch_efforts();
   watch_tilt();
+  watch_feet();
 }
 
 void Session::tell_warnings() {
@@ -217,6 +229,7 @@ void Session::recover() {
     }
   };
   while (!recovered()) now_ = cycle_.next();
+  if (feet_check_) feet_check_->restart();
   begin_to_lead_back(fault.text);
   observer_.on_recovery(fault.text, now_);
 }

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "adaptation/motion/balance.h"
+#include "adaptation/motion/feet_check.h"
 #include "adaptation/motion/kinematic_tree.h"
 #include "adaptation/motion/stance.h"
 #include "adaptation/regrasp/observer.h"
@@ -105,6 +106,9 @@ class Session {
   [[nodiscard]] double weight_on_feet() const;
   [[nodiscard]] Eigen::Vector3d up_by_unit_T() const;
   void watch_tilt() const;
+  [[nodiscard]] std::array<motion::FootLoad, motion::Stance::kFeet> foot_loads() const;
+  /// Throws RunStopped when the feet's sensors contradict the robot's weight or their soles.
+  void watch_feet();
 
   robot::Robot& robot_;
   robot::Cycle& cycle_;
@@ -112,6 +116,7 @@ class Session {
   HandParts parts_;
   motion::KinematicTree measured_;
   std::optional<motion::Stance> stance_;
+  std::optional<motion::FeetCheck> feet_check_;          // with it
   std::vector<std::size_t> foot_sensors_;                // none when the robot has no such sensors
   const cia404::InertialUnit* inertial_unit_ = nullptr;  // none when the robot has no such sensor
   std::vector<int> foot_sensor_links_;
