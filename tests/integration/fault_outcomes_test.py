@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""What becomes of faults that drivers cannot see: of camera, wrist sensor and objects, in whole runs. Usage: PROGRAM SOURCE_TREE
+"""What becomes of faults that drivers cannot see: of camera, force/torque sensors and objects, in whole runs. Usage: PROGRAM SOURCE_TREE
 
 A small campaign, whose checker has ground truth: without a fault the task is done and nothing is shown; with one it is shown
 where and as docs/faults.md says, and the robot stands still with the object down, or the task is done and what is reported is
@@ -35,6 +35,8 @@ CASES = (
     ("fault: ft-swap, targets: [r_arm_ft], phases: [{phase: lift}]", STOPPED, "outside of the object seen", "lower"),
     ("fault: ft-sign, targets: [r_arm_ft], axis: 2, phases: [{phase: lift}]", STOPPED, "contradict|outside|not in the hand", "lower"),
     ("fault: ft-bias-drift, targets: [r_arm_ft], torque: 0.05, phases: [{phase: lift}]", STOPPED, "does not stay", "lower"),
+    ("fault: ft-sign, targets: [l_leg_ft], axis: 2, phases: [{phase: look}]", STOPPED, "the feet's .* sensors carry", 0.15),
+    ("fault: ft-gain, targets: [r_leg_ft], gain: 0.7, phases: [{phase: lift}]", STOPPED, "the feet's .* sensors carry", 1.5),
     ("fault: weight-removed, targets: [left_weight], after_s: 3, phases: [{phase: lift}]", DONE, None, "watch"),
     ("fault: slip, targets: [bar], friction: 0.05, after_s: 3, phases: [{phase: lift}]", DONE | STOPPED, None, "watch"),
     ("fault: push, targets: [RSoftHand], y: 40, after_s: 2, lasts_s: 0.3, phases: [{phase: approach}]", DONE,
