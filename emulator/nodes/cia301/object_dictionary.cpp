@@ -79,7 +79,7 @@ void ObjectDictionary::insert(ObjectAddress address, const ObjectRow& object, co
     throw std::runtime_error(place_name(address) + " may be given " + std::to_string(row.longest) +
                              " bytes, expected at most " + std::to_string(kLongestString));
   }
-  auto entry = std::make_unique<Entry>();
+  auto entry = std::make_unique<Entry>(values_.emplace_back(0));
   entry->address = address;
   entry->object = &object;
   entry->row = &row;

@@ -25,30 +25,32 @@ using Refusal = std::optional<SdoAbort>;
 /// A value may be kept over resets (objects 1010h and 1011h); the copy is here, as in a real device's
 /// non-volatile memory, and lives as long as the node.
 struct Entry {
+  explicit Entry(std::uint32_t& value) : raw(value) {}
+
   ObjectAddress address;
-  const ObjectRow* object = nullptr;  ///< what the table of objects says of it
-  const EntryRow* row = nullptr;
   DataType type{};
   Access access{};
   Mappable mappable = Mappable::kNo;
-  std::uint32_t raw = 0;          ///< little-endian value of a number, upper bytes zero
+  std::uint32_t& raw;       ///< little-endian value of a number, upper bytes zero
+  std::int64_t lowest = 0;  ///< limits of an integer that may be written
+  std::int64_t highest = 0;
+  std::uint64_t allowed = 0;  ///< as `EntryRow::allowed`
+  /// Asked before a new value is stored; may refuse it or act on it.
+  std::function<Refusal(std::uint32_t raw)> write_hook;
+  /// Asked before a read; may refuse it.
+  std::function<Refusal()> read_hook;
+
+  const ObjectRow* object = nullptr;  ///< what the table of objects says of it
+  const EntryRow* row = nullptr;
   std::uint32_t default_raw = 0;  ///< factory setting
   bool plus_node_id = false;      ///< the factory setting contains the node-ID
   std::string text;               ///< value of a string or domain
   std::string default_text;
   std::size_t longest = 0;  ///< bytes a string may be given
-  std::int64_t lowest = 0;  ///< limits of an integer that may be written
-  std::int64_t highest = 0;
-  std::uint64_t allowed = 0;  ///< as `EntryRow::allowed`
 
   bool stored = false;  ///< the values below are taken after a reset instead of the factory setting
   std::uint32_t stored_raw = 0;
   std::string stored_text;
-
-  /// Asked before a read; may refuse it.
-  std::function<Refusal()> read_hook;
-  /// Asked before a new value is stored; may refuse it or act on it.
-  std::function<Refusal(std::uint32_t raw)> write_hook;
 
   /// Bytes of the value.
   [[nodiscard]] std::size_t size() const noexcept;
@@ -70,10 +72,10 @@ template <typename T>
 class Object {
  public:
   Object() = default;
-  explicit Object(Entry& entry) : entry_(&entry) {}
+  explicit Object(Entry& entry) : entry_(&entry), value_(&entry.raw) {}
 
-  [[nodiscard]] T get() const noexcept { return from_raw<T>(entry_->raw); }
-  void set(T value) noexcept { entry_->raw = to_raw(value); }
+  [[nodiscard]] T get() const noexcept { return from_raw<T>(*value_); }
+  void set(T value) noexcept { *value_ = to_raw(value); }
   [[nodiscard]] const Entry& entry() const noexcept { return *entry_; }
 
   /// Values outside [lowest, highest] are refused with 0609 0032 or 0609 0031.
@@ -84,7 +86,7 @@ class Object {
   }
   /// Gives the value as this device's factory setting.
   Object& factory(T value) {
-    entry_->raw = entry_->default_raw = to_raw(value);
+    *value_ = entry_->default_raw = to_raw(value);
     return *this;
   }
   Object& on_write(std::function<Refusal(T)> hook) {
@@ -98,6 +100,7 @@ class Object {
 
  private:
   Entry* entry_ = nullptr;
+  std::uint32_t* value_ = nullptr;
 };
 
 /// A node's object dictionary (CiA 301, 7.4), built of rows of the table of objects. Entries stay where they
@@ -164,6 +167,9 @@ class ObjectDictionary {
   std::uint8_t node_id_;
   std::deque<ObjectRow> rows_;                   // of the table, where entries point to
   std::vector<std::unique_ptr<Entry>> entries_;  // by index, then sub-index
+  // Of the entries: next to each other, for a device uses its values a thousand times a second and asks for
+  // what else there is of them once in a while.
+  std::deque<std::uint32_t> values_;
 };
 
 }  // namespace walkman::nodes

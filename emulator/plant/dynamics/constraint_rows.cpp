@@ -223,32 +223,42 @@ double ConstraintRows::whiten(const RowBlock::Side& side, double* entries) const
   return along;
 }
 
-void ConstraintRows::couple(const RowBlock& rows, const RowBlock::Side& s, const RowBlock& columns,
-                            const RowBlock::Side& t, Eigen::MatrixXd& W) const {
-  if (s.tree < 0 || s.tree != t.tree) return;
+bool ConstraintRows::couple(const RowBlock& rows, const RowBlock::Side& s, const RowBlock& columns,
+                            const RowBlock::Side& t, bool first, Eigen::MatrixXd& W) const {
+  if (s.tree < 0 || s.tree != t.tree) return false;
   const JointSpaceInertia& inertia = *trees_[static_cast<std::size_t>(s.tree)].inertia;
   const std::span<const int> path_s = inertia.path(s.link);
   const std::span<const int> path_t = inertia.path(t.link);
   // Two paths from the base agree up to where they part.
   const auto common = std::mismatch(path_s.begin(), path_s.end(), path_t.begin(), path_t.end()).first;
   const auto shared = common - path_s.begin();
-  if (shared == 0) return;
+  if (shared == 0) return false;
   const Rows left(whitened_.data() + s.first_entry, rows.row_count, s.length, Eigen::OuterStride<>(s.length));
   const Rows right(whitened_.data() + t.first_entry, columns.row_count, t.length,
                    Eigen::OuterStride<>(t.length));
-  W.block(rows.first_row, columns.first_row, rows.row_count, columns.row_count).noalias() +=
-      left.leftCols(shared) * right.leftCols(shared).transpose();
+  auto block = W.block(rows.first_row, columns.first_row, rows.row_count, columns.row_count);
+  const auto coupled = left.leftCols(shared) * right.leftCols(shared).transpose();
+  if (first) {
+    block.noalias() = coupled;
+  } else {
+    block.noalias() += coupled;
+  }
+  return true;
 }
 
 void ConstraintRows::delassus(Eigen::MatrixXd& W) const {
   const auto count = static_cast<Eigen::Index>(rows_.size());
-  W.setZero(count, count);
+  W.resize(count, count);
   for (std::size_t i = 0; i < blocks_.size(); ++i) {
     for (std::size_t k = 0; k <= i; ++k) {
-      for (const RowBlock::Side* s : {&blocks_[i].a, &blocks_[i].b}) {
-        for (const RowBlock::Side* t : {&blocks_[k].a, &blocks_[k].b})
-          couple(blocks_[i], *s, blocks_[k], *t, W);
+      const RowBlock& rows = blocks_[i];
+      const RowBlock& columns = blocks_[k];
+      bool coupled = false;
+      for (const RowBlock::Side* s : {&rows.a, &rows.b}) {
+        for (const RowBlock::Side* t : {&columns.a, &columns.b})
+          coupled |= couple(rows, *s, columns, *t, !coupled, W);
       }
+      if (!coupled) W.block(rows.first_row, columns.first_row, rows.row_count, columns.row_count).setZero();
     }
   }
   W.triangularView<Eigen::StrictlyUpper>() = W.transpose();

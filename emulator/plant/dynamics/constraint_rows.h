@@ -98,8 +98,10 @@ class ConstraintRows {
              const Eigen::VectorXd& velocities, double dt) const;
   double add_direction(const RowBlock& block, const btManifoldPoint& point, const btVector3& direction);
   double whiten(const RowBlock::Side& side, int row, const btVector3& p_W, const btVector3& direction);
-  void couple(const RowBlock& rows, const RowBlock::Side& s, const RowBlock& columns, const RowBlock::Side& t,
-              Eigen::MatrixXd& W) const;
+  /// Adds to a block of W what it is by these sides, or puts that there when it is the `first`; false:
+  /// nothing.
+  bool couple(const RowBlock& rows, const RowBlock::Side& s, const RowBlock& columns, const RowBlock::Side& t,
+              bool first, Eigen::MatrixXd& W) const;
   double whiten(const RowBlock::Side& side, double* entries) const;
   [[nodiscard]] double* entries_of(const RowBlock::Side& side, int row);
   double whiten_turn(const RowBlock::Side& side, int row, const btVector3& axis);
