@@ -124,8 +124,7 @@ void Emulator::Impl::step() {
   const Time next = now + kPhysicsStep;
   injector->step(now);
   for (const auto& bus : buses) bus->advance(next);
-  // No drive feels another before the plant has moved: each does its sub-steps in a row, while the cache has
-  // it.
+  // No drive feels another before the plant has moved: each does its sub-steps while the cache has it.
   for (const auto& device : devices)
     for (int sub_step = 0; sub_step < plant::Plant::kSubSteps; ++sub_step) device->control(kSubStep);
   plant.turn_spindle(multisense.spindle_rate());

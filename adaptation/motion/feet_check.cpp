@@ -75,8 +75,8 @@ std::optional<std::string> FeetCheck::contradiction(const KinematicTree& measure
   const double weight = (measured.total_mass() - feet_mass_) * kGravity;
   if (std::abs(sum - weight) > kWeightTolerance) {
     return fmt::format(
-        "the feet's force/torque sensors carry {:.0f} N, expected what stands on them to weigh {:.0f} within "
-        "{:.0f}: "
+        "the feet's force/torque sensors carry {:.0f} N, expected {:.0f} within {:.0f}, the weight above "
+        "them: "
         "one of them is off, or something else carries or loads the robot",
         sum, weight, kWeightTolerance);
   }

@@ -72,6 +72,12 @@ Reaction reaction_to(robot::FaultKind kind, bool holding) noexcept {
   return recoverable(kind) && !holding ? Reaction::kRecover : Reaction::kStop;
 }
 
+double reacted_within(Reaction reaction) noexcept {
+  constexpr double kStandstill = 1;  // s
+  const std::chrono::duration<double> attempt = robot::RobotOptions().boot_timeout;
+  return reaction == Reaction::kRecover ? kRecoveryAttempts * attempt.count() + kLedBackIn : kStandstill;
+}
+
 Session::Session(const KnownRobot& known, robot::Robot& robot, robot::Cycle& cycle, Observer& observer)
     : robot_(robot),
       cycle_(cycle),

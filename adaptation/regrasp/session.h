@@ -27,6 +27,12 @@ enum class Reaction {
 /// docs/driver_faults.md has the table. `holding`: there is an object in the hand.
 [[nodiscard]] Reaction reaction_to(robot::FaultKind kind, bool holding) noexcept;
 
+/// By when a reaction has done its part, s after the fault was latched. A recovery: its attempts, and the
+/// time in which the joints are led back. A stop: standstill; a quick stop at 40 rad/s² (6085h) ends a
+/// joint's own motion within 0.1 s, and the body's swing on its springs, whose slowest sway has a period of
+/// 0.8 s, falls under what counts (0.02 rad) within about one.
+[[nodiscard]] double reacted_within(Reaction reaction) noexcept;
+
 /// The robot over the wire, one cycle at a time, with its kinematics posed by what the drives report.
 class Session {
  public:

@@ -7,6 +7,8 @@
 
 #include <fmt/format.h>
 
+#include "adaptation/regrasp/session.h"
+
 namespace walkman::apps {
 namespace {
 
@@ -88,9 +90,10 @@ void classify(const RunObservation& run, const RunObservation& golden, const fau
               fmt::format("shown {:.3f} s after the plant was off, limit {:.3f} s: {}",
                           out.shown->time - *run.off, *interval, shown));
   if (run.result.outcome == Outcome::kStopped) {
-    if (!run.still || *run.still > run.ended + kStandstillWithin)
+    const double within = regrasp::reacted_within(regrasp::Reaction::kStop);
+    if (!run.still || *run.still > run.ended + within)
       return is(RunClass::kDetectedLate,
-                fmt::format("no standstill within {:.2f} s of the stop{}{}: {}", kStandstillWithin,
+                fmt::format("no standstill within {:.2f} s of the stop{}{}: {}", within,
                             run.moving.empty() ? "" : ", of ", run.moving, shown));
     return is(RunClass::kSafeStop, shown);
   }

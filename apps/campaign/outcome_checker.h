@@ -29,11 +29,6 @@ inline constexpr int kRunClasses = 10;
 /// Throws std::runtime_error for a word that is none.
 [[nodiscard]] RunClass run_class_of(std::string_view word);
 
-/// How long the robot may take to stand still after the drives were told to stop, s. A quick stop at 40
-/// rad/s² (6085h) ends a joint's own motion within 0.1 s; the body's swing on its springs, whose slowest sway
-/// has a period of 0.8 s, falls under what counts within about one.
-inline constexpr double kStandstillWithin = 1;
-
 /// A run's class and what it follows from. Times are s; latencies count from the fault's beginning.
 struct CheckedRun {
   RunClass run_class = RunClass::kInvalid;

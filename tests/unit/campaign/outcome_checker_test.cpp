@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
+#include "adaptation/regrasp/session.h"
 #include "apps/campaign/run_record.h"
 
 namespace walkman::apps {
@@ -11,6 +12,8 @@ namespace {
 
 using ::testing::HasSubstr;
 using By = ShownEvent::By;
+
+const double kWithin = regrasp::reacted_within(regrasp::Reaction::kStop);  // s
 
 // What is expected here follows from the classes' definitions, in the order in which they are to hold.
 class OutcomeCheckerTest : public ::testing::Test {
@@ -89,11 +92,11 @@ TEST_F(OutcomeCheckerTest, ItIsLateOnceTheIntervalSinceThePlantWasOffHasPassed) 
 
 TEST_F(OutcomeCheckerTest, AStopIsSafeOnlyWhenTheRobotStandsStillInTime) {
   shown(40.1);
-  stopped(40.1, 40.1 + kStandstillWithin - 0.01);
+  stopped(40.1, 40.1 + kWithin - 0.01);
   EXPECT_EQ(run_class(), RunClass::kSafeStop);
-  EXPECT_NEAR(*checked().reaction, kStandstillWithin - 0.01, 1e-9);
+  EXPECT_NEAR(*checked().reaction, kWithin - 0.01, 1e-9);
   EXPECT_TRUE(checked().blames_target);
-  run_.still = 40.1 + kStandstillWithin + 0.01;
+  run_.still = 40.1 + kWithin + 0.01;
   EXPECT_EQ(run_class(), RunClass::kDetectedLate);
   run_.still.reset();
   EXPECT_EQ(run_class(), RunClass::kDetectedLate);

@@ -34,7 +34,10 @@ constexpr std::pair<robot::FaultKind, const char*> kKinds[] = {
     {kReceiveOverflow, "kReceiveOverflow"},
 };
 
-std::string word(Reaction reaction) { return reaction == Reaction::kRecover ? "recover" : "safe stop"; }
+std::string word(Reaction reaction) {
+  return fmt::format("{}, {:g} s", reaction == Reaction::kRecover ? "recover" : "safe stop",
+                     reacted_within(reaction));
+}
 
 TEST(Reaction, IsThatOfTheDocument) {
   std::vector<std::string> expected, found;
