@@ -271,9 +271,7 @@ class EncounterAlgorithm : public btCollisionAlgorithm {
                                  const btDispatcherInfo& /*info*/, btManifoldResult* /*result*/) override {
     return 1;
   }
-  void getAllContactManifolds(btManifoldArray& manifolds) override {
-    encounter_.append_manifolds(manifolds);
-  }
+  void getAllContactManifolds(btManifoldArray& manifolds) override { encounter_.append_manifolds(manifolds); }
 
  private:
   Encounter encounter_;
