@@ -103,6 +103,10 @@ void Manipulator::cycle() {
     motion_->twist(twist_damper_.step(motion_->twist_of(session_.measured()), session_.period()));
   }
   session_.tick(motion_->step(session_.period()));
+  if (const auto touch = session_.new_touch()) {
+    if (lifting_) throw Refused(*touch);
+    throw RunStopped(*touch);
+  }
   if (lifting_) require_strength();
   if (feeling_) require_untouched();
 }

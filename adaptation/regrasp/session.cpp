@@ -84,9 +84,13 @@ Session::Session(const KnownRobot& known, robot::Robot& robot, robot::Cycle& cyc
       observer_(observer),
       measured_(known.model, robot.joint_names()),
       q_(Eigen::VectorXd::Zero(measured_.dof())),
+      torques_(Eigen::VectorXd::Zero(measured_.dof())),
       mean_torques_(Eigen::VectorXd::Zero(measured_.dof())),
       camera_link_(known.model.link_index(known.description.optical_frame)) {
   use(known.description.working_hands().front());
+  for (const HandParts& hand : known.description.working_hands())
+    arms_.push_back({wrench::ArmCheck(known.model, hand, robot.joint_names()),
+                     place_of(robot.sensor_names(), hand.force_torque, "force/torque sensor")});
   const auto& stance = known.description.stance;
   if (!stance) return;
   for (const std::string& foot : stance->feet) {
@@ -173,6 +177,21 @@ void Session::watch_feet() {
   if (const auto contradiction = feet_check_->contradiction(measured_)) throw RunStopped(*contradiction);
 }
 
+void Session::watch_arms() {
+  for (Arm& arm : arms_) arm.check.take(measured_, torques_, robot_.sensors()[arm.sensor].F_So_S, period_);
+}
+
+std::optional<std::string> Session::new_touch() {
+  if (touch_told_) return std::nullopt;
+  for (const Arm& arm : arms_) {
+    const auto touch = arm.check.touch();
+    if (!touch) continue;
+    touch_told_ = true;
+    return touch;
+  }
+  return std::nullopt;
+}
+
 void Session::watch_tilt() const {
   if (!stance_) return;
   const double tilt = std::acos(std::clamp(up_by_unit_T().z(), -1.0, 1.0));
@@ -211,6 +230,7 @@ void Session::read() {
   watch_efforts();
   watch_tilt();
   watch_feet();
+  watch_arms();
 }
 
 void Session::tell_warnings() {
@@ -236,6 +256,7 @@ void Session::recover() {
   };
   while (!recovered()) now_ = cycle_.next();
   if (feet_check_) feet_check_->restart();
+  for (Arm& arm : arms_) arm.check.restart();
   begin_to_lead_back(fault.text);
   observer_.on_recovery(fault.text, now_);
 }
@@ -278,10 +299,8 @@ void Session::pose_kinematics() {
 void Session::watch_efforts() {
   const auto joints = robot_.joints();
   const double share = std::min(1.0, period_ / kEffortTime);
-  for (std::size_t i = 0; i < joints.size(); ++i) {
-    double& mean = mean_torques_[static_cast<Eigen::Index>(i)];
-    mean += share * (joints[i].torque - mean);
-  }
+  for (std::size_t i = 0; i < joints.size(); ++i) torques_[static_cast<Eigen::Index>(i)] = joints[i].torque;
+  mean_torques_ += share * (torques_ - mean_torques_);
 }
 
 void Session::require_sound_encoders() const {

@@ -10,6 +10,7 @@
 #include "adaptation/motion/kinematic_tree.h"
 #include "adaptation/motion/stance.h"
 #include "adaptation/regrasp/observer.h"
+#include "adaptation/wrench/arm_check.h"
 #include "drivers/cia404/inertial_unit.h"
 #include "drivers/robot/cycle.h"
 #include "drivers/robot/robot.h"
@@ -90,6 +91,8 @@ class Session {
   /// Of a robot at rest: throws RunStopped when a joint's spring carries another torque than the posture and
   /// the ground make. Both of the joint's encoders make that torque, so one of them is off.
   void require_sound_encoders() const;
+  /// One sentence when something touches an arm beside its hand; told once, for the run is to end.
+  [[nodiscard]] std::optional<std::string> new_touch();
   [[nodiscard]] const Wrench& F_So_S() const;  ///< raw reading of the wrist sensor S
   [[nodiscard]] double hand_closure() const;   ///< of the fingers, 0 open .. 1 closed
   /// Measured poses of the hand's grasp frame H, the wrist sensor S and the camera's optical frame C.
@@ -115,6 +118,7 @@ class Session {
   [[nodiscard]] std::array<motion::FootLoad, motion::Stance::kFeet> foot_loads() const;
   /// Throws RunStopped when the feet's sensors contradict the robot's weight or their soles.
   void watch_feet();
+  void watch_arms();
 
   robot::Robot& robot_;
   robot::Cycle& cycle_;
@@ -122,7 +126,14 @@ class Session {
   HandParts parts_;
   motion::KinematicTree measured_;
   std::optional<motion::Stance> stance_;
-  std::optional<motion::FeetCheck> feet_check_;          // with it
+  std::optional<motion::FeetCheck> feet_check_;  // with it
+  /// An arm that works, in use or not, and its wrist's sensor.
+  struct Arm {
+    wrench::ArmCheck check;
+    std::size_t sensor = 0;
+  };
+  std::vector<Arm> arms_;
+  bool touch_told_ = false;
   std::vector<std::size_t> foot_sensors_;                // none when the robot has no such sensors
   const cia404::InertialUnit* inertial_unit_ = nullptr;  // none when the robot has no such sensor
   std::vector<int> foot_sensor_links_;
@@ -134,7 +145,8 @@ class Session {
     double most = 0;
   };
   std::vector<Effort> efforts_;
-  Eigen::VectorXd mean_torques_;          // of all joints, N·m
+  Eigen::VectorXd torques_;               // of all joints, N·m
+  Eigen::VectorXd mean_torques_;          // over a fifth of a second
   std::vector<double> spring_constants_;  // of all joints, N·m/rad; 0: unknown
   std::size_t hand_ = 0, sensor_ = 0;
   int grasp_link_ = -1, sensor_link_ = -1, camera_link_;

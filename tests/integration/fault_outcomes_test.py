@@ -32,8 +32,8 @@ CASES = (
     ("fault: payload, targets: [bar], mass: 8, phases: [{phase: grasp}]", STOPPED, "too heavy", "lower"),
     ("fault: ft-saturation, targets: [r_arm_ft], phases: [{phase: lift}]", STOPPED, "outside of the object seen", "lower"),
     ("fault: ft-noise, targets: [r_arm_ft], phases: [{phase: lift}]", STOPPED, "N more or less|does not stay", "lower"),
-    ("fault: ft-swap, targets: [r_arm_ft], phases: [{phase: lift}]", STOPPED, "outside of the object seen", "lower"),
-    ("fault: ft-sign, targets: [r_arm_ft], axis: 2, phases: [{phase: lift}]", STOPPED, "contradict|outside|not in the hand", "lower"),
+    ("fault: ft-swap, targets: [r_arm_ft], phases: [{phase: lift}]", STOPPED, "that sensor is off", "lower"),
+    ("fault: ft-sign, targets: [r_arm_ft], axis: 2, phases: [{phase: lift}]", STOPPED, "that sensor is off", "lower"),
     ("fault: ft-bias-drift, targets: [r_arm_ft], torque: 0.05, phases: [{phase: lift}]", STOPPED, "does not stay", "lower"),
     ("fault: ft-sign, targets: [l_leg_ft], axis: 2, phases: [{phase: look}]", STOPPED, "the feet's .* sensors carry", 0.15),
     ("fault: ft-gain, targets: [r_leg_ft], gain: 0.7, phases: [{phase: lift}]", STOPPED, "the feet's .* sensors carry", 1.5),
@@ -41,6 +41,10 @@ CASES = (
     ("fault: slip, targets: [bar], friction: 0.05, after_s: 3, phases: [{phase: lift}]", DONE | STOPPED, None, "watch"),
     ("fault: push, targets: [RSoftHand], y: 40, after_s: 2, lasts_s: 0.3, phases: [{phase: approach}]", DONE,
      "meets something that was not seen", "watch"),
+    ("fault: push, targets: [RForearm], y: 60, after_s: 2, lasts_s: 1, phases: [{phase: approach}]", STOPPED,
+     "something touches the arm", 0.5),
+    ("fault: push, targets: [RForearm], z: -60, after_s: 4, lasts_s: 1, phases: [{phase: lift}]", STOPPED,
+     "something touches the arm.*the object was lowered", "lower"),
     ("fault: push, targets: [RForearm], y: 30, after_s: 3, lasts_s: 0.2, phases: [{phase: lift}]", DONE, None, "watch"),
 )
 

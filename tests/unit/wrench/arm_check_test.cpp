@@ -1,0 +1,125 @@
+// Torques of an arm against what the change of potential energy and virtual work say of the same posture.
+
+#include "adaptation/wrench/arm_check.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "urdf/reader/robot_model.h"
+
+namespace walkman::wrench {
+namespace {
+
+using testing::HasSubstr;
+
+constexpr double kCycle = 0.005;  // s
+constexpr double kGravity = 9.81;
+
+class ArmCheckTest : public testing::Test {
+ protected:
+  ArmCheckTest() { kinematics.update(q); }
+
+  [[nodiscard]] static HandParts right() {
+    HandParts hand;
+    hand.name = "right";
+    hand.arm.joints = joints();
+    hand.force_torque = "r_arm_ft";
+    return hand;
+  }
+  [[nodiscard]] static std::vector<std::string> joints() {
+    return {"RShSag", "RShLat", "RShYaw", "RElbj", "RForearmPlate", "RWrj1", "RWrj2"};
+  }
+  /// Torques that keep still what `energy` (J) is the potential of, by central differences.
+  template <typename Energy>
+  [[nodiscard]] Eigen::VectorXd held(const Energy& energy) {
+    constexpr double kStep = 1e-5;
+    Eigen::VectorXd tau(q.size());
+    for (Eigen::Index i = 0; i < q.size(); ++i) {
+      Eigen::VectorXd moved = q;
+      moved[i] += kStep;
+      kinematics.update(moved);
+      tau[i] = energy();
+      moved[i] -= 2 * kStep;
+      kinematics.update(moved);
+      tau[i] = (tau[i] - energy()) / (2 * kStep);
+    }
+    kinematics.update(q);
+    return tau;
+  }
+  [[nodiscard]] Eigen::VectorXd own_weight() {
+    return held([&] { return kinematics.total_mass() * kGravity * kinematics.com().z(); });
+  }
+  /// Of a force f_W on a point of a link.
+  [[nodiscard]] Eigen::VectorXd against(const std::string& link, const Eigen::Vector3d& p_LP,
+                                        const Eigen::Vector3d& f_W) {
+    const int index = model.link_index(link);
+    return held([&] { return -f_W.dot(kinematics.X_WL(index) * p_LP); });
+  }
+  /// What the wrist's sensor reads of the hand and of a force f_W on a point of it.
+  [[nodiscard]] Wrench reading(const Eigen::Vector3d& p_SP, const Eigen::Vector3d& f_W) const {
+    Wrench F = HandWeight(model, "r_arm_ft").F_So_S(kinematics);
+    const Eigen::Vector3d f_S = kinematics.X_WL(model.link_index("r_arm_ft")).linear().transpose() * f_W;
+    F.force += f_S;
+    F.torque += p_SP.cross(f_S);
+    return F;
+  }
+  std::optional<std::string> after(double seconds, const Eigen::VectorXd& torques, const Wrench& F_So_S) {
+    for (int i = 0; i < static_cast<int>(seconds / kCycle); ++i)
+      check.take(kinematics, torques, F_So_S, kCycle);
+    return check.touch();
+  }
+
+  RobotModel model = load_robot_model(std::string(WALKMAN_URDF_DIR) + "/walkman.urdf");
+  motion::KinematicTree kinematics{model, joints()};
+  Eigen::VectorXd q{{0.3, -0.4, 0.2, -1.3, 0.4, 0.2, -0.3}};
+  ArmCheck check{model, right(), joints()};
+  const Eigen::Vector3d zero = Eigen::Vector3d::Zero();
+};
+
+TEST_F(ArmCheckTest, AnArmCarriesItselfAndWhatTheSensorReads) {
+  EXPECT_EQ(after(2, own_weight(), reading(zero, zero)), std::nullopt);
+  const Eigen::Vector3d load(4, -7, -60);
+  const Eigen::Vector3d p_SP(0.02, -0.1, -0.2);
+  const Eigen::VectorXd carried = own_weight() + against("r_arm_ft", p_SP, load);
+  EXPECT_GT((carried - own_weight()).cwiseAbs().maxCoeff(), 2 * ArmCheck::kTolerance);
+  EXPECT_EQ(after(2, carried, reading(p_SP, load)), std::nullopt);
+}
+
+TEST_F(ArmCheckTest, WhatTouchesTheForearmIsNotTheSensors) {
+  const Eigen::VectorXd push = against("RForearm", zero, {0, 0, -1});
+  const double most = push.cwiseAbs().maxCoeff();
+  const auto pushed = [&](double torque) {
+    check.restart();
+    return after(2, own_weight() + torque / most * push, reading(zero, zero));
+  };
+  EXPECT_EQ(pushed(ArmCheck::kTolerance - 0.1), std::nullopt);
+  EXPECT_EQ(pushed(-ArmCheck::kTolerance + 0.1), std::nullopt);
+  const auto found = pushed(ArmCheck::kTolerance + 0.1);
+  ASSERT_TRUE(found);
+  Eigen::Index worst = 0;
+  push.cwiseAbs().maxCoeff(&worst);
+  EXPECT_THAT(*found, HasSubstr("joint " + joints()[static_cast<std::size_t>(worst)] + ":"));
+  EXPECT_THAT(*found, HasSubstr("touches the arm"));
+  EXPECT_TRUE(pushed(-ArmCheck::kTolerance - 0.1));
+}
+
+TEST_F(ArmCheckTest, ASensorThatHidesTheLoadIsOff) {
+  const Eigen::Vector3d load(0, 0, -60);
+  EXPECT_TRUE(after(2, own_weight() + against("r_arm_ft", zero, load), reading(zero, zero)));
+}
+
+TEST_F(ArmCheckTest, ABlowIsNoTouchAndOneReadingNoMean) {
+  const Eigen::VectorXd blow = against("RForearm", zero, {0, 0, -200});
+  EXPECT_EQ(after(0.45, own_weight() + blow, reading(zero, zero)), std::nullopt);
+  EXPECT_TRUE(after(0.1, own_weight() + blow, reading(zero, zero)));
+  check.restart();
+  EXPECT_EQ(after(2, own_weight(), reading(zero, zero)), std::nullopt);
+  EXPECT_EQ(after(0.03, own_weight() + 0.2 * blow, reading(zero, zero)), std::nullopt);
+}
+
+TEST_F(ArmCheckTest, RefusesAnArmNobodyTellsOf) {
+  EXPECT_THROW(ArmCheck(model, right(), {"LElbj"}), std::runtime_error);
+}
+
+}  // namespace
+}  // namespace walkman::wrench
