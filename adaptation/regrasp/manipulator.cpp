@@ -86,6 +86,7 @@ void Manipulator::start() {
   while (!motion_->balanced()) cycle();
   settle();
   session_.require_sound_encoders();
+  session_.begin_to_watch_arms();
   X_TH_start_ = motion_->X_WH();
   q_start_ = motion_->q_ref();
 }
@@ -104,7 +105,7 @@ void Manipulator::cycle() {
   }
   session_.tick(motion_->step(session_.period()));
   if (const auto touch = session_.new_touch()) {
-    if (lifting_) throw Refused(*touch);
+    if (lifted_ > 0) throw Refused(*touch);
     throw RunStopped(*touch);
   }
   if (lifting_) require_strength();
@@ -601,6 +602,7 @@ void Manipulator::put_down() {
 
 Eigen::Isometry3d Manipulator::lower_and_release() {
   lifting_ = false;
+  lifted_ = 0;
   put_down();
   Eigen::Isometry3d X_TH = session_.X_TH();
   // Without the load the hand rises to where it closed: a palm that is pressed on what is round rolls it
@@ -618,7 +620,6 @@ Eigen::Isometry3d Manipulator::lower_and_release() {
   session_.set_holding(false);
   payload_ = {};
   ascend();
-  lifted_ = 0;
   return X_TH;
 }
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <exception>
 #include <functional>
 #include <future>
 #include <limits>
@@ -128,6 +129,8 @@ struct Regrasp::Impl {
   void require_gain(const Weighing& first, const Weighing& last, const PlannedGrasp& grasp);
   /// What keeps the hands from where the torque would be less by more than d_thres; empty when nothing.
   [[nodiscard]] std::string hindrance(const PlannedGrasp& grasp) const;
+  /// Watches the object in the hand; whether its load has changed.
+  bool watch();
   /// Lowers the object again and throws RunStopped with the reason.
   [[noreturn]] void lower_for(const Refused& refusal);
   /// Returns where the hand was when it let go, in T.
@@ -178,9 +181,16 @@ template <typename T>
 T Regrasp::Impl::await(const std::function<T()>& think) {
   if (thinking == Thinking::kBetweenCycles) return think();
   auto result = std::async(std::launch::async, think);
+  std::exception_ptr stopped;
   while (result.wait_for(std::chrono::seconds(0)) != std::future_status::ready) {
-    manipulator.hold(session.period());
+    try {
+      manipulator.hold(session.period());
+    } catch (const RunStopped&) {
+      // A thought cannot be ended, and the drives want their cycle meanwhile.
+      if (!stopped) stopped = std::current_exception();
+    }
   }
+  if (stopped) std::rethrow_exception(stopped);
   return result.get();
 }
 
@@ -409,9 +419,22 @@ void Regrasp::Impl::reach(const PlannedGrasp& grasp) {
 }
 
 void Regrasp::Impl::lower_for(const Refused& refusal) {
-  const std::string reason = fmt::format("{}; the object was lowered", refusal.what());
-  lower_again();
-  throw RunStopped(reason);
+  observer.on_warning(fmt::format("{}; the object is being lowered", refusal.what()), session.now());
+  try {
+    lower_again();
+  } catch (const RunStopped& stopped) {
+    throw RunStopped(fmt::format("{}; while the object was lowered: {}", refusal.what(), stopped.what()));
+  }
+  throw RunStopped(fmt::format("{}; the object was lowered", refusal.what()));
+}
+
+bool Regrasp::Impl::watch() {
+  try {
+    session.enter(Phase::kWatch);
+    return manipulator.watch();
+  } catch (const Refused& refusal) {
+    lower_for(refusal);
+  }
 }
 
 Weighing Regrasp::Impl::lift_and_weigh(const std::optional<double>& best_cost) {
@@ -615,8 +638,7 @@ Report Regrasp::run() {
       same.push_back(weighing);
       const auto ending = ending_after(same, nearest, limits);
       if (!ending) break;
-      r.session.enter(Phase::kWatch);
-      if (!r.manipulator.watch()) {
+      if (!r.watch()) {
         report.ending = *ending;
         if (same.size() > 1) report.hindrance = r.hindrance(grasp);
         return report;

@@ -88,9 +88,10 @@ Session::Session(const KnownRobot& known, robot::Robot& robot, robot::Cycle& cyc
       mean_torques_(Eigen::VectorXd::Zero(measured_.dof())),
       camera_link_(known.model.link_index(known.description.optical_frame)) {
   use(known.description.working_hands().front());
-  for (const HandParts& hand : known.description.working_hands())
-    arms_.push_back({wrench::ArmCheck(known.model, hand, robot.joint_names()),
+  for (const HandParts& hand : known.description.working_hands()) {
+    arms_.push_back({wrench::ArmCheck(known.model, hand.force_torque, hand.arm.joints, robot.joint_names()),
                      place_of(robot.sensor_names(), hand.force_torque, "force/torque sensor")});
+  }
   const auto& stance = known.description.stance;
   if (!stance) return;
   for (const std::string& foot : stance->feet) {
@@ -181,12 +182,15 @@ void Session::watch_arms() {
   for (Arm& arm : arms_) arm.check.take(measured_, torques_, robot_.sensors()[arm.sensor].F_So_S, period_);
 }
 
+void Session::begin_to_watch_arms() {
+  for (Arm& arm : arms_) arm.check.take_zero();
+}
+
 std::optional<std::string> Session::new_touch() {
-  if (touch_told_) return std::nullopt;
-  for (const Arm& arm : arms_) {
-    const auto touch = arm.check.touch();
+  for (Arm& arm : arms_) {
+    auto touch = arm.check.touch();
     if (!touch) continue;
-    touch_told_ = true;
+    arm.check.accept();
     return touch;
   }
   return std::nullopt;

@@ -38,7 +38,7 @@ enum class Reaction {
 class Session {
  public:
   /// References are kept. Works with the first of the robot's hands until `use`. Throws std::runtime_error
-  /// when it has none.
+  /// when it has none, or one without mass.
   Session(const KnownRobot& known, robot::Robot& robot, robot::Cycle& cycle, Observer& observer);
 
   /// Boots every node, and finds out whether the robot stands: its feet's sensors then carry most of its
@@ -91,7 +91,10 @@ class Session {
   /// Of a robot at rest: throws RunStopped when a joint's spring carries another torque than the posture and
   /// the ground make. Both of the joint's encoders make that torque, so one of them is off.
   void require_sound_encoders() const;
-  /// One sentence when something touches an arm beside its hand; told once, for the run is to end.
+  /// Of a robot at rest that nothing touches.
+  void begin_to_watch_arms();
+  /// One sentence when something touches an arm, in use or not, other than at its hand; told again when it
+  /// grows.
   [[nodiscard]] std::optional<std::string> new_touch();
   [[nodiscard]] const Wrench& F_So_S() const;  ///< raw reading of the wrist sensor S
   [[nodiscard]] double hand_closure() const;   ///< of the fingers, 0 open .. 1 closed
@@ -133,7 +136,6 @@ class Session {
     std::size_t sensor = 0;
   };
   std::vector<Arm> arms_;
-  bool touch_told_ = false;
   std::vector<std::size_t> foot_sensors_;                // none when the robot has no such sensors
   const cia404::InertialUnit* inertial_unit_ = nullptr;  // none when the robot has no such sensor
   std::vector<int> foot_sensor_links_;

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <stdexcept>
 
 #include <fmt/format.h>
 
@@ -14,19 +13,29 @@ constexpr double kSettled = 0.5;    // s, for a mean that began with one reading
 
 }  // namespace
 
-ArmCheck::ArmCheck(const RobotModel& model, const HandParts& hand,
-                   const std::vector<std::string>& joint_names)
-    : hand_(model, hand.force_torque),
-      sensor_link_(model.link_index(hand.force_torque)),
-      expected_(static_cast<Eigen::Index>(joint_names.size())),
+ArmCheck::ArmCheck(const RobotModel& model, const std::string& sensor_frame,
+                   const std::vector<std::string>& arm, const std::vector<std::string>& joint_names)
+    : hand_(model, sensor_frame),
+      sensor_link_(model.link_index(sensor_frame)),
+      gravity_(static_cast<Eigen::Index>(joint_names.size())),
       J_(6, static_cast<Eigen::Index>(joint_names.size())) {
-  for (const std::string& name : hand.arm.joints) {
-    const auto found = std::find(joint_names.begin(), joint_names.end(), name);
-    if (found != joint_names.end()) joints_.push_back({name, found - joint_names.begin(), 0});
+  const auto has = [](const std::vector<std::string>& names, const std::string& name) {
+    return std::find(names.begin(), names.end(), name) != names.end();
+  };
+  int parent_joint = model.links[static_cast<std::size_t>(sensor_link_)].parent_joint;
+  while (parent_joint >= 0) {
+    const walkman::Joint& joint = model.joints[static_cast<std::size_t>(parent_joint)];
+    if (has(arm, joint.name) && has(joint_names, joint.name)) {
+      Joint& watched = joints_.emplace_back();
+      watched.name = joint.name;
+      watched.place = std::find(joint_names.begin(), joint_names.end(), joint.name) - joint_names.begin();
+    }
+    parent_joint = model.links[static_cast<std::size_t>(joint.parent_link)].parent_joint;
   }
-  if (joints_.empty())
-    throw std::runtime_error(model.file.string() + ": no torque is told of a joint of the " + hand.name +
-                             " arm, expected one at least");
+}
+
+double ArmCheck::Joint::most() const {
+  return accepted + kTolerance + kSpringShare * std::abs(expected - expected_at_zero);
 }
 
 void ArmCheck::take(const motion::KinematicTree& posed, const Eigen::VectorXd& torques, const Wrench& F_So_S,
@@ -36,27 +45,40 @@ void ArmCheck::take(const motion::KinematicTree& posed, const Eigen::VectorXd& t
   // What the sensor reads beside the hand's own weight, which the arm's already has in it.
   const Wrench hand = hand_.F_So_S(posed);
   const Eigen::Matrix3d& R_WS = posed.X_WL(sensor_link_).linear();
-  posed.gravity_torques(expected_);
+  posed.gravity_torques(gravity_);
   posed.jacobian(sensor_link_, Eigen::Vector3d::Zero(), J_);
   const Eigen::Vector3d t = R_WS * (F_So_S.torque - hand.torque);
   const Eigen::Vector3d f = R_WS * (F_So_S.force - hand.force);
   for (Joint& joint : joints_) {
     const auto column = J_.col(joint.place);
-    const double carried = expected_[joint.place] - column.head<3>().dot(t) - column.tail<3>().dot(f);
-    joint.beyond += share * (torques[joint.place] - carried - joint.beyond);
+    const double expected = gravity_[joint.place] - column.head<3>().dot(t) - column.tail<3>().dot(f);
+    joint.expected += share * (expected - joint.expected);
+    joint.carried += share * (torques[joint.place] - joint.carried);
+    if (accepting_for_ > 0) joint.accepted = std::max(joint.accepted, std::abs(joint.beyond()));
   }
+  accepting_for_ -= dt;
+}
+
+void ArmCheck::take_zero() {
+  for (Joint& joint : joints_) {
+    joint.zero = joint.carried - joint.expected;
+    joint.expected_at_zero = joint.expected;
+  }
+  zeroed_ = true;
 }
 
 std::optional<std::string> ArmCheck::touch() const {
-  if (taken_for_ < kSettled) return std::nullopt;
-  const auto worst = std::max_element(joints_.begin(), joints_.end(), [](const Joint& a, const Joint& b) {
-    return std::abs(a.beyond) < std::abs(b.beyond);
-  });
-  if (std::abs(worst->beyond) <= kTolerance) return std::nullopt;
-  return fmt::format(
-      "joint {}: carries {:+.1f} N·m more than the arm's weight and the wrist's sensor make, expected within "
-      "{:g}: something touches the arm, or one of its encoders or that sensor is off",
-      worst->name, worst->beyond, kTolerance);
+  if (!zeroed_ || taken_for_ < kSettled || accepting_for_ > 0) return std::nullopt;
+  for (const Joint& joint : joints_) {
+    if (std::abs(joint.beyond()) <= joint.most()) continue;
+    return fmt::format(
+        "joint {}: its spring carries {:.1f} N·m, the arm's weight and the load by the wrist's sensor make "
+        "{:.1f}, expected within {:.1f}: something touches the arm, or an encoder or that sensor is off",
+        joint.name, joint.carried - joint.zero, joint.expected, joint.most());
+  }
+  return std::nullopt;
 }
+
+void ArmCheck::accept() noexcept { accepting_for_ = kSettled; }
 
 }  // namespace walkman::wrench
