@@ -19,16 +19,14 @@ ArmCheck::ArmCheck(const RobotModel& model, const std::string& sensor_frame,
       sensor_link_(model.link_index(sensor_frame)),
       gravity_(static_cast<Eigen::Index>(joint_names.size())),
       J_(6, static_cast<Eigen::Index>(joint_names.size())) {
-  const auto has = [](const std::vector<std::string>& names, const std::string& name) {
-    return std::find(names.begin(), names.end(), name) != names.end();
-  };
   int parent_joint = model.links[static_cast<std::size_t>(sensor_link_)].parent_joint;
   while (parent_joint >= 0) {
     const walkman::Joint& joint = model.joints[static_cast<std::size_t>(parent_joint)];
-    if (has(arm, joint.name) && has(joint_names, joint.name)) {
+    const auto place = std::find(joint_names.begin(), joint_names.end(), joint.name);
+    if (place != joint_names.end() && std::find(arm.begin(), arm.end(), joint.name) != arm.end()) {
       Joint& watched = joints_.emplace_back();
       watched.name = joint.name;
-      watched.place = std::find(joint_names.begin(), joint_names.end(), joint.name) - joint_names.begin();
+      watched.place = place - joint_names.begin();
     }
     parent_joint = model.links[static_cast<std::size_t>(joint.parent_link)].parent_joint;
   }
