@@ -14,7 +14,7 @@
 namespace walkman {
 namespace {
 
-/// A parameter's key, its member, and the values that make sense for it.
+/// A parameter's key, its member, and its valid range.
 template <typename Stage>
 struct Number {
   const char* key;
@@ -22,7 +22,7 @@ struct Number {
   double least, most;
 };
 
-/// The same for a whole number.
+/// The same for an integer.
 template <typename Stage>
 struct Count {
   const char* key;
@@ -30,7 +30,7 @@ struct Count {
   long long least, most;
 };
 
-// As `least`: zero itself is refused, too.
+// As `least`: zero itself is rejected, too.
 constexpr double kAboveZero = std::numeric_limits<double>::min();
 
 /// The parameters of one section; those without a key in the file keep their defaults.

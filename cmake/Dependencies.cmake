@@ -1,5 +1,5 @@
-# Third-party libraries, each as one imported target whose headers are system headers.
-# docs/architecture.md says what each is for.
+# Third-party libraries, each as one imported target whose headers are system headers. docs/architecture.md gives the
+# purpose of each.
 
 find_package(PkgConfig REQUIRED)
 find_package(Threads REQUIRED)
@@ -22,8 +22,8 @@ pkg_check_modules(kdl REQUIRED IMPORTED_TARGET orocos-kdl)
 # The double-precision build of Bullet; the plain "Bullet" package is single precision, and the two cannot be mixed.
 pkg_check_modules(bullet REQUIRED IMPORTED_TARGET bullet-float64)
 
-# PCL's own CMake package pulls VTK, Qt and more into every consumer, and its pkg-config files MPI and OpenNI; only
-# these libraries are used.
+# PCL's own CMake package pulls VTK, Qt and more into every consumer, and its pkg-config files pull in MPI and OpenNI;
+# only these libraries are used.
 find_path(PCL_INCLUDE_DIR pcl/point_types.h PATH_SUFFIXES pcl-1.13 pcl-1.14 pcl-1.15 REQUIRED)
 add_library(walkman_pcl INTERFACE)
 target_include_directories(walkman_pcl SYSTEM INTERFACE "${PCL_INCLUDE_DIR}")
@@ -35,5 +35,5 @@ endforeach()
 target_link_libraries(walkman_pcl INTERFACE Eigen3::Eigen Threads::Threads)
 add_library(PCL::PCL ALIAS walkman_pcl)
 
-# Optional: another engine, to compare with.
+# Optional: another engine, for comparison.
 find_package(mujoco QUIET)

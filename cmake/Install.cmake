@@ -1,5 +1,5 @@
-# `cmake --install`: the program, the data it looks up beside itself (apps/shared/data_directory.h), and the descriptions of
-# the emulated devices, which the program itself writes at build time.
+# `cmake --install`: the program, the data that it looks up next to itself (apps/shared/data_directory.h), and the
+# descriptions of the emulated devices, which the program itself writes at build time.
 
 include(GNUInstallDirs)
 set(share "${CMAKE_INSTALL_DATADIR}/walkman-hil")

@@ -13,7 +13,7 @@ set(WALKMAN_SANITIZE "" CACHE STRING "Sanitizers to compile with, as -fsanitize=
 get_filename_component(WALKMAN_ROOT "${CMAKE_CURRENT_LIST_DIR}/.." ABSOLUTE)
 
 # Paths below the source tree are hashed relative to it, so that every clone finds what another one compiled. A cache
-# folder that cannot be written (a read-only home) must not stop the build: then the cache is the build folder's own.
+# folder that cannot be written (a read-only home) must not stop the build: the cache is then in the build folder.
 find_program(CCACHE_PROGRAM ccache)
 if(CCACHE_PROGRAM)
   set(CMAKE_CXX_COMPILER_LAUNCHER env "CCACHE_BASEDIR=${WALKMAN_ROOT}" CCACHE_SLOPPINESS=pch_defines,time_macros
@@ -31,7 +31,7 @@ add_library(walkman_settings INTERFACE)
 target_include_directories(walkman_settings INTERFACE "${WALKMAN_ROOT}")
 target_compile_options(walkman_settings INTERFACE -Wall -Wextra -Wpedantic -Wshadow -Wnon-virtual-dtor
                                                   -Woverloaded-virtual -Wcast-qual)
-if(CMAKE_UNITY_BUILD)  # GCC takes the files of a batch for headers, whose types must not have parts that are a file's own
+if(CMAKE_UNITY_BUILD)  # GCC treats the files of a batch as headers, whose types must not have members that are local to a file
   target_compile_options(walkman_settings INTERFACE $<$<CXX_COMPILER_ID:GNU>:-Wno-subobject-linkage>)
 endif()
 if(WALKMAN_WARNINGS_AS_ERRORS)
@@ -41,20 +41,20 @@ if(WALKMAN_SANITIZE)
   target_compile_options(walkman_settings INTERFACE "-fsanitize=${WALKMAN_SANITIZE}" -fno-sanitize-recover=all
                                                     -fno-omit-frame-pointer)
   target_link_options(walkman_settings INTERFACE "-fsanitize=${WALKMAN_SANITIZE}")
-  # Under a sanitizer Eigen allocates in another way, and memory that Debian's PCL frees would come from the wrong one.
+  # Under a sanitizer Eigen allocates differently, and memory freed by Debian's PCL would come from the wrong allocator.
   target_compile_definitions(walkman_settings INTERFACE EIGEN_MALLOC_ALREADY_ALIGNED=1)
 endif()
 if(WALKMAN_SANITIZE MATCHES "thread")
-  # Whoever waits for TBB's tasks does so inside Debian's library, which the sanitizer does not see; with its assertions TBB's
-  # headers look at the counter themselves once more before its memory, on the stack, becomes something else's.
+  # Waiting for TBB's tasks happens inside Debian's library, which the sanitizer does not see; with assertions enabled,
+  # TBB's headers check the counter once more themselves before its memory, on the stack, is reused.
   target_compile_definitions(walkman_settings INTERFACE TBB_USE_ASSERT=1)
 endif()
 
-# What the code of the tests themselves is compiled with: little optimisation, and of the sanitizers' checks not those of every
-# access to memory, which cost half of the time to compile and which the product's code has.
+# Settings for the code of the tests themselves: little optimisation, and without the sanitizers' checks of every access
+# to memory, which take half of the compile time and which the product's code has.
 add_library(walkman_test_settings INTERFACE)
 target_link_libraries(walkman_test_settings INTERFACE walkman_settings)
-# With so little, GCC 12 takes joined strings for overruns (its bugs 105329, 105651 and the like).
+# At this level of optimisation, GCC 12 takes joined strings for overruns (its bugs 105329, 105651 and similar ones).
 target_compile_options(walkman_test_settings INTERFACE $<$<CONFIG:Release>:-O1 -Wno-array-bounds -Wno-restrict
                                                            -Wno-stringop-overflow -Wno-stringop-overread>)
 if(WALKMAN_SANITIZE MATCHES "undefined")
@@ -77,18 +77,19 @@ function(walkman_library name)
   add_library(walkman_${name} STATIC ${ARG_SOURCES})
   add_library(walkman::${name} ALIAS walkman_${name})
   target_link_libraries(walkman_${name} PUBLIC walkman_settings ${ARG_PUBLIC} PRIVATE ${ARG_PRIVATE})
-  if(WALKMAN_SANITIZE)  # with as much optimisation as a release has, GCC 12 would take joined strings for overruns
+  if(WALKMAN_SANITIZE)  # with release optimisation, GCC 12 would take joined strings for overruns
     target_precompile_headers(walkman_${name} REUSE_FROM walkman_library_headers)
   endif()
-  # A section a function: then the linker can tell which ones no program reaches (tests/house).
+  # One section per function, so that the linker can tell which ones no program reaches (tests/house).
   target_compile_options(walkman_${name} PRIVATE -ffunction-sections)
 endfunction()
 
-# walkman_test(NAME SOURCES... LINK targets... [THREADED | STATISTICAL]): a GoogleTest program; each of its cases is one CTest
-# test, except under a sanitizer, where the program is. Tests run in the source tree and name files relative to it, so that their
-# objects are the same in every clone. What stands below tests/unit has the label unit, or threaded if it is for the thread sanitizer too, and is built by the target of
-# that name (unit_tests builds both). What goes through the same code for many seeds has the label statistical instead: a
-# sanitizer would find no more there, at twenty times the cost.
+# walkman_test(NAME SOURCES... LINK targets... [THREADED | STATISTICAL]): a GoogleTest program; each of its cases is one
+# CTest test, except under a sanitizer, where the program is. Tests run in the source tree and name files relative to
+# it, so that their objects are the same in every clone. Tests below tests/unit have the label unit, or threaded if they
+# are for the thread sanitizer too, and are built by the target of that name (unit_tests builds both). Tests that run
+# the same code for many seeds have the label statistical instead: a sanitizer would find nothing more there, at twenty
+# times the cost.
 add_custom_target(unit_tests)
 add_custom_target(threaded_tests)
 add_dependencies(unit_tests threaded_tests)
@@ -112,7 +113,7 @@ function(walkman_test name)
     set(label unit)
     add_dependencies(unit_tests ${name})
   endif()
-  if(WALKMAN_SANITIZE)  # there a process of its own for each case would cost more than most cases
+  if(WALKMAN_SANITIZE)  # a separate process for each case would cost more here than most cases
     add_test(NAME ${name} COMMAND ${name} --gtest_brief=1 WORKING_DIRECTORY "${WALKMAN_ROOT}")
     set_tests_properties(${name} PROPERTIES TIMEOUT 1200 LABELS ${label})
   else()

@@ -13,7 +13,7 @@
 namespace walkman {
 namespace {
 
-/// How many devices of some kinds stand before `device` in the table: its place among the plant's.
+/// Number of devices of the given kinds before `device` in the table, which is its index in the plant.
 int place_of(const Device& device, const DeviceTable& table, std::initializer_list<DeviceKind> kinds) {
   int place = 0;
   for (const Bus& bus : table.buses) {
@@ -56,7 +56,7 @@ nodes::DriveParameters drive_parameters(const DeviceSurroundings& surroundings, 
   return parameters;
 }
 
-/// Every sensor has its own stream of the scene's seed.
+/// Random numbers of one sensor: each has its own stream, derived from the scene's seed.
 std::mt19937_64 sensor_stream(const Device& device, std::uint64_t seed) {
   std::seed_seq sequence{static_cast<std::uint32_t>(seed), static_cast<std::uint32_t>(seed >> 32U),
                          static_cast<std::uint32_t>(device.node_id)};
@@ -75,7 +75,7 @@ nodes::ForceTorqueParameters force_torque_parameters(const Device& device, const
   return parameters;
 }
 
-/// The kind that the device table names: a file of the folder of kinds.
+/// Loads the kind that the device table names from its file in the folder of kinds.
 ForceTorqueKind force_torque_kind(const DeviceSurroundings& s, const Device& device) {
   const std::filesystem::path folder =
       s.options.sensors.empty() ? s.options.actuators / "../../nodes/measuring" : s.options.sensors;
@@ -86,8 +86,8 @@ ForceTorqueKind force_torque_kind(const DeviceSurroundings& s, const Device& dev
   return load_force_torque_kind(file);
 }
 
-// Errors of an inertial unit, uniform within plus or minus, and noise of a sample: estimates in the range of
-// MEMS attitude sensors.
+// Errors of an inertial unit, uniform within plus or minus these values, and the noise of a sample: estimates
+// in the range of MEMS attitude sensors.
 constexpr double kForceBias = 0.02;   // m/s²
 constexpr double kForceNoise = 0.02;  // m/s²
 constexpr double kRateBias = 5e-4;    // rad/s
@@ -126,7 +126,7 @@ nodes::ServoFeedback feedback(const plant::ActuatorReadings& readings) {
   return out;
 }
 
-/// A joint's or a hand's drive.
+/// The drive of a joint or a hand.
 class EmulatedDrive final : public EmulatedDevice {
  public:
   EmulatedDrive(const DeviceSurroundings& s, const Device& device, std::uint16_t bus_number)
@@ -210,7 +210,7 @@ std::unique_ptr<EmulatedDevice> make(const DeviceSurroundings& surroundings, con
   return std::make_unique<Made>(surroundings, device, bus_number);
 }
 
-/// What stands on the bus for each kind of device.
+/// How each kind of device is made.
 constexpr std::array<std::pair<DeviceKind, Maker>, 4> kMakers{
     {{DeviceKind::kJointDrive, &make<EmulatedDrive>},
      {DeviceKind::kHandDrive, &make<EmulatedDrive>},

@@ -18,7 +18,7 @@ namespace {
 
 constexpr double kSubStep = plant::Plant::kStep / plant::Plant::kSubSteps;
 
-/// FNV-1a of a file's bytes; of none when it cannot be read.
+/// FNV-1a hash of a file's bytes; that of no bytes if the file cannot be read.
 std::uint32_t hash_of(const std::filesystem::path& file) {
   std::ifstream stream(file, std::ios::binary);
   std::uint32_t hash = 0x811C9DC5;
@@ -42,17 +42,17 @@ struct Emulator::Impl {
   MultiSense multisense;
   std::vector<std::unique_ptr<bus::CanBus>> buses;
   std::vector<std::unique_ptr<EmulatedDevice>> devices;  // in the order of the device table
-  std::vector<std::string> names;                        // the same
-  std::vector<std::size_t> node_counts;                  // of each bus
-  std::vector<faults::Breakable> breakable;              // the same
-  std::vector<std::string> objects;                      // of the scene
-  std::map<std::string, int> weights;                    // and which object each is on
-  std::vector<faults::KnownTarget> targets;              // of faults
-  std::optional<faults::FaultInjector> injector;         // there from the start, for it counts the phases
+  std::vector<std::string> names;                        // in the same order
+  std::vector<std::size_t> node_counts;                  // for each bus
+  std::vector<faults::Breakable> breakable;              // in the order of the device table
+  std::vector<std::string> objects;                      // names of the scene's objects
+  std::map<std::string, int> weights;                    // index of the object each weight is attached to
+  std::vector<faults::KnownTarget> targets;              // possible targets of faults
+  std::optional<faults::FaultInjector> injector;         // exists from the start because it counts the phases
   Time now{};
 };
 
-/// A fault of a sensor that is not there would never be seen.
+/// Rejects faults of sensors that do not exist, which would go unnoticed.
 void require_sensors(const Scene& scene, const DeviceTable& table) {
   std::vector<std::string> known;
   for (const Bus& bus : table.buses)
@@ -124,7 +124,7 @@ void Emulator::Impl::step() {
   const Time next = now + kPhysicsStep;
   injector->step(now);
   for (const auto& bus : buses) bus->advance(next);
-  // No drive feels another before the plant has moved: each does its sub-steps while the cache has it.
+  // Drives do not affect one another until the plant moves, so each runs its sub-steps while it is cached.
   for (const auto& device : devices)
     for (int sub_step = 0; sub_step < plant::Plant::kSubSteps; ++sub_step) device->control(kSubStep);
   plant.turn_spindle(multisense.spindle_rate());

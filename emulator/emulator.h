@@ -20,65 +20,65 @@
 namespace walkman {
 
 struct EmulatorOptions {
-  std::filesystem::path actuators;  ///< folder of actuator classes, a YAML file each
-  std::filesystem::path sensors;    ///< folder of force/torque sensor kinds; empty: beside `actuators`
-  SensorErrors sensor_errors = SensorErrors::kAll;  ///< of the force/torque sensors
-  RobotErrors robot_errors;      ///< how drives, sensors and gravity differ from what the files say
-  std::filesystem::path camera;  ///< YAML of its parameters; empty: beside `actuators`
-  std::uint64_t seed = 1;        ///< of the sensors' noise
+  std::filesystem::path actuators;  ///< folder of actuator classes, one YAML file each
+  std::filesystem::path sensors;    ///< folder of force/torque sensor kinds; if empty, found from `actuators`
+  SensorErrors sensor_errors = SensorErrors::kAll;  ///< errors of the force/torque sensors
+  RobotErrors robot_errors;      ///< how drives, sensors and gravity differ from their files
+  std::filesystem::path camera;  ///< YAML file of the camera parameters; if empty, found from `actuators`
+  std::uint64_t seed = 1;        ///< seed of the sensor noise
   bool bus_timing = true;        ///< false: frames take no time on the buses
-  std::set<std::string> absent;  ///< devices whose nodes are somebody else's; their brakes stay on
+  std::set<std::string> absent;  ///< devices whose nodes are not emulated here; their brakes stay engaged
 };
 
-/// The robot that is not there: plant, drives, sensors and buses, behind CAN interfaces and a camera.
+/// The emulated robot: plant, drives, sensors and buses, behind CAN interfaces and a camera.
 ///
-/// Lock-step: time moves only in `advance`, in physics steps; within each, the buses carry what is due, every
-/// drive closes its loops, the plant moves, and the sensors' nodes take their samples.
+/// Lock-step: time advances only in `advance`, in physics steps; in each step the buses carry the frames that
+/// are due, every drive runs its control loops, the plant moves, and the sensor nodes take their samples.
 class Emulator {
  public:
   static constexpr Time kPhysicsStep = std::chrono::milliseconds(1);
 
-  /// `robot`, as it truly is, must outlive the emulator. Throws std::runtime_error when scene, table and
-  /// model do not fit together.
+  /// `robot`: the true robot, which must outlive the emulator. Throws std::runtime_error if scene, table and
+  /// model are inconsistent.
   Emulator(const RobotModel& robot, const DeviceTable& devices, const Scene& scene,
            const EmulatorOptions& options);
   ~Emulator();
   Emulator(const Emulator&) = delete;
   Emulator& operator=(const Emulator&) = delete;
 
-  /// Emulates up to `until`, a whole number of physics steps from zero.
+  /// Advances the emulation to `until`, a whole number of physics steps from zero.
   void advance(Time until);
-  /// Breaks something, now or when its time comes. Throws std::runtime_error when there is no such target, or
-  /// it cannot have the fault.
+  /// Injects a fault, now or when its time comes. Throws std::runtime_error if the target does not exist or
+  /// cannot have the fault.
   void inject(const faults::Injection& injection);
-  /// Ends a fault and forgets it; false when there is none of that name.
+  /// Ends a fault and removes it; returns false if there is none of that name.
   bool clear_fault(const std::string& name);
   [[nodiscard]] std::vector<faults::InjectionState> injections() const;
-  /// For how long a fault keeps the control program from being run, from now on: to be asked once a cycle by
-  /// whoever runs it in this process.
+  /// Returns for how long, from now on, a fault keeps the control program from running. To be called once a
+  /// cycle by the code that runs that program in this process.
   [[nodiscard]] Time take_stall();
-  /// An onlooker sees the robot begin a phase of its task; a scene's events may wait for it.
+  /// Notes that an observer sees the robot begin a phase of its task; a scene's events may wait for it.
   void begin_phase(std::string_view phase);
   [[nodiscard]] Time now() const;
 
-  /// Lets the buses alone go on to `until`, within the physics step under way: what a node answers does not
-  /// have to wait for the plant's next millisecond. Later times stop at the end of that step.
+  /// Advances only the buses, to `until` within the current physics step, so that a node's answer need not
+  /// wait for the plant's next millisecond. A later `until` is limited to the end of that step.
   void carry(Time until) noexcept;
-  /// How far the buses are; `now` to one physics step after it.
+  /// Time that the buses have reached: from `now` to one physics step after it.
   [[nodiscard]] Time buses_now() const noexcept;
 
-  /// The computer's end of each bus, in the order of the device table.
+  /// The computer's interface to each bus, in the order of the device table.
   [[nodiscard]] std::vector<can::Interface*> interfaces();
   [[nodiscard]] MultiSense& camera();
   [[nodiscard]] const MultiSense& camera() const;
 
-  /// Nodes that are emulated on each bus, in the same order.
+  /// Number of nodes emulated on each bus, in the same order.
   [[nodiscard]] const std::vector<std::size_t>& node_counts() const;
 
-  /// The buses themselves, for logs and for losing frames on purpose.
+  /// The buses themselves, for logging and for losing frames on purpose.
   [[nodiscard]] std::vector<bus::CanBus*> buses();
 
-  /// Ground truth: for judging, never for the pipeline.
+  /// Ground truth, for evaluation; the pipeline must not use it.
   [[nodiscard]] const plant::Plant& plant() const;
   [[nodiscard]] const RobotModel& robot() const;
 

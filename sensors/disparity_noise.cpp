@@ -15,16 +15,16 @@ enum MatchTerm : std::uint64_t { kCorrelated = 1, kWhite, kBlob };
 constexpr double kCorrelatedPart = 0.8;
 constexpr double kWhitePart = 0.6;
 
-// Mismatched blobs are discs of radius 1 to 3 px, wrong by 1 to 9 px, each pixel of one by 0.7 to 1.3 of its
-// error. Where blobs overlap their errors add up.
+// Mismatched blobs are discs of radius 1 to 3 px, wrong by 1 to 9 px, each pixel of a blob by 0.7 to 1.3 of
+// its error. Where blobs overlap, their errors add up.
 constexpr int kLargestRadius = 3;
 constexpr double kMeanBlobArea = (5 + 13 + 29) / 3.0;  // px in discs x² + y² <= r² for r = 1, 2, 3
 constexpr float kLeastError = 1;
 constexpr float kErrorSpan = 8;
 
-// A window of 7 px holds a dozen pieces of texture that are 2 px wide. They lie up to 3 px from its middle,
-// and with them the disparity that the window finds, by this times the gradient: 3 px over the root of 3 for
-// one, over the root of 12 for their mean.
+// A window of 7 px contains a dozen pieces of texture that are 2 px wide. They lie up to 3 px from its centre
+// and shift the disparity found by the window by this factor times the gradient: 3 px over the root of 3 for
+// one piece, that over the root of 12 for their mean.
 constexpr float kSlantError = 0.5F;  // px per px/px
 constexpr float kMostGradient = 1;   // px per px
 
@@ -87,8 +87,8 @@ void DisparityNoise::take_surfaces(int v, int worker, const SurfacePoints& point
 }
 
 void DisparityNoise::draw_blobs() {
-  // Centres reach past the border, so that the density is the same up to it; blobs overlap by chance, so that
-  // n of them leave exp(−n·area/total) of the pixels untouched.
+  // Centres extend past the border, so that the density is the same up to it; blobs overlap at random, so
+  // that n of them leave exp(−n·area/total) of the pixels untouched.
   const int width = options_.width + 2 * kLargestRadius;
   const int height = options_.height + 2 * kLargestRadius;
   const double count = -std::log1p(-options_.spike_fraction) * width * height / kMeanBlobArea;
@@ -129,7 +129,7 @@ void DisparityNoise::distort_row(int v, int worker, float* matched) {
   quantize(matched);
 }
 
-/// On both sides of an edge the lesser of the two differences is the surface's own.
+/// On either side of an edge, the smaller of the two differences is that of the surface itself.
 void DisparityNoise::find_gradients(int v, std::vector<float>& gradient) const {
   const int width = options_.width;
   gradient.assign(static_cast<std::size_t>(width), 0);
@@ -169,14 +169,14 @@ void DisparityNoise::add_noise(int v, Scratch& scratch, float* matched) const {
   }
 }
 
-/// d − a sin(2πd): costs at whole disparities, and a curve through them that is not theirs (Shimizu, Okutomi,
-/// IJCV 63(3), 2005).
+/// d − a sin(2πd): costs are computed at whole disparities, and the curve fitted through them does not have
+/// their true shape (Shimizu, Okutomi, IJCV 63(3), 2005).
 void DisparityNoise::lock(float* matched) const {
   const auto amplitude = static_cast<float>(options_.locking);
   for (int u = 0; u < options_.width; ++u) {
     const float d = matched[u], shifted = d + 0.5F;
-    const float beside = d - static_cast<float>(static_cast<int>(shifted));  // -0.5..0.5 of what is found
-    // The sine of 2π `beside` to 0.001: a parabola, and as much of its square.
+    const float beside = d - static_cast<float>(static_cast<int>(shifted));  // -0.5..0.5 for matched pixels
+    // The sine of 2π `beside` to within 0.001: a parabola plus a share of its square.
     const float parabola = 8 * beside * (1 - 2 * std::abs(beside));
     const float sine = parabola * (0.775F + 0.225F * std::abs(parabola));
     matched[u] = d - amplitude * sine;
@@ -208,7 +208,7 @@ void DisparityNoise::quantize(float* matched) const {
   const auto step = static_cast<float>(options_.disparity_step);
   if (step > 0) {
     const auto per_px = static_cast<float>(1 / options_.disparity_step);
-    // Disparities that noise made negative are dropped below, so rounding towards zero serves.
+    // Disparities made negative by noise are dropped below, so rounding towards zero is sufficient.
     for (int u = 0; u < options_.width; ++u) {
       const float shifted = matched[u] * per_px + 0.5F;
       matched[u] = static_cast<float>(static_cast<int>(shifted)) * step;

@@ -11,27 +11,28 @@
 
 namespace walkman::sensors {
 
-/// What a block matcher does to a row of disparities: correlated and white noise, a pull to whole
+/// Errors of a block matcher in a row of disparities: correlated and white noise, locking to whole
 /// disparities, blobs of wrong matches, patches without a match, the lattice of the wire format, the limits
 /// of the search.
 ///
-/// What comes of the surfaces is theirs and stays from frame to frame (MatchTexture): the correlated part of
-/// the noise, and the patches without texture. Where a surface is seen at an angle the window holds several
-/// disparities, of which each piece of texture makes its own; no match is found where they change by a pixel
-/// from one to the next (gradient limit of Burt and Julesz, Science 208, 1980; in matchers Pollard, Mayhew,
-/// Frisby, Perception 14, 1985). White noise and blobs draw from their own sequences, keyed by (seed, frame,
-/// term, row or blob), so switching one off leaves the others as they were.
+/// Errors caused by the surfaces are fixed to them and persist from frame to frame (MatchTexture): the
+/// correlated part of the noise, and the patches without texture. Where a surface is seen at an angle, the
+/// window contains several disparities, and each piece of texture contributes its own; no match is found
+/// where they change by a pixel from one pixel to the next (gradient limit of Burt and Julesz, Science 208,
+/// 1980; in matchers Pollard, Mayhew, Frisby, Perception 14, 1985). White noise and blobs are drawn from
+/// separate sequences, keyed by (seed, frame, term, row or blob), so switching one off leaves the others
+/// unchanged.
 class DisparityNoise {
  public:
   DisparityNoise(const StereoOptions& options, int workers);
 
-  /// Draws a frame, but for what its surfaces make. `disparity`: the true one, px, of rows `stride` apart; it
-  /// is referred to until the next frame.
+  /// Draws a frame, except for the errors caused by its surfaces. `disparity`: true disparity, px, in rows
+  /// `stride` apart; it is referenced until the next frame.
   void begin(std::uint64_t seed, std::uint64_t frame, const std::vector<float>& disparity, int stride);
-  /// Whether anything of it is made by the surfaces.
+  /// Whether any of the errors are caused by the surfaces.
   [[nodiscard]] bool of_surfaces() const { return options_.sigma_d > 0 || options_.dropout_fraction > 0; }
-  /// What the surfaces make in row `v`, by the points that it shows. For every row, before any is distorted;
-  /// rows are independent.
+  /// Determines the errors caused by the surfaces in row `v`, from the points that it shows. Call for every
+  /// row before any is distorted; rows are independent.
   void take_surfaces(int v, int worker, const SurfacePoints& points, const SurfacePattern& pattern);
 
   /// Distorts row `v` of `width` matched disparities (px, 0 = no match) in place. Afterwards a match has
@@ -48,10 +49,10 @@ class DisparityNoise {
     std::vector<float> a, b, gradient;
   };
 
-  /// The white noise beyond the image's borders that row `index` of it has, from above the image on.
+  /// Stream for the part of the white noise's row `index`, counted from above the image, beyond its borders.
   [[nodiscard]] RandomStream beyond(int index) const;
   void draw_blobs();
-  /// Squares of the true disparity's gradient along row `v`, px per px.
+  /// Squared gradients of the true disparity along row `v`, px per px.
   void find_gradients(int v, std::vector<float>& gradient) const;
   void add_noise(int v, Scratch& scratch, float* matched) const;
   void lock(float* matched) const;
@@ -63,11 +64,11 @@ class DisparityNoise {
   std::uint64_t seed_ = 0, frame_ = 0;
   CorrelatedField noise_;
   std::vector<Blob> blobs_;
-  std::vector<std::size_t> row_start_;  // of each row's entries in row_blob_, and the end
+  std::vector<std::size_t> row_start_;  // start of each row's entries in row_blob_, and the end
   std::vector<std::size_t> row_blob_;
 
   MatchTexture texture_;
-  std::vector<std::uint8_t> blank_;  // of each pixel: there is nothing to match
+  std::vector<std::uint8_t> blank_;  // of each pixel: nothing to match
   const float* disparity_ = nullptr;
   int stride_ = 0;
 

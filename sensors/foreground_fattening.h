@@ -5,9 +5,9 @@
 
 namespace walkman::sensors {
 
-/// A block matcher gives pixels beside a near surface that surface's disparity, as its texture dominates
-/// their window. Each pixel less than the largest matched disparity in the (2 radius + 1)² window around it
-/// by more than 1 px takes that one; this includes pixels that have no match of their own.
+/// A block matcher assigns pixels beside a near surface that surface's disparity, because its texture
+/// dominates their window. Each pixel more than 1 px below the largest matched disparity in the (2 radius +
+/// 1)² window around it takes that disparity; this includes pixels that have no match of their own.
 class ForegroundFattening {
  public:
   static constexpr float kJump = 1;  ///< px
@@ -18,7 +18,7 @@ class ForegroundFattening {
   /// First step, once for every row v of `matched` (0 = no match). `scratch` is resized. Rows are
   /// independent.
   void widen_row(int v, const std::vector<float>& matched, std::vector<float>& scratch);
-  /// Second step: row v as the matcher finds it, from the true disparities, `width` values.
+  /// Second step: writes row v as the matcher finds it, `width` values, from the true disparities.
   void row(int v, const std::vector<float>& disparity, const std::vector<float>& matched, float* out) const;
 
  private:

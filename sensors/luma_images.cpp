@@ -13,11 +13,11 @@
 namespace walkman::sensors {
 namespace {
 
-// A hall's lamps above and a little in front, and what its walls throw back.
+// Lamps of a hall above and slightly in front, and the light reflected by its walls.
 const Eigen::Vector3f kToLamps = Eigen::Vector3f(-0.25F, 0.35F, 0.9F).normalized();  // in W
 constexpr float kAmbient = 0.4F;
 
-// CMV2000 and CMV4000 (ams data sheets): full well 13 500 electrons, 13 of noise in the dark.
+// CMV2000 and CMV4000 (ams data sheets): full well of 13 500 electrons, 13 electrons of dark noise.
 constexpr float kFullWell = 13500, kDarkNoise = 13;
 
 constexpr int kHolePacket = 8;
@@ -31,16 +31,16 @@ enum ImageTerm : std::uint64_t { kLeftNoise = 16, kRightNoise };
 
 }  // namespace
 
-/// Of one thread: a band's signals, shares of the full well, and rays for holes in the right image.
+/// Data of one thread: a band's signals, as shares of the full well, and rays for holes in the right image.
 struct LumaImages::Worker {
   explicit Worker(std::size_t most) : signal(most), seen_right(kHoleBatch) {}
   std::vector<float> left, right, nearest, noise;
-  std::vector<float> signal;  // what comes from points
+  std::vector<float> signal;  // signals of points
   SurfacePoints seen_right;   // in the right camera's frame
   std::vector<float> column;
   std::vector<int> next, source, value;
   std::array<RTCRayHit8, kHolePackets> rays;
-  std::array<int, kHoleBatch> u, v, at;  // of the hole that a ray is for: its pixel, and its place in `right`
+  std::array<int, kHoleBatch> u, v, at;  // of the hole of each ray: its pixel, and its index in `right`
   int holes = 0;
 };
 
@@ -72,7 +72,7 @@ void LumaImages::begin(const RayScene& scene, const PaintedSurfaces& surfaces, c
   light(scene, X_WC.translation().cast<float>(), arena);
 }
 
-/// Of a triangle's two sides the one that the camera sees is lit.
+/// Lights the side of each triangle that the camera sees.
 void LumaImages::light(const RayScene& scene, const Eigen::Vector3f& p_WCo, tbb::task_arena& arena) {
   light_.resize(surfaces_->triangles());
   std::size_t first = 0;
@@ -127,14 +127,14 @@ void LumaImages::finish_band(int band, int worker_index, StereoImages& images) {
   }
 }
 
-/// A row of the right image from the left one.
+/// Fills a row of the right image from the left one.
 void LumaImages::warp(int v, Worker& worker, const float* d, float margin) const {
   const int width = options_.width;
   float* const column = worker.column.data();  // of each left pixel in the right image
-  int* const next = worker.next.data();        // whole one from there on
+  int* const next = worker.next.data();        // first whole column from there on
   for (int u = 0; u < width; ++u) {
     column[u] = static_cast<float>(u) - d[u];
-    // Out of the image, left and right of it, is all the same.
+    // Outside the image, to its left or right, the exact column does not matter.
     const float inside = std::min(static_cast<float>(width), std::max(-1.0F, column[u]));
     const int down = static_cast<int>(inside + 1) - 1;
     next[u] = down + (static_cast<float>(down) < inside ? 1 : 0);
@@ -162,7 +162,8 @@ void LumaImages::warp(int v, Worker& worker, const float* d, float margin) const
   }
 }
 
-/// Rays from the right camera for what no pixel of the left image shows; block by block, near each other.
+/// Casts rays from the right camera for points that no pixel of the left image shows; block by block, so that
+/// they are close to each other.
 void LumaImages::fill_holes(int first, int last, Worker& worker) const {
   constexpr int kBlock = 4;
   const int width = options_.width;
@@ -240,7 +241,7 @@ void LumaImages::cast_holes(Worker& worker) const {
   worker.holes = 0;
 }
 
-/// Photons' and the dark imager's noise, and 8 bits.
+/// Adds photon noise and the imager's dark noise, and converts to 8 bits.
 void LumaImages::expose(int v, int camera, Worker& worker, const float* signals, std::uint8_t* out) const {
   fill_coarse_normal(
       RandomStream(seed_, frame_, static_cast<std::uint64_t>(camera), static_cast<std::uint64_t>(v)),

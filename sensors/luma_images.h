@@ -14,31 +14,32 @@
 
 namespace walkman::sensors {
 
-/// What the pair's two imagers see, rectified, linear in light.
+/// Images of the pair's two imagers, rectified, linear in light.
 ///
-/// The left image shades what the stereo rays met. The right one shows the same points where the right camera
-/// sees them, by their disparity, and casts rays of its own where none of them falls: beside nearer things,
-/// and right of the left view, where what is out of it may be nearer. What the right camera alone sees of a
-/// near thing in front of a surface that both see is left out.
+/// The left image shades the points hit by the stereo rays. The right one shows the same points where the
+/// right camera sees them, according to their disparity, and casts its own rays where none of them falls:
+/// beside nearer objects, and to the right of the left view, where objects outside it may be nearer. Parts of
+/// a near object that only the right camera sees in front of a surface seen by both are left out.
 class LumaImages {
  public:
   LumaImages(const StereoOptions& options, int workers);
   ~LumaImages();
 
-  /// Prepares a frame: lights every triangle. `surfaces` of the scene are referred to until the next.
+  /// Prepares a frame: lights every triangle. `surfaces`: those of the scene; referenced until the next
+  /// frame.
   void begin(const RayScene& scene, const PaintedSurfaces& surfaces, const Eigen::Isometry3d& X_WC,
              std::uint64_t seed, std::uint64_t frame, tbb::task_arena& arena);
-  /// Row `v`, from StereoRays' disparities of it and the points that it shows. Bands may be drawn at the same
-  /// time by different workers.
+  /// Draws row `v` from its disparities by StereoRays and the points that it shows. Bands may be drawn at the
+  /// same time by different workers.
   void draw_row(int v, int worker, const StereoRays& rays, const float* disparity,
                 const SurfacePoints& points, StereoImages& images);
-  /// The band's right image, after all its rows.
+  /// Completes the band's right image; call after all its rows.
   void finish_band(int band, int worker, StereoImages& images);
 
  private:
   struct Worker;
   void light(const RayScene& scene, const Eigen::Vector3f& p_WCo, tbb::task_arena& arena);
-  /// What comes from points; kept in the worker.
+  /// Computes the signals of points; stores them in the worker.
   void shade(Worker& worker, const SurfacePoints& points) const;
   void warp(int v, Worker& worker, const float* disparity, float margin) const;
   void fill_holes(int first, int last, Worker& worker) const;
@@ -49,7 +50,7 @@ class LumaImages {
   const PaintedSurfaces* surfaces_ = nullptr;
   std::uint64_t seed_ = 0, frame_ = 0;
   std::vector<float> light_;                 // on each triangle
-  std::vector<SurfacePoints::Placed> X_BR_;  // right camera, in each body
+  std::vector<SurfacePoints::Placed> X_BR_;  // right camera's pose in each body
   Eigen::Matrix3f R_WC_;
   Eigen::Vector3f p_WRo_;
   std::vector<std::unique_ptr<Worker>> workers_;

@@ -13,8 +13,8 @@ enum TextureTerm : std::uint64_t { kNoSurface = 32, kBody };
 
 // Makes coordinates positive, so that rounding towards zero rounds down.
 constexpr float kCells = 1 << 17;
-// Cells of a quarter to half a pixel, so that no two pixels share one; a power of two to the metre, so that
-// they stay where they are while the camera comes nearer.
+// Cells of a quarter to half a pixel, so that no two pixels share one; a power of two per metre, so that they
+// stay in place while the camera approaches.
 constexpr float kCellsPerPixel = 4;
 constexpr std::uint32_t kExponent = 0x7F800000;
 

@@ -8,8 +8,8 @@
 
 namespace walkman::sensors {
 
-/// What a block matcher has to match: the texture of the surfaces that the left image shows, fixed to their
-/// bodies. A still scene has the same from frame to frame, and so do the errors that come of it.
+/// Texture that a block matcher has to match: that of the surfaces shown by the left image, fixed to their
+/// bodies. In a static scene it is the same from frame to frame, and so are the errors that it causes.
 class MatchTexture {
  public:
   MatchTexture(int width, int workers);
@@ -17,9 +17,10 @@ class MatchTexture {
   /// Prepares a frame.
   void begin(std::uint64_t seed) { seed_ = seed; }
 
-  /// Row `v` of pixels by the points that it shows, in their bodies. `error`: normal, of mean 0 and variance
-  /// 1, of the place on the surface that a pixel shows, no two pixels' alike. `rank`: the share of all
-  /// surfaces that has less grain, 0 to 1; 1 where there is no surface. Rows are independent.
+  /// Computes row `v` of pixels from the points that it shows, in the frames of their bodies. `error`:
+  /// normally distributed with mean 0 and variance 1, belonging to the place on the surface that a pixel
+  /// shows, different for any two pixels. `rank`: the share of all surfaces that has less grain, 0 to 1; 1
+  /// where there is no surface. Rows are independent.
   void row(int v, int worker, const SurfacePoints& points, const SurfacePattern& pattern,
            std::span<float> error, std::span<float> rank);
 

@@ -13,7 +13,7 @@ constexpr unsigned kTableBits = 11;
 constexpr std::uint64_t kTableMask = (1U << kTableBits) - 1;
 using Table = std::array<float, 1U << kTableBits>;
 
-/// Quantiles in the middle of equal shares; `variance` is theirs.
+/// Quantiles at the centres of equal shares, scaled to `variance`.
 Table make_table(double variance) {
   std::array<double, 1U << kTableBits> quantiles{};
   double square = 0;
@@ -27,7 +27,7 @@ Table make_table(double variance) {
   return table;
 }
 
-/// Of each of two that are added.
+/// For each of two values that are added.
 const Table& halves() {
   static const Table table = make_table(0.5);
   return table;

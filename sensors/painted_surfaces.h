@@ -11,20 +11,21 @@
 
 namespace walkman::sensors {
 
-/// The triangles of a ray-cast scene with what is printed on their bodies. Triangles count fixed ones first.
+/// The triangles of a ray-cast scene with the patterns printed on their bodies. Triangles are numbered with
+/// the fixed ones first.
 class PaintedSurfaces {
  public:
   enum class Moved { kUpdated, kPlaced };
 
-  /// Takes the scene as it was updated or, for few rays, placed last; it is to stay so while this is asked.
+  /// Takes the scene as last updated or, for few rays, as last placed; it must stay so while this is in use.
   /// `seed`: of the pattern. Throws std::invalid_argument for more than 65536 bodies, std::logic_error for a
-  /// scene that never was.
+  /// scene that was never updated or placed.
   void begin(const RayScene& scene, std::uint64_t seed, Moved moved = Moved::kUpdated);
 
   [[nodiscard]] RTCSceneTy* embree_scene() const { return scene_; }
   [[nodiscard]] std::size_t triangles() const { return body_.size(); }
   [[nodiscard]] std::size_t bodies() const { return X_BW_.size(); }
-  /// By Embree's numbers; `instance`: none without.
+  /// Index of a triangle by Embree's numbers; `instance`: kNoInstance if there is none.
   [[nodiscard]] std::uint32_t triangle(unsigned instance, unsigned geometry, unsigned primitive) const {
     if (instance != kNoInstance) return first_of_[instance - RaySceneAccess::kMovable] + primitive;
     return (geometry == RaySceneAccess::kMovable ? first_movable_ : 0) + primitive;
@@ -37,8 +38,8 @@ class PaintedSurfaces {
   static constexpr unsigned kNoInstance = ~0U;  // Embree's RTC_INVALID_GEOMETRY_ID
   RTCSceneTy* scene_ = nullptr;
   std::uint32_t first_movable_ = 0;
-  std::vector<std::uint32_t> first_of_;  // triangle of each movable body
-  std::vector<std::uint16_t> body_;      // of each triangle
+  std::vector<std::uint32_t> first_of_;  // first triangle of each movable body
+  std::vector<std::uint16_t> body_;      // body of each triangle
   std::vector<Eigen::Isometry3d> X_BW_;
   std::optional<SurfacePattern> pattern_;
   std::uint64_t seed_ = 0;

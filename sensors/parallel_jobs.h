@@ -38,8 +38,8 @@ class DenormalsFlushed {
 template <typename Job>
 void run_jobs(tbb::task_arena& arena, int jobs, const Job& job) {
 #ifdef __SANITIZE_THREAD__
-  // Debian's TBB is not instrumented: how it hands jobs over, parts workers from each other and waits for
-  // them has to be told, by addresses that need not be read.
+  // Debian's TBB is not instrumented: the sanitizer must be told how it hands jobs over, separates workers
+  // from each other and waits for them, by addresses that need not be read.
   static char begun, done, workers[64];
 #endif
   arena.execute([&] {

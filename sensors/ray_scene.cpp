@@ -22,14 +22,14 @@ void check_device(RTCDevice device, const char* doing) {
   }
 }
 
-/// Builds a tree by the calling thread alone, so that it is the same every time. A device with "threads=1"
-/// would do so, too, but lets the whole process have no second worker of TBB's.
+/// Builds a tree in the calling thread alone, so that it is the same every time. A device with "threads=1"
+/// would do so, too, but would leave the whole process without a second TBB worker.
 void commit(RTCScene scene) {
   tbb::task_arena alone(1);
   alone.execute([scene] { rtcCommitScene(scene); });
 }
 
-/// All of `geometry` or, when a shape of it is refused, nothing.
+/// Appends all of `geometry`, or nothing if one of its shapes is rejected.
 void append_all(const std::vector<LinkGeometry>& geometry, const Eigen::Isometry3d& X_FL,
                 TriangleMesh& mesh) {
   const std::size_t vertices = mesh.vertices.size();
@@ -45,7 +45,7 @@ void append_all(const std::vector<LinkGeometry>& geometry, const Eigen::Isometry
 
 }  // namespace
 
-/// Bodies with trees of their own, which move as wholes.
+/// Bodies with their own trees, each of which moves as a whole.
 class RayInstances {
  public:
   explicit RayInstances(RTCDevice device) : device_(device), scene_(rtcNewScene(device)) {
@@ -60,7 +60,8 @@ class RayInstances {
   RayInstances(const RayInstances&) = delete;
   RayInstances& operator=(const RayInstances&) = delete;
 
-  /// The triangles from `first_triangle` to before `end_triangle`, whose vertices begin at `first_vertex`.
+  /// Adds the triangles from `first_triangle` up to, but not including, `end_triangle`, whose vertices begin
+  /// at `first_vertex`.
   void add(const TriangleMesh& mesh, std::size_t first_triangle, std::size_t end_triangle,
            std::size_t first_vertex, std::size_t end_vertex) {
     RTCGeometry instance = nullptr;
@@ -128,7 +129,7 @@ struct RayScene::Impl {
   TriangleMesh fixed;                                 // vertices in W
   TriangleMesh movable;                               // vertices in their body's frame
   std::vector<std::size_t> first_vertex{0};           // of each movable body, and the end
-  std::vector<std::size_t> fixed_ends, movable_ends;  // behind each body's triangles
+  std::vector<std::size_t> fixed_ends, movable_ends;  // after each body's triangles
   std::vector<Eigen::Isometry3d> poses;               // of the movable bodies
   float* movable_vertices_W = nullptr;                // Embree's buffer
   std::unique_ptr<RayInstances> instances;

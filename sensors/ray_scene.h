@@ -16,10 +16,10 @@ using BodyId = int;
 
 /// Triangles of the world for ray casting: fixed ones built once, movable ones refitted at each frame.
 ///
-/// Casting may run from several threads, but not while the scene changes.
+/// Rays may be cast from several threads, but not while the scene changes.
 class RayScene {
  public:
-  /// Throws std::runtime_error when Embree cannot start.
+  /// Throws std::runtime_error if Embree cannot start.
   RayScene();
   ~RayScene();
   RayScene(const RayScene&) = delete;
@@ -28,18 +28,18 @@ class RayScene {
   /// Adds geometry that never moves. X_WL: pose of the link in W. Throws std::invalid_argument for a
   /// non-finite pose or an impossible shape, std::logic_error after the first `update`.
   void add_fixed(const std::vector<LinkGeometry>& geometry, const Eigen::Isometry3d& X_WL);
-  /// Adds geometry that moves; its pose comes with each `update`. To be called before the first `update`;
-  /// errors as of `add_fixed`. A body without geometry is allowed and keeps its place in the order of poses.
+  /// Adds geometry that moves; its pose is passed to each `update`. Call before the first `update`; errors as
+  /// for `add_fixed`. A body without geometry is allowed and keeps its place in the order of poses.
   [[nodiscard]] BodyId add_movable(const std::vector<LinkGeometry>& geometry);
 
   /// Sets the pose X_WL of every movable body, in the order of their identifiers, and refits. The first call
   /// builds. Throws std::invalid_argument for a wrong number of poses or a non-finite one; the scene then
-  /// stays as it was. A scene without movable bodies needs no `update`.
+  /// remains unchanged. A scene without movable bodies needs no `update`.
   void update(std::span<const Eigen::Isometry3d> poses);
 
-  /// The same poses for few rays: each body keeps its tree and moves as an instance, which takes a tenth of
-  /// the time, but each ray then twice as long. Apart from `update`: whoever casts such rays calls this.
-  /// Errors as of `update`.
+  /// Sets the same poses for few rays: each body keeps its tree and moves as an instance, which takes a tenth
+  /// of the time, but makes each ray take twice as long. Independent of `update`: the caller that casts such
+  /// rays calls this. Errors as for `update`.
   void place(std::span<const Eigen::Isometry3d> poses);
 
   [[nodiscard]] std::size_t triangle_count() const;

@@ -18,7 +18,7 @@ int job_count(std::size_t items, std::size_t per_job) {
   return static_cast<int>((items + per_job - 1) / per_job);
 }
 
-/// A convex polygon of a triangle clipped by at most five planes.
+/// Convex polygon: a triangle clipped by at most five planes.
 struct Polygon {
   std::array<Eigen::Vector3f, 3 + kPlanes> corners;
   int count = 0;
@@ -26,7 +26,7 @@ struct Polygon {
 
 }  // namespace
 
-/// The wedge as half spaces a·p_Wo + b >= 0, and projection.
+/// The wedge, as half spaces a·p_Wo + b >= 0, and the projection.
 struct RightViewMargin::Camera {
   std::array<Eigen::Vector4f, kPlanes> planes;
   Eigen::Matrix3f R_CW;

@@ -10,9 +10,9 @@
 
 namespace walkman::sensors {
 
-/// Finds what stands to the right of the left image and yet inside the right one, where it can hide points of
-/// the left image: for each row a lower bound of the right-image columns such surfaces reach, +infinity where
-/// there is none. Exact clipping per triangle, one bound per triangle and row.
+/// Finds surfaces to the right of the left image and yet inside the right one, where they can hide points of
+/// the left image: for each row, a lower bound of the right-image columns that such surfaces reach, +infinity
+/// if there are none. Exact clipping per triangle, one bound per triangle and row.
 class RightViewMargin {
  public:
   RightViewMargin(const StereoOptions& options, int workers);

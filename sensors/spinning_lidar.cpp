@@ -17,12 +17,12 @@ namespace {
 
 enum BeamTerm : std::uint64_t { kRange = 32, kBias };
 
-// A beam's centre and six rays around it, which share its light evenly: at √(2/3) of its radius, where the
-// disc's outer six sevenths have their mean square.
+// One ray at a beam's centre and six around it, which share its light evenly: at √(7/12) of its radius, so
+// that the seven have the mean square radius of the disc, 1/2.
 constexpr std::size_t kRays = 7;
-const double kRing = std::sqrt(2.0 / 3);
-constexpr std::size_t kBeamPacket = 8;  // the last lane of each packet, one a beam, is off
-constexpr double kKnee = 10;            // m, up to which the noise is the same
+const double kRing = std::sqrt(7.0 / 12);
+constexpr std::size_t kBeamPacket = 8;  // one packet per beam, of which the last lane is off
+constexpr double kKnee = 10;            // m, up to which the noise is constant
 constexpr int kMostBeams = 100000;
 constexpr float kNoReturn = std::numeric_limits<float>::infinity();
 
@@ -30,7 +30,7 @@ void require(bool good, const char* sentence) {
   if (!good) throw std::invalid_argument(std::string("laser scanner: ") + sentence);
 }
 
-/// What a ray brings back.
+/// Return of a ray.
 struct Echo {
   double range = 0, light = 0, squareness = 0;
 };
@@ -44,9 +44,9 @@ LidarOptions LidarOptions::noise_free() const {
 }
 
 struct SpinningLidar::Impl {
-  std::vector<RTCRayHit8> packets;                     // one a beam
-  std::vector<Eigen::Matrix<float, 3, 8>> off, along;  // where its rays begin and point, in its laser frame
-  std::vector<Echo> echoes;                            // of one, kept for its memory
+  std::vector<RTCRayHit8> packets;                     // one per beam
+  std::vector<Eigen::Matrix<float, 3, 8>> off, along;  // origins and directions of its rays, laser frame
+  std::vector<Echo> echoes;                            // of one beam, kept to reuse its memory
 };
 
 SpinningLidar::SpinningLidar(const LidarOptions& options, std::uint64_t seed)
@@ -125,7 +125,8 @@ void SpinningLidar::cast() {
                  kBeamPacket, static_cast<unsigned>(impl_->packets.size()), sizeof(RTCRayHit8));
 }
 
-/// The nearest surface that throws enough back, and with it what is less than a pulse behind.
+/// Reads the nearest surface that reflects enough light, together with everything less than a pulse behind
+/// it.
 void SpinningLidar::read(std::size_t beam, std::uint64_t number, LidarScan& out) const {
   const RTCRayHit8& packet = impl_->packets[beam];
   std::vector<Echo>& echoes = impl_->echoes;
@@ -147,7 +148,7 @@ void SpinningLidar::read(std::size_t beam, std::uint64_t number, LidarScan& out)
     const bool placed = packet.hit.instID[0][k] != RTC_INVALID_GEOMETRY_ID;
     const double squareness =
         std::abs(n.normalized().dot(placed ? Eigen::Vector3d(surfaces_.X_BW(body).linear() * d) : d));
-    if (body != last_body) {  // the beam's rays are as near each other as its footprint is wide
+    if (body != last_body) {  // the beam's rays lie within its footprint
       const double footprint = 2 * (options_.beam_radius + range * options_.beam_angle);
       const Eigen::Vector3f p_B = (surfaces_.X_BW(body) * (o + range * d)).cast<float>();
       const auto size = static_cast<float>(footprint);

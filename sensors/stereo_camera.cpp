@@ -16,12 +16,12 @@
 namespace walkman::sensors {
 namespace {
 
-// Bounds of the type of option, not of any real camera: they keep sizes and indices in range.
+// Bounds of the options as such, not of any real camera: they keep sizes and indices in range.
 constexpr int kMostPixels = 16384;
 constexpr int kMostThreads = 256;
 constexpr int kMostFattening = 64;
 constexpr double kMostCorrelation = 64;
-constexpr double kMostLocking = 0.15;  // below 1 over 2π, so that the order stays
+constexpr double kMostLocking = 0.15;  // below 1 over 2π, so that the order is preserved
 constexpr double kLeastStep = 1e-4;
 
 void require(bool good, const char* option, double value, const char* expected) {
@@ -80,11 +80,11 @@ struct StereoCamera::Impl {
   LumaImages luma;
   std::vector<float> disparity, matched;
   std::vector<std::uint32_t> surface;
-  std::vector<std::vector<float>> scratch;  // per worker, likewise
+  std::vector<std::vector<float>> scratch;  // per worker, like `points`
   std::vector<SurfacePoints> points;
 
   explicit Impl(const StereoOptions& o)
-      // More threads than processors would only be a warning of TBB's.
+      // More threads than processors would only cause a warning by TBB.
       : arena(std::min(o.threads, tbb::info::default_concurrency())),
         rays(o, o.threads),
         fattening(o.width, o.height, rays.stride(), o.fattening_px),
@@ -131,7 +131,7 @@ void StereoCamera::capture(const RayScene& scene, const Eigen::Isometry3d& X_WC,
   });
 
   impl.noise.begin(seed, frame, impl.disparity, impl.rays.stride());
-  // Apart from the casting, whose trees would leave the cache.
+  // Separate from the casting, whose trees would be evicted from the cache.
   const std::vector<SurfacePoints::Placed> X_BC = SurfacePoints::in_bodies(impl.surfaces, X_WC);
   const int drawn = impl.noise.of_surfaces() || images != nullptr ? impl.rays.bands() : 0;
   run_jobs(impl.arena, drawn, [&](int band, int worker) {

@@ -20,7 +20,7 @@ constexpr int kBatch = kPackets * kPacket;
 constexpr int kBlocksPerRow = kTileColumns / kBlockColumns;
 constexpr float kInfinity = std::numeric_limits<float>::infinity();
 
-// Rounding of u_R in float, px.
+// Rounding error of u_R in float, px.
 constexpr float kColumnSlack = 0.01F;
 
 RTCIntersectContext coherent_context() {
@@ -39,7 +39,7 @@ int round_up(int value, int step) { return (value + step - 1) / step * step; }
 
 }  // namespace
 
-/// Ray buffers of one thread. What does not change from tile to tile is set once per frame.
+/// Ray buffers of one thread. Values that do not change from tile to tile are set once per frame.
 struct StereoRays::Worker {
   std::array<RTCRayHit8, kPackets> primary;
   std::array<RTCRay8, kPackets> shadow;
@@ -201,8 +201,8 @@ void StereoRays::scan_row(int v, Worker& worker, const float* disparity, float* 
     }
     if (narrow) {
       float reached = column;
-      // A surface nearer than its left neighbour begins somewhere between the two pixels: take all of that
-      // gap, and its slope across it.
+      // A surface nearer than its left neighbour begins somewhere between the two pixels: include all of that
+      // gap, and the slope of the surface across it.
       if (u > 0 && d[u] > d[u - 1] + kHidingStep) {
         reached -= 1;
         if (u + 1 < width) reached -= std::clamp(d[u] - d[u + 1], 0.0F, 1.0F);
@@ -216,7 +216,7 @@ void StereoRays::test_hidden(Worker& worker, float* matched) const {
   if (worker.shadows == 0) return;
   const int packets = (worker.shadows + kPacket - 1) / kPacket;
   for (int k = worker.shadows; k < packets * kPacket; ++k) {
-    // An interval without points switches a lane off.
+    // An empty interval switches a lane off.
     worker.shadow[static_cast<std::size_t>(k / kPacket)].tnear[k % kPacket] = 1;
     worker.shadow[static_cast<std::size_t>(k / kPacket)].tfar[k % kPacket] = -1;
   }

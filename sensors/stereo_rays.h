@@ -15,13 +15,13 @@ namespace walkman::sensors {
 
 /// True disparities of the left image and which of them the right camera can match.
 ///
-/// A surface hides a point from the right camera when it lies on the same right-image ray with a disparity
+/// A surface hides a point from the right camera if it lies on the same right-image ray with a disparity
 /// larger by more than `kHidingStep`. Rays towards the right camera are cast only for pixels that can be
-/// hidden: one at u with u_R = u − d(u) is, only if something the left camera sees at u' > u, or something
-/// right of its image, has u'_R <= u_R. (On a hidden point's ray to the right camera every point has the same
-/// u_R, and projects into the left image at u_R plus its larger disparity; what the left camera sees there is
-/// at least as near.) Pixels sample that image, so a hiding surface narrower than one of them in its row can
-/// be missed.
+/// hidden: one at u with u_R = u − d(u) can be only if something the left camera sees at u' > u, or something
+/// to the right of its image, has u'_R <= u_R. (On a hidden point's ray to the right camera, every point has
+/// the same u_R, and projects into the left image at u_R plus its larger disparity; what the left camera sees
+/// there is at least as near.) Pixels sample that image, so a hiding surface narrower than a pixel in its row
+/// can be missed.
 class StereoRays {
  public:
   static constexpr float kHidingStep = 1.0F / 16;  ///< px
@@ -37,19 +37,19 @@ class StereoRays {
   [[nodiscard]] int stride() const { return stride_; }
   [[nodiscard]] int bands() const { return bands_; }
 
-  /// Prepares a frame. `scene` is to stay unchanged until its last band is cast.
+  /// Prepares a frame. `scene` must stay unchanged until its last band is cast.
   void begin(const RayScene& scene, const Eigen::Isometry3d& X_WC, tbb::task_arena& arena,
              HiddenTest test = HiddenTest::kWhereNeeded);
 
   /// Casts rows kBandRows*band and following; bands may be cast at the same time by different workers.
-  /// disparity: true disparity of the surface, px, 0 where the ray meets none; matched: the same where both
-  /// cameras see it within the search range, else 0; surface, unless null: which triangle that is, fixed ones
-  /// first, kNothing for none. All are whole images of stride()*bands()*kBandRows.
+  /// disparity: true disparity of the surface, px, 0 where the ray hits none; matched: the same where both
+  /// cameras see it within the search range, otherwise 0; surface, unless null: index of the triangle hit,
+  /// fixed ones first, kNothing for none. All are whole images of stride()*bands()*kBandRows.
   void cast_band(int band, int worker, std::vector<float>& disparity, std::vector<float>& matched,
                  std::vector<std::uint32_t>* surface = nullptr);
 
-  /// From this column of row `v` on the right image may show what is nearer than anything in the left one.
-  /// For frames begun with `kWhereNeeded`.
+  /// Column of row `v` from which on the right image may show surfaces nearer than anything in the left one.
+  /// Only for frames begun with `kWhereNeeded`.
   [[nodiscard]] float right_margin(int v) const { return margin_.first_column(v); }
 
   /// Rays cast towards the right camera since `begin`.
@@ -68,7 +68,7 @@ class StereoRays {
   std::array<std::uint32_t, 2> first_triangle_{};  // of each kind
   HiddenTest test_ = HiddenTest::kWhereNeeded;
   float focal_baseline_ = 0;                           // px·m
-  Eigen::Vector3f p_WLo_, p_LR_W_;                     // left camera's centre; from it to the right one's
+  Eigen::Vector3f p_WLo_, p_LR_W_;                     // left camera's centre; from there to the right one's
   std::vector<float> column_x_, column_y_, column_z_;  // part of the ray direction that depends on the column
   std::vector<Eigen::Vector3f> row_;                   // and on the row; their sum has depth 1
   std::vector<std::unique_ptr<Worker>> workers_;

@@ -11,13 +11,13 @@
 namespace walkman::sensors {
 namespace {
 
-// The pattern repeats after a side of its cube, 0.16 m and 0.51 m, which have no common period to be seen.
-// Blurred by about a cell, grain is as fine as its cells; blotches are three times as wide as theirs, so that
-// these do not show.
-constexpr int kGrainBits = 6, kBlotchBits = 7;       // of a side's number of cells
+// The pattern repeats after a side of its cube, 0.16 m and 0.51 m, which have no visible common period.
+// Blurred by about a cell, grain is as fine as its cells; blotches are three times as wide as their cells, so
+// that the cells do not show.
+constexpr int kGrainBits = 6, kBlotchBits = 7;       // of the number of cells per side
 constexpr float kBlotchCell = 0.004F;                // m
 constexpr double kGrainBlur = 0.8, kBlotchBlur = 3;  // cells
-constexpr float kMostShift = 1;                      // m, of a body's pattern
+constexpr float kMostShift = 1;                      // m, shift of a body's pattern
 
 // Tones of painted and machined surfaces, from dark plastic to white paint; contrasts from a plain coat to
 // wood grain.
@@ -33,7 +33,7 @@ constexpr float kCells = 1 << 17;
 
 }  // namespace
 
-/// Normal noise, blurred along x, y and z in turn, as shares of the distribution below each value.
+/// Normal noise, blurred along x, y and z in turn, given as the share of the distribution below each value.
 SurfacePattern::Noise SurfacePattern::make_noise(int bits, float cell, double blur) {
   const int side = 1 << bits;
   const int reach = static_cast<int>(std::ceil(3 * blur));
@@ -48,7 +48,8 @@ SurfacePattern::Noise SurfacePattern::make_noise(int bits, float cell, double bl
       static_cast<std::size_t>(side) * static_cast<std::size_t>(side) * static_cast<std::size_t>(side);
   std::vector<float> noise(cells), blurred(cells);
   fill_normal(RandomStream(static_cast<std::uint64_t>(side), 0, 0, 0), noise);
-  // Along the last axis, which then becomes the first: after three times they are as they were.
+  // Along the last axis, which then becomes the first: after three passes the axes are in their original
+  // order.
   const auto length = static_cast<std::size_t>(side);
   const std::size_t rows = cells / length;
   std::vector<float> around(length + 2 * static_cast<std::size_t>(reach)), row_out(length);
@@ -64,7 +65,7 @@ SurfacePattern::Noise SurfacePattern::make_noise(int bits, float cell, double bl
     }
     noise.swap(blurred);
   }
-  // By the distribution of these very values: blurred ones are few that are independent.
+  // By the distribution of the actual values: after blurring, few of them are independent.
   const auto bin = [](float x) {
     return static_cast<std::size_t>(
         std::clamp((x + kMostNoise) * (kBins / (2 * kMostNoise)), 0.0F, kBins - 1.0F));
@@ -101,7 +102,7 @@ SurfacePattern::SurfacePattern(std::uint64_t seed, std::size_t bodies)
   }
 }
 
-/// Where the points from `first` on are among the noise's cells.
+/// Finds the noise cells of the points from `first` on.
 void SurfacePattern::find(const Noise& noise, const Look& look, const Points& points, std::size_t first,
                           std::span<int> at) {
   const float *x = points.x.data() + first, *y = points.y.data() + first, *z = points.z.data() + first;
@@ -120,7 +121,7 @@ void SurfacePattern::find(const Noise& noise, const Look& look, const Points& po
 
 void SurfacePattern::ranks(std::size_t body, const Points& points, std::span<float> out) const {
   constexpr std::size_t kPart = 64;
-  constexpr float kBetween = 1.0F / 4096;  // of the 256 ranks of cells
+  constexpr float kBetween = 1.0F / 4096;  // of a step between the 256 ranks of cells
   std::array<int, kPart> blotch;
   for (std::size_t first = 0; first < out.size(); first += kPart) {
     const std::size_t count = std::min(kPart, out.size() - first);

@@ -12,7 +12,7 @@ namespace {
 constexpr double kPi = std::numbers::pi;
 constexpr int kMostCylinderSegments = 256;
 constexpr int kMostSphereSegments = 160;
-// Long thin triangles that lie askew have large bounding boxes, which slows the ray casting down.
+// Long thin triangles at an angle to the axes have large bounding boxes, which slows the ray casting down.
 constexpr double kMostAspect = 8;
 constexpr int kMostRings = 64;
 

@@ -3,7 +3,7 @@
 namespace walkman::motion {
 namespace {
 
-constexpr double kLeastLoad = 50;  // N; with less the quotient of moment and force is noise
+constexpr double kLeastLoad = 50;  // N; with less, the quotient of moment and force is noise
 
 }  // namespace
 
@@ -13,7 +13,7 @@ BalanceReading read_balance(const KinematicTree& measured, const Stance& stance,
   BalanceReading reading;
   double total = 0;
   double ground = 0;
-  Eigen::Vector2d moment = Eigen::Vector2d::Zero();  // load times the place of its centre
+  Eigen::Vector2d moment = Eigen::Vector2d::Zero();  // load times the position of its centre
   for (int foot = 0; foot < Stance::kFeet; ++foot) {
     const FootLoad& sensed = feet[static_cast<std::size_t>(foot)];
     const Eigen::Isometry3d& X_TS = measured.X_WL(sensed.sensor_link);
@@ -21,7 +21,7 @@ BalanceReading read_balance(const KinematicTree& measured, const Stance& stance,
     const Eigen::Vector3d t = X_TS.linear() * sensed.F_So_S.torque;
     const double sole = stance.X_TF(foot).translation().z();
     const double below = sole - X_TS.translation().z();
-    // The point of the ground about which the force has no moment but a vertical one, times the load.
+    // The ground point about which the force has only a vertical moment, times the load.
     moment +=
         f.z() * X_TS.translation().head<2>() + Eigen::Vector2d(below * f.x() - t.y(), below * f.y() + t.x());
     reading.load[static_cast<std::size_t>(foot)] = f.z();

@@ -11,7 +11,7 @@
 namespace walkman::motion {
 namespace {
 
-constexpr double kArm = 1.0;  // m, from the base's origin to the points that tell its angles
+constexpr double kArm = 1.0;  // m, from the base's origin to the points that represent its angles
 
 constexpr std::array kNames = {"forward",
                                "back",

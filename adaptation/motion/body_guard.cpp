@@ -13,10 +13,10 @@
 namespace walkman::motion {
 namespace {
 
-constexpr double kFingerSlack = 0.001;  // m, for a hand that ends a little beside its goal
+constexpr double kFingerSlack = 0.001;  // m, for a hand that ends slightly off its goal
 
-/// Of each link, a number that it shares with those it does not move against: by the joints that may move, or
-/// by all joints that are not fixed.
+/// Returns a number for each link that it shares with the links that do not move relative to it: considering
+/// only the joints in `moving`, or, without it, all joints that are not fixed.
 std::vector<int> rigid_groups(const KinematicTree& kinematics, const std::vector<int>* moving) {
   const RobotModel& model = kinematics.model();
   std::vector<int> group(model.links.size());
@@ -34,7 +34,7 @@ std::vector<int> rigid_groups(const KinematicTree& kinematics, const std::vector
   return group;
 }
 
-/// Whether a joint outside the degrees of freedom moves the link against the body that carries `hand`.
+/// Whether a joint outside the degrees of freedom moves the link relative to the rigid body of `hand`.
 bool is_finger(const KinematicTree& kinematics, const std::vector<int>& solid, int link, int hand) {
   const RobotModel& model = kinematics.model();
   const int palm = solid[static_cast<std::size_t>(hand)];
@@ -67,7 +67,7 @@ BodyGuard::BodyGuard(const KinematicTree& kinematics, const std::vector<int>& mo
   const std::vector<int> moved = rigid_groups(kinematics, &moving);
   const std::vector<int> solid = rigid_groups(kinematics, nullptr);
   const auto solid_of = [&](int link) { return solid[static_cast<std::size_t>(link)]; };
-  std::set<std::pair<int, int>> excused;  // of solids
+  std::set<std::pair<int, int>> excused;  // pairs of rigid bodies
   for (const auto& [a, b] : disabled)
     excused.insert(std::minmax(solid_of(model.link_index(a)), solid_of(model.link_index(b))));
   for (const Joint& joint : model.joints)
@@ -119,8 +119,8 @@ void BodyGuard::update(bool with_fingers) noexcept {
   for (std::size_t i = 0; i < shapes_.size(); ++i)
     X_WS_[i] = kinematics_->X_WL(shapes_[i].link) * shapes_[i].X_LS;
   for (Pair& pair : pairs_) look_at(pair);
-  // Links move little between two looks: what is near now fills the list first next time, and most others are
-  // known to be farther by the direction that kept them apart last.
+  // Links move little between two updates: the pairs that are near now are the first to fill the list next
+  // time, and the direction that last separated them shows most others to be farther.
   const double listed = enough();
   std::size_t front = 0;
   for (Pair& pair : pairs_)

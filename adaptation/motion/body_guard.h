@@ -14,75 +14,76 @@ namespace walkman::motion {
 
 class WholeBodyIk;
 
-/// How far what is watched stays apart, m.
+/// Clearances to keep between monitored shapes, m.
 struct GuardMargins {
-  /// The robot's own links, which are known better than a table. At home a shoulder is 19 mm off the head.
+  /// Between the robot's own links, which are known better than a table. At home a shoulder is 19 mm from the
+  /// head.
   double own = 0.006;
-  double arm = 0.012;   ///< of the arm that works, from obstacles
-  double idle = 0.022;  ///< of all else, which need not be near
-  /// By which the torso may be turned beside its reference, rad: what stops at the waist's 0.3 rad/s in a
-  /// body that sways about the vertical with a period of 0.6 s.
+  double arm = 0.012;   ///< between the working arm and obstacles
+  double idle = 0.022;  ///< for everything else, which need not be near
+  /// Angle by which the torso may be off its reference, rad: the overshoot of a stop from the waist's
+  /// 0.3 rad/s in a body that sways about the vertical with a period of 0.6 s.
   double turn = 0.03;
 };
 
-/// An obstacle and what people call it.
+/// An obstacle and its name in messages.
 struct NamedObstacle {
   std::string name;
   ConvexPrism prism;
 };
 
-/// Keeps a robot's links apart from each other and from obstacles, by the collision shapes of its URDF.
+/// Keeps a robot's links apart from each other and from obstacles, using the collision shapes of its URDF.
 ///
-/// Links are watched when one of the active joints moves them against each other. Not watched are links that
-/// a joint joins, and pairs that the SRDF disables. Only `set_obstacles` allocates after construction.
+/// Links are monitored if one of the active joints moves them relative to each other. Links connected by a
+/// joint, and pairs that the SRDF disables, are not monitored. Only `set_obstacles` allocates after
+/// construction.
 class BodyGuard {
  public:
-  /// Keeps a reference to `kinematics`. `moving` are the degrees of freedom that may move, `base_moves`
-  /// whether the root link does; the arm that works goes from the link `shoulder` to `hand_link`. What
-  /// the joint `twist` carries (empty: none) counts as turned about it by margins.turn more than it is,
-  /// either way. Throws std::out_of_range for a link in `disabled` that is not there.
+  /// Keeps a reference to `kinematics`. `moving`: degrees of freedom that may move; `base_moves`: whether the
+  /// root link does; the working arm extends from the link `shoulder` to `hand_link`. The links that the
+  /// joint `twist` carries (empty: none) are treated as turned about it by a further margins.turn, in either
+  /// direction. Throws std::out_of_range for an unknown link in `disabled`.
   BodyGuard(const KinematicTree& kinematics, const std::vector<int>& moving, bool base_moves, int shoulder,
             const std::string& hand_link, const std::string& twist,
             const std::vector<std::pair<std::string, std::string>>& disabled, const GuardMargins& margins);
 
   void set_obstacles(std::vector<NamedObstacle> obstacles) { obstacles_ = std::move(obstacles); }
-  /// In place of those given to the constructor.
+  /// Replaces the margins given to the constructor.
   void set_margins(const GuardMargins& margins) noexcept { margins_ = margins; }
 
-  /// Something of the robot next to something else.
+  /// A part of the robot close to something else.
   struct Nearness {
     Separation gap;  ///< from `other` to `shape`
     int shape = -1;  ///< index of the robot's part
-    int other = -1;  ///< of its other part, −1 for an obstacle
+    int other = -1;  ///< index of its other part, −1 for an obstacle
     int obstacle = -1;
   };
 
-  /// Finds what is near as `kinematics` is posed now. The fingers of the working hand count with
-  /// `with_fingers` alone, and in near() alone.
+  /// Finds what is near in the present pose of `kinematics`. The fingers of the working hand are included
+  /// only if `with_fingers`, and only in near().
   void update(bool with_fingers = false) noexcept;
-  /// How far the working hand's fingers can keep off obstacles (m) on the way to where they are moved by
-  /// `X_WW`: as far as the arm, or less when they end nearer; negative when they end in one.
+  /// Clearance from obstacles (m) that the working hand's fingers can keep while they are moved by `X_WW`:
+  /// that of the arm, or less if they end up nearer; negative if they end up in one.
   [[nodiscard]] double finger_margin(const Eigen::Isometry3d& X_WW) const noexcept;
-  /// Since the last update, nearest first; at most kMostNear.
+  /// What the last update found, nearest first; at most kMostNear.
   [[nodiscard]] std::span<const Nearness> near() const { return {near_.data(), near_count_}; }
-  /// Keeps everything near apart: by its margin, approached at most at `gain` (1/s) times what is left to it,
-  /// and not at all when it is closer already. Adds one row for each of near(), in their order.
+  /// Keeps everything in near() apart by its margin: approaches it at no more than `gain` (1/s) times the
+  /// remaining distance, and not at all once closer. Adds one row for each of near(), in their order.
   void keep_apart(WholeBodyIk& ik, double finger_margin, double gain) const noexcept;
 
-  /// Least distances at the last update, m; what is farther than kFarthest counts as that. Infinite without
-  /// obstacles.
+  /// Minimum distances at the last update, m, capped at kFarthest. Infinite without obstacles.
   [[nodiscard]] double own_clearance() const { return own_clearance_; }
   [[nodiscard]] double obstacle_clearance() const { return obstacle_clearance_; }
 
-  /// "RForearm and the robot's own Waist", "RForearm and the table".
+  /// Names the two: "RForearm and the robot's own Waist", "RForearm and the table".
   [[nodiscard]] std::string describe(const Nearness& nearness) const;
 
   static constexpr std::size_t kMostNear = 24;
-  static constexpr double kFarthest = 0.12;  ///< m, what is farther away needs no row
+  static constexpr double kFarthest = 0.12;  ///< m, anything farther away needs no row
 
  private:
-  /// Two shapes, the direction in which they were farthest apart when that was last found, and how far they
-  /// are apart now, infinite when that was not worth finding.
+  /// Two shapes, the direction of their largest separation when it was last computed, and their present
+  /// distance, infinite if it was not worth computing.
   struct Pair {
     int shape, other;
     Eigen::Vector3d n_W = Eigen::Vector3d::Zero();
@@ -90,14 +91,15 @@ class BodyGuard {
   };
 
   void add(const Nearness& nearness) noexcept;
-  /// From this distance on a pair is of no interest, m: the list is full of nearer ones.
+  /// Distance from which a pair is of no interest, m: the list is full of nearer ones.
   [[nodiscard]] double enough() const noexcept {
     return near_count_ == kMostNear ? near_.back().gap.distance : kFarthest;
   }
   void look_at(Pair& pair) noexcept;
-  /// How much nearer the two come when what `twist` carries is turned by margins.turn, m.
+  /// How much nearer the two come when the links that `twist` carries are turned by margins.turn, m.
   [[nodiscard]] double turned(const Nearness& nearness) const noexcept;
-  /// From an obstacle to a shape there, less than kFarthest or what is enough to know that it is not.
+  /// Separation from an obstacle to a shape at X_WS, if less than kFarthest; otherwise just enough to know
+  /// that it is not.
   [[nodiscard]] Separation gap_to(std::size_t obstacle, int shape,
                                   const Eigen::Isometry3d& X_WS) const noexcept;
 
@@ -107,11 +109,11 @@ class BodyGuard {
   std::vector<Eigen::Isometry3d> X_WS_;
   std::vector<Pair> pairs_;             // those of near() first
   std::vector<int> against_obstacles_;  // shapes
-  std::vector<int> fingers_;            // the same for the working hand's
+  std::vector<int> fingers_;            // shapes of the working hand's fingers
   int twist_ = -1;                      // joint
-  std::vector<bool> is_turned_;         // by it, of each shape
+  std::vector<bool> is_turned_;         // by that joint, for each shape
   GuardMargins margins_;
-  std::vector<bool> of_arm_;  // that works, of each shape
+  std::vector<bool> of_arm_;  // the working one, for each shape
   std::vector<NamedObstacle> obstacles_;
   std::array<Nearness, kMostNear> near_;
   std::size_t near_count_ = 0;

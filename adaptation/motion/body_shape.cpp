@@ -8,16 +8,16 @@ namespace walkman::motion {
 namespace {
 
 constexpr int kProjections = 64;
-constexpr double kConverged = 3e-4;   // m, between the upper and the lower bound of the distance
+constexpr double kConverged = 3e-4;   // m, between the upper and the lower bound on the distance
 constexpr double kOverlap = 1e-6;     // m, cores closer than this have no direction between them
-constexpr double kSameAxis = 1e-3;    // m, between a cylinder's end and a ball that rounds it
-constexpr double kSoftCorner = 0.01;  // part of a direction from which on a corner is the foremost point
+constexpr double kSameAxis = 1e-3;    // m, tolerance between a cylinder's end and a ball that rounds it
+constexpr double kSoftCorner = 0.01;  // component of a direction from which a corner is the farthest point
 
 double along(const Eigen::Isometry3d& X_WS, const BodyShape& shape, const Eigen::Vector3d& n_W) {
   return shape.reach(X_WS.linear().transpose() * n_W);
 }
 
-/// Offers directions in which two solids may be apart, and keeps the one in which they are farthest.
+/// Tests directions in which two solids may be apart, and keeps the one in which they are farthest apart.
 struct Bound {
   const BodyShape& a;
   const Eigen::Isometry3d& X_WA;
@@ -149,7 +149,7 @@ Separation separation(const BodyShape& a, const Eigen::Isometry3d& X_WA, const B
     const Eigen::Vector3d before_A = p_A;
     q_A = X_AB * b.nearest_S(X_AB.linear().transpose() * (ahead_A - X_AB.translation()));
     p_A = a.nearest_S(q_A);
-    if ((ahead_A - p_A).dot(p_A - before_A) > 0) momentum = 1;  // beyond the least: starts anew
+    if ((ahead_A - p_A).dot(p_A - before_A) > 0) momentum = 1;  // past the minimum: restart
     const double next = (1 + std::sqrt(1 + 4 * momentum * momentum)) / 2;
     ahead_A = p_A + (momentum - 1) / next * (p_A - before_A);
     momentum = next;

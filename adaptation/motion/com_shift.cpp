@@ -8,8 +8,8 @@
 namespace walkman::motion {
 namespace {
 
-// Added to J Jᵀ, whose eigenvalues are about 0.01 and more (rad² and m²) while the knees are bent: a
-// stretched knee then gives a little instead of racing.
+// Added to J Jᵀ, whose eigenvalues are about 0.01 or more (rad² and m²) while the knees are bent: a stretched
+// knee then yields a little instead of racing.
 constexpr double kDamping = 1e-6;
 
 }  // namespace
@@ -46,7 +46,7 @@ void ComShift::offsets(const Eigen::Vector2d& shift, Eigen::Ref<Eigen::VectorXd>
     for (Eigen::Index i = 0; i < joints; ++i) J.col(i) = J_.col(leg.dofs[static_cast<std::size_t>(i)]);
     Eigen::Matrix<double, 6, 6> JJt = J * J.transpose();
     JJt.diagonal().array() += kDamping;
-    Eigen::Matrix<double, 6, 2> sole = Eigen::Matrix<double, 6, 2>::Zero();  // back by what the base moves
+    Eigen::Matrix<double, 6, 2> sole = Eigen::Matrix<double, 6, 2>::Zero();  // opposite to the base's motion
     sole(3, 0) = sole(4, 1) = -1;
     leg.per_base.noalias() = J.transpose() * JJt.ldlt().solve(sole);
     for (Eigen::Index i = 0; i < joints; ++i)

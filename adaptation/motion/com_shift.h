@@ -10,17 +10,17 @@
 
 namespace walkman::motion {
 
-/// Shifts the centre of mass of a robot on two feet by its legs alone: the base moves sideways without
-/// turning, what it carries goes with it, and the soles stay where they are.
+/// Shifts the centre of mass of a robot standing on two feet with its legs alone: the base moves horizontally
+/// without turning, what it carries moves with it, and the soles stay in place.
 class ComShift {
  public:
   /// Keeps a reference to `kinematics`. Throws std::runtime_error when a leg has more than kMostJoints
   /// degrees of freedom, or none.
   ComShift(const KinematicTree& kinematics, const Stance& stance);
 
-  /// Joint offsets (n, rad or m) that shift the centre of mass by `shift` (m, horizontal, in T), from where
-  /// `kinematics` is posed in T; to first order. Zero for all but the legs' joints. Neither allocates nor
-  /// throws.
+  /// Computes the joint offsets (n, rad or m) that shift the centre of mass by `shift` (m, horizontal, in T)
+  /// from the pose of `kinematics` in T; to first order. Zero for all but the legs' joints. Neither allocates
+  /// nor throws.
   void offsets(const Eigen::Vector2d& shift, Eigen::Ref<Eigen::VectorXd> dq) noexcept;
 
  private:
@@ -35,7 +35,7 @@ class ComShift {
 
   const KinematicTree* kinematics_;
   std::array<Leg, Stance::kFeet> legs_;
-  Eigen::MatrixXd J_, J_com_;  ///< room
+  Eigen::MatrixXd J_, J_com_;  ///< workspace
 };
 
 }  // namespace walkman::motion

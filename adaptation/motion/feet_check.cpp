@@ -12,15 +12,15 @@ namespace {
 
 constexpr double kMeanTime = 0.5;     // s
 constexpr double kSettled = 2;        // s, for a robot that has just been set down
-constexpr double kLeastOnFoot = 100;  // N; with less on a foot, where it acts is noise
+constexpr double kLeastOnFoot = 100;  // N; with less on a foot, its point of application is noise
 
-/// The link a sole is fixed to; itself for one that is no link's.
+/// The link that a sole is fixed to; the sole itself if it has no parent.
 int foot_of(const RobotModel& model, int sole) {
   const int joint = model.links[static_cast<std::size_t>(sole)].parent_joint;
   return joint < 0 ? sole : model.joints[static_cast<std::size_t>(joint)].parent_link;
 }
 
-/// The rectangle of a foot's shapes along the sole's axes.
+/// Bounding rectangle of a foot's shapes along the sole's axes.
 Eigen::AlignedBox2d edges_of(const KinematicTree& posed, int sole) {
   const int foot = foot_of(posed.model(), sole);
   Eigen::AlignedBox2d box;
@@ -60,7 +60,8 @@ void FeetCheck::take(const KinematicTree& measured, const Stance& stance,
     const Eigen::Vector3d f = X_FS.linear() * feet[i].F_So_S.force;
     const Eigen::Vector3d t = X_FS.linear() * feet[i].F_So_S.torque;
     const Eigen::Vector3d& p_FS = X_FS.translation();
-    // About Fo the force's moment is t + p × f; where it acts on the ground it has none but a vertical one.
+    // About Fo the force's moment is t + p × f; at its point of application on the ground only the vertical
+    // one is left.
     const Eigen::Vector3d m = t + p_FS.cross(f);
     feet_[i].force += share * (f.z() - feet_[i].force);
     feet_[i].moment_F += share * (Eigen::Vector2d(-m.y(), m.x()) - feet_[i].moment_F);

@@ -56,7 +56,7 @@ std::vector<Eigen::VectorXd> Gaze::towards(const Eigen::VectorXd& q, const Eigen
   const auto step_nearer = [&](int dof, double step) {
     Eigen::VectorXd q_next = q_there;
     q_next[dof] += step;
-    // A head that looks down comes near the shoulders when it turns.
+    // A head tilted down comes close to the shoulders when it pans.
     while (dof == pan_ && within_limits(q_next) && !has_room(q_next)) q_next[tilt_] += up;
     if (!within_limits(q_next) || !has_room(q_next) || beside(q_next, p_W) >= beside(q_there, p_W))
       return false;

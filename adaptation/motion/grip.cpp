@@ -10,7 +10,7 @@ namespace {
 
 constexpr double kStep = 0.02;            // rad
 constexpr int kHalvings = 12;             // of a step
-constexpr double kLongerThanAHand = 0.5;  // m, half the cylinder
+constexpr double kLongerThanAHand = 0.5;  // m, half length of the cylinder
 
 }  // namespace
 
@@ -32,7 +32,7 @@ Grip::Grip(const RobotModel& model, const std::string& hand_link, const std::str
       finger.X_PJ = X_HR * X_RL[static_cast<std::size_t>(joint.parent_link)] * joint.X_PJ;
     finger.open = joint.mimic->offset;
     finger.closed =
-        joint.limits.upper;  // one that its fellow's contact leaves the tendon to goes on to its stop
+        joint.limits.upper;  // if contact stops another joint, the tendon closes this one to its stop
     for (const BodyShape& shape : shapes)
       if (shape.link == finger.link) finger.shapes.push_back(shape);
     fingers_.push_back(std::move(finger));

@@ -13,19 +13,20 @@ namespace walkman::motion {
 namespace {
 
 constexpr int kRootLink = 0;  // parents come before their children
-/// Step of the run ahead in `reachable`, s.
+/// Time step of the simulation in `reachable`, s.
 constexpr double kAheadStep = 0.02;
-/// Between a leg's joints and their limits, rad: what the stabiliser's 4 cm take, and bent knees.
+/// Margin between a leg's joints and their limits, rad: for the stabiliser's 4 cm, and bent knees.
 constexpr double kLegMargin = 0.1;
-/// Between any other joint's reference and its mechanical stops, rad: a zero may be 7.5 mrad off (three
-/// deviations), and on its spring a link swings on by 10 mrad when a motion of 0.3 rad/s ends.
+/// Margin between any other joint's reference and its mechanical stops, rad: a zero may be 7.5 mrad off
+/// (three standard deviations), and a link on its spring overshoots by 10 mrad when a motion of 0.3 rad/s
+/// ends.
 constexpr double kStopMargin = 0.02;
-/// Longest motion that `reachable` follows, and longest return to a posture, s.
+/// Longest motion that `reachable` simulates, and longest return to a posture, s.
 constexpr double kAheadTime = 120;
-/// rad/s. In the quarter of a minute that a hand is still at most, it would go on by less than an encoder's
+/// rad/s. A hand is still for a quarter of a minute at most, in which it would move by less than an encoder
 /// step.
 constexpr double kAtRest = 1e-6;
-/// rad, of each joint: what does not change where the hand can go.
+/// rad, per joint: too little to affect where the hand can go.
 constexpr double kReturned = 0.005;
 
 std::vector<int> active_dofs(const KinematicTree& kinematics, const std::vector<std::string>& active_joints) {
@@ -56,7 +57,7 @@ std::vector<std::string> leg_joints(const KinematicTree& kinematics, const std::
   return joints;
 }
 
-/// The child link of the joint that comes first on the way from the root to the hand, of those in `arm`.
+/// The child link of the first of the joints in `arm` on the way from the root to the hand.
 int first_link(const RobotModel& model, const std::map<std::string, double>& arm, int hand) {
   int first = hand;
   for (int link = hand; model.links[static_cast<std::size_t>(link)].parent_joint >= 0;) {
@@ -137,7 +138,7 @@ HandMotion::HandMotion(const RobotModel& model, const std::vector<std::string>& 
     if (limits.upper - limits.lower > 2 * kStopMargin)
       ranges.push_back({joint, limits.lower + kStopMargin, limits.upper - kStopMargin});
   }
-  for (const std::string& joint : legs_joints_) {  // the stabiliser's shifts come on top
+  for (const std::string& joint : legs_joints_) {  // the stabiliser's shifts are added
     const JointLimits& limits = kinematics_.limits(kinematics_.dof_of(joint));
     ranges.push_back({joint, limits.lower + kLegMargin, limits.upper - kLegMargin});
   }
@@ -293,7 +294,7 @@ void HandMotion::advance(double dt) noexcept {
       ik_.track_pose(stance_->sole_link(foot), Eigen::Vector3d::Zero(), stance_->X_TF(foot), still,
                      feet_gain);
     }
-    // Before the hand: a robot that gives its balance up for a place hard to reach steps off its feet.
+    // Before the hand: a robot that gives up its balance to reach a difficult pose loses its footing.
     ik_.next_level(options_.com_damping);
     state_.balance_time += dt;
     const PoseTrajectory::Sample com = state_.balance.at(state_.balance_time);
@@ -347,8 +348,7 @@ double HandMotion::wanted(const Target& target) const noexcept {
   return keep_posture_ ? kept_[target.dof] : target.position;
 }
 
-/// Once the hand is where it should be, the null space comes to rest too: weighing needs an arm that stands
-/// still.
+/// Once the hand is at its target, the null space comes to rest too: weighing needs an arm that stands still.
 void HandMotion::stay_comfortable(bool tends) noexcept {
   const double gain = tends ? options_.upright_gain : 0;
   ik_.next_level(options_.comfort_damping);

@@ -5,9 +5,9 @@
 namespace walkman::motion {
 namespace {
 
-/// Pivots smaller than this share of the largest count as zero.
+/// Pivots smaller than this fraction of the largest count as zero.
 constexpr double kRankThreshold = 1e-7;
-/// A level whose largest pivot is below this has no hold on what is left free.
+/// A level whose largest pivot is below this does not constrain the freedom that is left.
 constexpr double kSmallestPivot = 1e-9;
 
 }  // namespace
@@ -26,7 +26,7 @@ PriorityLevel* PriorityCascade::add_level(double damping) noexcept {
   return &level;
 }
 
-/// C Z. Bounds of single variables, most of the rows, only pick rows of Z.
+/// Computes C Z. Bounds on single variables, most of the rows, only pick rows of Z.
 void PriorityCascade::project(const InequalityMatrix& C) {
   CZ_.resize(C.rows(), Z_.cols());
   Eigen::Index dense = C.rows();  // rows from here on are not bounds
@@ -69,8 +69,8 @@ QpStatus PriorityCascade::solve(const InequalityMatrix& C, const InequalityVecto
       project(C);
       slack_ = d;
       slack_.noalias() -= C * x_;
-      // The levels before hold every row up to rounding. Without this, rounding could make a row look
-      // violated that the remaining directions cannot mend.
+      // The preceding levels satisfy every row up to rounding. Without this, rounding could make a row look
+      // violated that the remaining directions cannot correct.
       slack_ = slack_.cwiseMin(0.0);
     }
     G_.setZero(Z_.cols(), Z_.cols());

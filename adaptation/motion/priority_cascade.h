@@ -8,12 +8,12 @@ namespace walkman::motion {
 
 inline constexpr int kMaxLevels = 6;  ///< feet, centre of mass, hand, upright, posture, and one to spare
 
-/// Rows of tasks, each contiguous, so that appending one moves none.
+/// Task rows, each contiguous, so that appending one does not move the others.
 using TaskMatrix =
     Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor, kMaxVariables, kMaxVariables>;
 
-/// One priority of a cascade: minimise |A x − b|² + damping |step|², the step being what it adds to the
-/// levels before. A is rows × variables, b has as many rows, at most kMaxVariables.
+/// One priority of a cascade: minimises |A x − b|² + damping |step|², where the step is what it adds to the
+/// preceding levels' solution. A is rows × variables, b has as many rows, at most kMaxVariables.
 struct PriorityLevel {
   TaskMatrix A;
   VariableVector b;
@@ -22,18 +22,18 @@ struct PriorityLevel {
 
 /// Least squares in strict order of priority under common inequalities.
 ///
-/// Level i is minimised over what the levels before it leave free, so it never changes their residuals; C x ≥
-/// d holds at every level. The formulation is that of Escande, Mansard and Wieber (IJRR 33, 2014) with each
-/// level's equality part handled by its null space, as in OpenSoT. A level that the inequalities keep from
-/// its optimum still only gives away its null space.
+/// Level i is minimised over the freedom that the preceding levels leave, so it never changes their
+/// residuals; C x ≥ d holds at every level. The formulation is that of Escande, Mansard and Wieber (IJRR 33,
+/// 2014), with each level's equality part handled by its null space, as in OpenSoT. A level that the
+/// inequalities keep from its optimum still leaves only its null space to the next.
 class PriorityCascade {
  public:
-  /// Drops all levels and sets the number of variables, at most kMaxVariables.
+  /// Removes all levels and sets the number of variables, at most kMaxVariables.
   void clear(int variables) noexcept;
-  /// Opens a level after the present ones; nullptr when there are kMaxLevels already.
+  /// Appends a level; returns nullptr if there are kMaxLevels already.
   [[nodiscard]] PriorityLevel* add_level(double damping = 1e-6) noexcept;
 
-  /// C is m × variables, d has m rows. On anything but kSolved `x()` is zero.
+  /// C is m × variables, d has m rows. `x()` is zero unless the status is kSolved.
   [[nodiscard]] QpStatus solve(const InequalityMatrix& C, const InequalityVector& d) noexcept;
   /// The last solution, one entry per variable.
   [[nodiscard]] const VariableVector& x() const { return x_; }
@@ -53,11 +53,11 @@ class PriorityCascade {
 
   QuadraticProgram program_;
   VariableVector x_;
-  VariableMatrix Z_;  ///< orthonormal basis of what is still free
+  VariableMatrix Z_;  ///< orthonormal basis of the freedom that is left
   VariableMatrix AZ_, AZ_transposed_, G_, next_Z_;
   VariableVector g_, residual_;
   InequalityMatrix CZ_;
-  std::array<int, kMaxInequalities> only_entry_{};  ///< of a row of C; -1 when it has more
+  std::array<int, kMaxInequalities> only_entry_{};  ///< column of a row's only entry in C; -1 if it has more
   InequalityVector slack_;
   std::array<InequalityVector, kMaxLevels> multipliers_;
 };

@@ -11,7 +11,8 @@ constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 std::size_t slot(int i) { return static_cast<std::size_t>(i); }
 
-/// Without std::hypot's care for squares beyond a double's range, which was a tenth of the solver's time.
+/// Without std::hypot's guard against squares outside a double's range, which was a tenth of the solver's
+/// time.
 double length_of(double a, double b) { return std::sqrt(a * a + b * b); }
 
 }  // namespace
@@ -74,8 +75,8 @@ QpStatus QuadraticProgram::enforce(int row, const InequalityMatrix& C, const Ine
     dual_step_.head(k) = projected_normal_.head(k);
     R_.topLeftCorner(k, k).triangularView<Eigen::Upper>().solveInPlace(dual_step_.head(k));
 
-    // The part of the normal outside the span of the active ones is judged against the whole: rounding leaves
-    // about 1e-16 of it even when the normals are dependent.
+    // The part of the normal outside the span of the active ones is compared with the whole: rounding leaves
+    // about 1e-16 of it even if the normals are dependent.
     const double free_part = projected_normal_.tail(variables - k).squaredNorm();
     const bool dependent = free_part <= 1e-22 * projected_normal_.squaredNorm();
 
@@ -141,7 +142,7 @@ void QuadraticProgram::drop_from_active_set(int position) {
     active_multiplier_[slot(j)] = active_multiplier_[slot(j + 1)];
     R_.col(j) = R_.col(j + 1);
   }
-  // The moved columns have one entry below the diagonal each; rotations of J's columns take it away.
+  // Each moved column has one entry below the diagonal; rotations of J's columns remove it.
   for (int j = position; j < active_count_; ++j) {
     const double length = length_of(R_(j, j), R_(j + 1, j));
     if (length == 0) continue;

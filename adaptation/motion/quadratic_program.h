@@ -10,7 +10,7 @@ namespace walkman::motion {
 inline constexpr int kMaxVariables = 40;  ///< a floating base and every joint but the hands'
 inline constexpr int kMaxInequalities = 120;
 
-/// Matrices with room inside themselves: resizing within the bounds never allocates.
+/// Matrices with in-place storage: resizing within the bounds never allocates.
 using VariableVector = Eigen::Matrix<double, Eigen::Dynamic, 1, Eigen::ColMajor, kMaxVariables, 1>;
 using VariableMatrix =
     Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor, kMaxVariables, kMaxVariables>;
@@ -21,7 +21,7 @@ using InequalityMatrix =
 enum class QpStatus {
   kSolved,
   kInfeasible,  ///< no x satisfies all inequalities
-  kNotConvex,   ///< G is not positive definite, or something is not finite
+  kNotConvex,   ///< G is not positive definite, or an input is not finite
   kIterationLimit,
 };
 
@@ -31,20 +31,20 @@ enum class QpStatus {
 /// kMaxVariables variables and kMaxInequalities rows, no allocation.
 class QuadraticProgram {
  public:
-  /// Most changes of the active set before giving up.
+  /// Maximum number of active-set changes before giving up.
   int iteration_limit = 400;
   /// A row counts as satisfied when C x − d ≥ −tolerance (row norms are about one).
   double tolerance = 1e-10;
 
-  /// G n×n symmetric positive definite, of which the lower triangle is read, g n, C m×n, d m. On kSolved
-  /// `x()` is the minimum.
+  /// G: n×n, symmetric positive definite, its lower triangle is used; g: n; C: m×n; d: m. On kSolved, `x()`
+  /// is the minimiser.
   [[nodiscard]] QpStatus solve(const VariableMatrix& G, const VariableVector& g, const InequalityMatrix& C,
                                const InequalityVector& d) noexcept;
 
   [[nodiscard]] const VariableVector& x() const { return x_; }
-  /// Lagrange multipliers of the last solution, m, zero for rows that do not bind: G x + g = Cᵀ multipliers.
+  /// Lagrange multipliers of the last solution, m entries, zero for inactive rows: G x + g = Cᵀ multipliers.
   [[nodiscard]] const InequalityVector& multipliers() const { return multipliers_; }
-  /// Changes of the active set the last solution took.
+  /// Number of active-set changes in the last solution.
   [[nodiscard]] int iterations() const { return iterations_; }
 
  private:

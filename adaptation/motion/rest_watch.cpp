@@ -6,8 +6,8 @@
 namespace walkman::motion {
 namespace {
 
-// Positions this far apart give the speed: a quarter of the period of an arm on its springs, 10 Hz. The
-// encoders' resolution, some 20 µm at the hand, is 1 mm/s then.
+// Time between the two positions that give the speed: a quarter of the period of an arm on its springs,
+// 10 Hz. The encoders' resolution, some 20 µm at the hand, then corresponds to 1 mm/s.
 constexpr double kBase = 0.025;  // s
 
 }  // namespace

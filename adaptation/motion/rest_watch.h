@@ -6,17 +6,17 @@
 
 namespace walkman::motion {
 
-/// Tells from its measured positions when a point that swings has come to rest: when it was no faster than a
-/// given speed for a given time. Whatever swings reaches its greatest speed twice a period, so that time is
-/// half the period of the slowest oscillation that matters. Allocates nothing, throws nothing.
+/// Detects from the measured positions of a swinging point when it has come to rest: when it was no faster
+/// than a given speed for a given time. Anything that swings reaches its maximum speed twice per period, so
+/// that time is half the period of the slowest relevant oscillation. Neither allocates nor throws.
 class RestWatch {
  public:
   /// `speed` in m/s, `span` in s.
   RestWatch(double speed, double span) noexcept : fastest_(speed), span_(span) {}
 
-  /// The next position p_W (m), `dt` s after the last. True when the point is at rest.
+  /// Processes the next position p_W (m), `dt` s after the last. Returns true if the point is at rest.
   [[nodiscard]] bool at_rest(const Eigen::Vector3d& p_W, double dt) noexcept;
-  /// The last speed that was no rest, m/s.
+  /// Last speed that exceeded the speed of rest, m/s.
   [[nodiscard]] double unrest() const { return unrest_; }
 
  private:

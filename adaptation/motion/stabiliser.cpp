@@ -30,7 +30,7 @@ void Stabiliser::start(const BalanceReading& reading, double mass,
 }
 
 void Stabiliser::observe(const BalanceReading& reading, double mass, double dt) noexcept {
-  // Poles at the bandwidth, twice, and at the rate of the residual.
+  // Two poles at the bandwidth, and one at the rate of the residual.
   const double w = options_.observer_bandwidth;
   const double r = options_.force_washout;
   const Eigen::Vector2d before = acceleration_;

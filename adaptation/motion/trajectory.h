@@ -10,12 +10,12 @@ struct MotionLimits {
   double angular_velocity = 1.0;      ///< rad/s
   double linear_acceleration = 0.5;   ///< m/s²
   double angular_acceleration = 2.0;  ///< rad/s²
-  double duration = 0;                ///< s, at least
+  double duration = 0;                ///< s, minimum
 };
 
-/// Straight line and shortest turn from one pose to another, at rest at both ends with zero acceleration.
+/// Straight line and shortest rotation from one pose to another, at rest at both ends with zero acceleration.
 ///
-/// Both follow s(τ) = 10τ³ − 15τ⁴ + 6τ⁵ over one duration, the least that keeps all limits.
+/// Both follow s(τ) = 10τ³ − 15τ⁴ + 6τ⁵ over the same duration, the shortest that respects all limits.
 class PoseTrajectory {
  public:
   /// At rest at W's origin.
@@ -29,7 +29,7 @@ class PoseTrajectory {
   };
 
   [[nodiscard]] double duration() const { return duration_; }  ///< s
-  /// `time` in s from the start; at rest at the first pose before it and at the goal after `duration`.
+  /// `time` in s from the start; before it, at rest at the first pose, and after `duration` at the goal.
   [[nodiscard]] Sample at(double time) const noexcept;
   [[nodiscard]] const Eigen::Isometry3d& goal() const { return X_WB_; }
 

@@ -9,7 +9,8 @@
 namespace walkman::motion {
 namespace {
 
-/// Of the rates': what bounds the accelerations where less of them cannot keep off limits and obstacles.
+/// Acceleration bounds as multiples of the rates', tried in turn if a lower one cannot respect limits and
+/// obstacles.
 constexpr std::array kAccelerations = {1.0, 4.0, std::numeric_limits<double>::infinity()};
 
 }  // namespace
@@ -146,7 +147,7 @@ void WholeBodyIk::add_rate(int link, const Eigen::Vector3d& p_LP, const Eigen::V
     kinematics_->add_point_rate(link, p_WP, n_W, share, rate_);
 }
 
-/// With the variables' part of `rate_`.
+/// Uses the variables' part of `rate_`.
 void WholeBodyIk::append_inequality(double approach) noexcept {
   const Eigen::Index row = d_.size();
   if (row == kMaxInequalities) return;
@@ -181,8 +182,8 @@ void WholeBodyIk::write_joint_bounds(double acceleration) noexcept {
     const auto joint = static_cast<std::size_t>(i);
     const JointRates& rates = rates_[joint];
     const double fastest = limits.velocity > 0 ? std::min(rates.velocity, limits.velocity) : rates.velocity;
-    // Towards a limit the speed decays with the distance left, at a rate that keeps the deceleration in
-    // bounds.
+    // Towards a limit the speed decays with the remaining distance, at a rate that keeps the deceleration
+    // within bounds.
     const double approach = std::min(rates.acceleration / fastest, 1 / dt_);
     double upper = std::clamp(approach * (upper_limit_[joint] - q_[dof]), 0.0, fastest);
     double lower = std::clamp(approach * (lower_limit_[joint] - q_[dof]), -fastest, 0.0);
@@ -199,7 +200,7 @@ void WholeBodyIk::write_joint_bounds(double acceleration) noexcept {
 }
 
 WholeBodyIk::Binding WholeBodyIk::binding(int level) const noexcept {
-  constexpr double kAtLimit = 0.02;  // rad or m; a joint comes to its limit ever more slowly
+  constexpr double kAtLimit = 0.02;  // rad or m; a joint approaches its limit ever more slowly
   constexpr double kSmallest = 1e-9;
   const InequalityVector& multipliers = cascade_.multipliers(level);
   const int joint_rows = 2 * static_cast<int>(active_.size());

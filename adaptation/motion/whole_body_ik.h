@@ -14,62 +14,63 @@ enum class BaseMotion {
   kFloating,  ///< six more variables: the root's [angular; linear] velocity in W
 };
 
-/// Bounds of every joint's reference. Position limits come from the model.
+/// Rate limits of every joint's reference. Position limits come from the model.
 struct JointRates {
-  double velocity = 1.0;  ///< rad/s; the model's limit where that is lower
+  double velocity = 1.0;  ///< rad/s; the model's limit if that is lower
   double acceleration =
       8.0;  ///< rad/s², between consecutive steps and when slowing down before a position limit
 };
 
-/// Whole-body inverse kinematics of one instant: joint velocities from tasks in order of priority.
+/// Whole-body inverse kinematics at one instant: joint velocities from tasks in order of priority.
 ///
-/// A cycle is `start`, then for each priority `next_level` and tasks, `keep_clear` for obstacles at any time,
-/// then `solve`. Each task asks for a velocity: its feed-forward plus gain (1/s) times its error. Position
-/// limits, joint velocities, accelerations and obstacles bind at every level. Zero motion always satisfies
-/// position limits and obstacles; when they cannot be met within the acceleration bound, that bound is given
-/// up.
+/// A cycle is `start`, then for each priority `next_level` and its tasks, `keep_clear` for obstacles at any
+/// time, then `solve`. Each task requests a velocity: its feed-forward plus gain (1/s) times its error.
+/// Position limits, joint velocities, accelerations and obstacles are enforced at every level. Zero motion
+/// always satisfies position limits and obstacles; if they cannot be met within the acceleration bound, that
+/// bound is given up.
 ///
 /// Nothing allocates or throws after construction. Cascade as in OpenSoT, the library of the paper's sec. 4.
 class WholeBodyIk {
  public:
-  /// `active` are the degrees of freedom of `kinematics` that may move; the rest are held. Keeps a reference
-  /// to `kinematics`. Throws std::runtime_error when more than kMaxVariables variables are asked for.
+  /// `active`: degrees of freedom of `kinematics` that may move; the rest are held. Keeps a reference to
+  /// `kinematics`. Throws std::runtime_error if more than kMaxVariables variables are needed.
   WholeBodyIk(const KinematicTree& kinematics, BaseMotion base, std::vector<int> active,
               const JointRates& rates);
 
-  /// Of the cascade: active joints, and six for a floating base.
+  /// Number of variables of the cascade: active joints, and six for a floating base.
   [[nodiscard]] int variables() const { return first_joint_ + static_cast<int>(active_.size()); }
 
-  /// Begins a cycle at joint positions q (n), to which `kinematics` has been updated; dt in s.
+  /// Starts a cycle at joint positions q (n), to which `kinematics` has been updated; dt in s.
   void start(const Eigen::VectorXd& q, double dt) noexcept;
-  /// Opens the next priority. `damping` weighs squared joint velocity against squared task errors (m/s,
-  /// rad/s): it bounds velocities where the tasks could only be met by racing joints, at the price of a
-  /// little lag there.
+  /// Opens the next priority. `damping` weights squared joint velocity against squared task errors (m/s,
+  /// rad/s): it bounds velocities where the tasks could only be met by racing joints, at the cost of a little
+  /// lag there.
   void next_level(double damping = 1e-6) noexcept;
 
-  /// Frame P fixed to `link`, its origin at p_LP (m) and its axes those of the link, to X_WP. V_WP is the
+  /// Drives frame P, fixed to `link` with its origin at p_LP (m) and the link's axes, to X_WP. V_WP is the
   /// target's own [angular; linear] velocity in W (rad/s, m/s). `gain` in 1/s, here and below.
   void track_pose(int link, const Eigen::Vector3d& p_LP, const Eigen::Isometry3d& X_WP,
                   const Eigen::Matrix<double, 6, 1>& V_WP, double gain) noexcept;
-  /// Axes of `link` to R_WL, whose own angular velocity is w_WL (rad/s, in W).
+  /// Drives the axes of `link` to R_WL, whose own angular velocity is w_WL (rad/s, in W).
   void track_orientation(int link, const Eigen::Matrix3d& R_WL, const Eigen::Vector3d& w_WL,
                          double gain) noexcept;
-  /// Centre of mass to the horizontal position p_Wcm (m), which itself moves at v_Wcm (m/s), both in W.
+  /// Drives the centre of mass to the horizontal position p_Wcm (m), which itself moves at v_Wcm (m/s), both
+  /// in W.
   void track_com(const Eigen::Vector2d& p_Wcm, const Eigen::Vector2d& v_Wcm, double gain) noexcept;
-  /// One joint, by degree of freedom, to a position (rad or m), with a weight among what else the level
-  /// tracks. Ignored for a joint that is not active.
+  /// Drives one joint, by degree of freedom, to a position (rad or m), with a weight relative to the level's
+  /// other tasks. Ignored for a joint that is not active.
   void track_joint(int dof, double position, double gain, double weight = 1) noexcept;
 
-  /// Half-space: the point p_LP of `link` may move against n_W (unit, pointing to the free side) at most at
-  /// `approach` (m/s, not negative).
+  /// Half-space constraint: the point p_LP of `link` may move against n_W (unit, pointing to the free side)
+  /// at no more than `approach` (m/s, not negative).
   void keep_clear(int link, const Eigen::Vector3d& p_LP, const Eigen::Vector3d& n_W,
                   double approach) noexcept;
   /// The same relative to the point p_KQ of another link K of the robot.
   void keep_apart(int link, const Eigen::Vector3d& p_LP, int other, const Eigen::Vector3d& p_KQ,
                   const Eigen::Vector3d& n_W, double approach) noexcept;
-  /// Joint `dof` keeps to [lower, upper] (rad or m) besides its own limits.
+  /// Restricts joint `dof` to [lower, upper] (rad or m) in addition to its own limits.
   void limit_joint(int dof, double lower, double upper) noexcept;
-  /// Other rates than the rest for one joint, by degree of freedom. Ignored for a joint that is not active.
+  /// Sets different rates for one joint, by degree of freedom. Ignored for a joint that is not active.
   void limit_rates(int dof, const JointRates& rates) noexcept;
 
   /// On failure all velocities are zero: the caller's reference stays where it was.
@@ -78,15 +79,15 @@ class WholeBodyIk {
   [[nodiscard]] const Eigen::VectorXd& joint_velocity() const { return joint_velocity_; }
   /// [angular; linear] velocity of the root in W; zero for a fixed base.
   [[nodiscard]] const Eigen::Matrix<double, 6, 1>& base_velocity() const { return base_velocity_; }
-  /// What kept a priority's tasks from being met in the last solution, besides joints' rates.
+  /// What kept a priority's tasks from being met in the last solution, other than joint rates.
   struct Binding {
-    int dof = -1;        ///< a joint next to its position limit: its degree of freedom, −1 when it is none
-    bool upper = false;  ///< of that joint
-    int contact = -1;    ///< how many calls of keep_clear and keep_apart came before the one that binds; −1
+    int dof = -1;        ///< degree of freedom of a joint close to its position limit, −1 if none
+    bool upper = false;  ///< whether at its upper limit
+    int contact = -1;    ///< number of keep_clear and keep_apart calls before the binding one; −1 if none
   };
-  /// Most, of all that kept the `level`-th priority (from 0) from its tasks.
+  /// The constraint that did most to keep the `level`-th priority (from 0) from its tasks.
   [[nodiscard]] Binding binding(int level) const noexcept;
-  /// Forgets the last velocities, which the acceleration bound refers to.
+  /// Clears the last velocities, which the acceleration bound refers to.
   void reset_rates() noexcept;
 
  private:

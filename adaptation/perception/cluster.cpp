@@ -37,8 +37,8 @@ bool any_pair_within(std::span<const Eigen::Vector3f> points, std::span<const st
 
 std::vector<std::vector<std::uint32_t>> euclidean_clusters(std::span<const Eigen::Vector3f> points,
                                                            double tolerance, std::size_t min_points) {
-  // The diagonal of a cell is a hair below the tolerance, so a cell's points belong together; partners lie at
-  // most two cells away.
+  // The diagonal of a cell is slightly below the tolerance, so a cell's points belong together; points within
+  // the tolerance are at most two cells apart.
   const CellIndex cells(points, tolerance / std::sqrt(3.0) * 0.9999);
   constexpr int kSpan = 2;
   const auto squared = static_cast<float>(tolerance * tolerance);

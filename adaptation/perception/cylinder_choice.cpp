@@ -10,15 +10,15 @@
 namespace walkman::perception {
 namespace {
 
-constexpr std::array kStarts{1.0, 0.65, 0.4, 0.25};  // of the rough radius
+constexpr std::array kStarts{1.0, 0.65, 0.4, 0.25};  // fractions of the rough radius
 constexpr double kMostSeenThrough = 1.0 / 3;
-constexpr double kWindow = 6;           // px beside a rim that a matching window may give the object's range
-constexpr double kLeastWindow = 0.004;  // m, the same at least
-constexpr double kWorst = 9;            // cost of a ray that contradicts: three standard deviations, squared
-constexpr double kSame = 1e-4;          // m, of the radius: fits that ended on one cylinder
-constexpr double kCylinderMisfit = 0.001;  // m, by which objects differ from cylinders
+constexpr double kWindow = 6;  // px beside a rim where a matching window may report the object's range
+constexpr double kLeastWindow = 0.004;  // m, lower bound of the same
+constexpr double kWorst = 9;            // cost of a contradicting ray: three standard deviations, squared
+constexpr double kSame = 1e-4;          // m, of the radius: closer fits have converged to the same cylinder
+constexpr double kCylinderMisfit = 0.001;  // m, deviation of objects from cylinders
 
-// Distance of the endless line along `direction_C` from the axis, and where on the axis it is nearest.
+// Distance of the infinite line along `direction_C` from the axis, and where on the axis it is nearest.
 struct Pass {
   double distance, along;
 };
@@ -31,7 +31,7 @@ Pass pass(const Eigen::Vector3d& direction_C, const Cylinder& cylinder) {
   return {(nearest - nearest.dot(direction_C) * direction_C).norm(), along};
 }
 
-// What the rays about the object say to a cylinder.
+// How well the rays around the object agree with a cylinder.
 struct Verdict {
   double cost = 0;
   std::size_t met = 0, passed = 0;
@@ -41,7 +41,7 @@ struct Verdict {
   }
 };
 
-/// Compares cylinders near `rough` over one set of rays: those that pass its axis within `widest` m.
+/// Compares cylinders near `rough` over one set of rays: those that pass within `widest` m of its axis.
 class RayComparison {
  public:
   RayComparison(const ObjectView& view, const Cylinder& rough, double widest, const Sampling& sampling)
@@ -90,14 +90,14 @@ class RayComparison {
       verdict.cost += kWorst;
     } else if (of_object) {
       verdict.cost += kWorst;
-    }  // else something else stands before it
+    }  // otherwise something else is in front of it
   }
 
   const Sampling& sampling_;
   std::vector<Seen> rays_;
 };
 
-// The same front, as the sensor sees it, on another radius.
+// The cylinder with another radius and the same front as seen by the sensor.
 Cylinder with_radius(const Cylinder& cylinder, double radius) {
   Cylinder out = cylinder;
   const Eigen::Vector3d middle = cylinder.p_CA + (cylinder.from + cylinder.to) / 2 * cylinder.axis_C;
@@ -120,7 +120,7 @@ std::optional<Cylinder> best_cylinder(const ObjectView& view, const Cylinder& ro
     const Cylinder initial = with_radius(rough, start * rough.radius);
     auto fitted = refine_cylinder(view.sample_C, initial, sampling, threads);
     if (!fitted || (best && std::abs(fitted->radius - best->radius) < kSame)) continue;
-    // Compared over the same stretch of the axis.
+    // All fits are compared over the same stretch of the axis.
     Cylinder compared = *fitted;
     const auto along = [&](double place) {
       return fitted->axis_C.dot(rough.p_CA + place * rough.axis_C - fitted->p_CA);
@@ -129,7 +129,7 @@ std::optional<Cylinder> best_cylinder(const ObjectView& view, const Cylinder& ro
     compared.to = std::max(along(rough.from), along(rough.to));
     const double cost = judge(compared).cost;
     if (best && cost >= least) continue;
-    best = compared;  // on that stretch, lest the next fit take in what adjoins it
+    best = compared;  // on that stretch, so that the next fit does not include what adjoins it
     least = cost;
   }
   if (!best) return std::nullopt;

@@ -10,22 +10,23 @@
 
 namespace walkman::perception {
 
-/// What a cloud shows of one object, in the cloud's frame C, m.
+/// View of one object in a cloud, in the cloud's frame C, m.
 struct ObjectView {
   std::span<const Eigen::Vector3f> smoothed_C;  ///< its surface, filtered
-  std::span<const Eigen::Vector3f> measured_C;  ///< its points, in full resolution
-  std::span<const Eigen::Vector3f> sample_C;    ///< one in so many of them
-  /// Of the cloud's other points about the object one in as many: what rays that pass by the object meet.
+  std::span<const Eigen::Vector3f> measured_C;  ///< its points, at full resolution
+  std::span<const Eigen::Vector3f> sample_C;    ///< a regular subsample of them
+  /// Subsample, at the same rate, of the cloud's other points around the object: where rays that pass the
+  /// object end.
   std::span<const Eigen::Vector3f> beyond_C;
 };
 
-/// The cylinder at `rough` that what is seen speaks for. A smoothed surface makes thin tubes thick; a fit
-/// that starts from there can end on a cylinder that the object's own points allow, but that rays pass
-/// through which meet something behind it. So fits from several radii, their front where the rough one's is,
-/// are compared over all rays about the object: those that should meet the cylinder and do, those that should
-/// and do not, and the object's points that no cylinder explains. Rays close to the cylinder's rim take no
-/// part (kSmallestIncidence). None when no fit ends, or when more than a third of the rays that should meet
-/// the best one pass through it.
+/// Returns the cylinder near `rough` that the view supports best. Smoothing makes thin tubes thicker; a fit
+/// that starts from there can converge to a cylinder that agrees with the object's own points but is crossed
+/// by rays that hit something behind it. Fits from several radii, with the same front as `rough`, are
+/// therefore compared over all rays around the object: those that should meet the cylinder and do, those that
+/// should and do not, and object points that the cylinder does not explain. Rays close to the cylinder's rim
+/// are ignored (kSmallestIncidence). Returns nullopt if no fit converges, or if more than a third of the rays
+/// that should meet the best cylinder pass through it.
 [[nodiscard]] std::optional<Cylinder> best_cylinder(const ObjectView& view, const Cylinder& rough,
                                                     const Sampling& sampling, int threads);
 

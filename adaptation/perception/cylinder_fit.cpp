@@ -18,30 +18,30 @@ using Vector5 = Eigen::Matrix<double, 5, 1>;
 using Matrix5 = Eigen::Matrix<double, 5, 5>;
 
 constexpr int kIterations = 18;
-constexpr double kTukey = 4.685;          // 95 % efficiency on Gaussian noise
+constexpr double kTukey = 4.685;          // 95 % efficiency for Gaussian noise
 constexpr double kSmallestSpread = 1e-4;  // m, floor of the residuals' spread
 constexpr double kLargestMove = 0.05;     // m
 constexpr std::size_t kFewestOfCylinder = 30;
-constexpr std::size_t kMostPoints = 12000;  // neighbouring points share their noise: more tell no more
-constexpr std::size_t kRaysAtATime = 2000;  // points that one thread takes at a time
+constexpr std::size_t kMostPoints = 12000;  // neighbouring points share their noise: more add no information
+constexpr std::size_t kRaysAtATime = 2000;  // points that a thread processes at a time
 constexpr double kBin = 0.002;              // m, resolution of the ends
-// Largest residual of a point that counts, m: at first, then, and at last `kLastSpread` standard deviations.
+// Largest residual of a point that counts, m: initially, then, and finally `kLastSpread` standard deviations.
 constexpr double kFirstResidual = 0.03, kSecondResidual = 0.015, kLeastResidual = 0.005;
 constexpr double kLastSpread = 4;
-constexpr int kCoarse = 3, kFine = 6;  // iterations from which the second and the last limit hold
+constexpr int kCoarse = 3, kFine = 6;  // iterations from which the second and the last limit apply
 
 struct Ray {
   Eigen::Vector3d direction;
   double range;
 };
 
-// A sighting that counts: what it says about axis position (two), direction (two) and radius.
+// A sighting that counts, as an equation for axis position (two), direction (two) and radius.
 struct Equation {
   Vector5 row;
   double residual, weight;
 };
 
-// Coordinates in which a cylinder is moved: across its axis, and turned by what its ends move.
+// Coordinates of a cylinder's motion: shift across its axis, and rotation as the displacement of its ends.
 struct Across {
   Eigen::Vector3d e1, e2;
   double half, middle;
@@ -91,7 +91,7 @@ std::vector<Ray> thinned(const std::vector<Ray>& rays) {
   return out;
 }
 
-// The rays that meet the cylinder, in order; their weights are those of the ranges alone.
+// Equations of the rays that meet the cylinder, in order, weighted by range alone.
 std::vector<Equation> readings_of(std::span<const Ray> rays, const Cylinder& cylinder, const Across& across,
                                   double largest_residual) {
   std::vector<Equation> readings;
@@ -107,7 +107,7 @@ std::vector<Equation> readings_of(std::span<const Ray> rays, const Cylinder& cyl
   return readings;
 }
 
-// One Gauss-Newton step; returns the length of the move in m, negative when too few points fit.
+// One Gauss-Newton step; returns the length of the move in m, negative if too few points fit.
 double step(const std::vector<Ray>& rays, double largest_residual, Cylinder& cylinder, int threads) {
   const Across across(cylinder);
   std::vector<std::vector<Equation>> parts((rays.size() + kRaysAtATime - 1) / kRaysAtATime);
@@ -133,14 +133,14 @@ double step(const std::vector<Ray>& rays, double largest_residual, Cylinder& cyl
   const Vector5 x = normal_matrix.ldlt().solve(right);
   if (!x.allFinite()) return -1;
   const Eigen::Vector3d turn = (x[2] * across.e1 + x[3] * across.e2) / across.half;
-  // About the middle of the ends.
+  // The rotation is about the midpoint between the ends.
   cylinder.p_CA += x[0] * across.e1 + x[1] * across.e2 - across.middle * turn;
   cylinder.axis_C = (cylinder.axis_C + turn).normalized();
   cylinder.radius += x[4];
   return x.norm();
 }
 
-// Ends of the bins that hold at least a quarter of the median count of fitting points.
+// Sets the ends to the outermost bins that hold at least a quarter of the median count of fitting points.
 bool find_ends(const std::vector<Ray>& rays, double largest_residual, Cylinder& cylinder) {
   const auto bins = static_cast<std::size_t>(std::max(1.0, std::ceil((cylinder.to - cylinder.from) / kBin)));
   std::vector<std::size_t> counts(bins, 0);
@@ -196,8 +196,8 @@ struct Stretch {
   [[nodiscard]] Stretch minus(const Stretch& other) const {
     return {normal_matrix - other.normal_matrix, right - other.right};
   }
-  // What moves the cylinder to where the stretch has it. A short one tells direction and radius badly apart;
-  // the term that holds it back from large moves is that of one point in a hundred.
+  // Move that fits the cylinder to the stretch. A short stretch separates direction and radius poorly; the
+  // damping term against large moves equals that of one point in a hundred.
   [[nodiscard]] Vector5 move() const {
     Matrix5 held = normal_matrix;
     held.diagonal().array() += 0.01 * normal_matrix.trace() / 5;
@@ -205,7 +205,7 @@ struct Stretch {
   }
 };
 
-// The place where two cylinders in one's stead take off most of the residuals' square sum.
+// Position at which replacing the cylinder by two reduces the residuals' sum of squares most.
 std::optional<CylinderFigures::Step> largest_step(const std::vector<Stretch>& bins, double start) {
   if (bins.size() < 2 * kShortestPart) return std::nullopt;
   std::vector<Stretch> sums{Stretch{}};
@@ -269,7 +269,7 @@ std::optional<Cylinder> refine_cylinder(std::span<const Eigen::Vector3f> points_
                                         const Sampling& sampling, int threads) {
   const std::vector<Ray> rays = rays_of(points_C, initial), fitted = thinned(rays);
   Cylinder cylinder = initial;
-  // Positions along the axis are counted from the middle.
+  // Positions along the axis are measured from the middle.
   const double middle = (initial.from + initial.to) / 2;
   cylinder.p_CA += middle * cylinder.axis_C;
   cylinder.from -= middle;
@@ -284,7 +284,7 @@ std::optional<Cylinder> refine_cylinder(std::span<const Eigen::Vector3f> points_
     if (move < 0 || !((cylinder.p_CA - start).norm() < kLargestMove) || !(cylinder.radius > 0))
       return std::nullopt;
     if (move < 1e-6 && i >= kFine) break;
-    // Nothing is gained from the wide limits once the iteration stands still.
+    // The wide limits gain nothing once the iteration has converged.
     if (move < 1e-5 && i < kFine) i = i < kCoarse ? kCoarse - 1 : kFine - 1;
   }
   cylinder.from -= kLargestMove;
@@ -313,7 +313,7 @@ std::optional<CylinderFigures> cylinder_figures(std::span<const Eigen::Vector3f>
     const auto s = sight(ray.direction, cylinder);
     if (!s || s->incidence > -kRim) continue;
     const double residual = ray.range - s->range;
-    const double angle = std::atan2(s->n_C.dot(side), s->n_C.dot(front));  // within ±90°, and a little
+    const double angle = std::atan2(s->n_C.dot(side), s->n_C.dot(front));  // within ±90°, or slightly beyond
     const double across_surface = std::abs(residual * s->incidence);
     if (across_surface < std::max(kLeastResidual, largest / 2))
       ++arc[static_cast<std::size_t>(

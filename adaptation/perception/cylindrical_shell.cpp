@@ -20,11 +20,11 @@ constexpr int kPartsPerThread = 16;  // neighbourhoods differ in size: small par
 
 constexpr std::size_t kFewestNeighbours = 20;
 constexpr std::size_t kCurvatureProbes = 25;  // neighbours whose curvatures are compared
-constexpr double kRadiusSlack = 1.5;   // curvature is noisier than the circle that is fitted afterwards
-constexpr double kStraightness = 0.6;  // largest ratio of the smaller to the larger curvature
-constexpr double kGapStep = 0.001;     // m
-constexpr int kGapPoints = 2;          // stray points a gap may hold
-constexpr int kInsidePoints = 10;      // fewest within it
+constexpr double kRadiusSlack = 1.5;          // curvature is noisier than the circle fitted afterwards
+constexpr double kStraightness = 0.6;         // largest ratio of the smaller to the larger curvature
+constexpr double kGapStep = 0.001;            // m
+constexpr int kGapPoints = 2;                 // stray points a gap may hold
+constexpr int kInsidePoints = 10;             // fewest points inside the gap
 
 class ShellFinder {
  public:
@@ -50,7 +50,7 @@ class ShellFinder {
   }
 
  private:
-  // The curvatures whose larger one is the median among the probes.
+  // Curvatures of the probe whose larger curvature is the median.
   std::optional<PrincipalCurvatures> typical_curvature(const Quadric& quadric) {
     probes_.clear();
     const std::size_t stride = std::max<std::size_t>(1, near_.size() / kCurvatureProbes);
@@ -87,7 +87,7 @@ class ShellFinder {
     shell.radius = circle->radius;
     shell.p_CM =
         origin + circle->centre.x() * curvature.n_C + circle->centre.y() * across + along / count * axis;
-    // The material must be behind its surface.
+    // The material must lie behind the surface.
     const Eigen::Vector3d outward = origin + mean / count - shell.p_CM;
     if (outward.dot(curvature.n_C) <= 0) return std::nullopt;
     return shell;
@@ -114,11 +114,11 @@ class ShellFinder {
   std::vector<double> distances_;
 };
 
-// `wanted` different indices, or all when there are fewer; in random order.
+// `wanted` distinct indices, or all if there are fewer, in random order.
 std::vector<std::uint32_t> draw(std::size_t count, std::size_t wanted, std::uint64_t seed) {
   std::vector<std::uint32_t> indices(count);
   std::iota(indices.begin(), indices.end(), 0U);
-  // Not the distributions of <random>: they differ between standard libraries.
+  // Does not use the distributions of <random>, which differ between standard libraries.
   std::mt19937_64 generator(seed);
   wanted = std::min(wanted, count);
   for (std::size_t i = 0; i < wanted; ++i) std::swap(indices[i], indices[i + generator() % (count - i)]);
@@ -129,7 +129,7 @@ std::vector<std::uint32_t> draw(std::size_t count, std::size_t wanted, std::uint
 }  // namespace
 
 bool has_free_gap(std::span<const double> distances, double radius, const StageOneParameters& parameters) {
-  // Numbers of points up to each step from the surface to the far side of the last gap.
+  // Number of points up to each step from the surface to the far side of the last possible gap.
   const int steps = static_cast<int>((parameters.handle_max_radius - radius) / kGapStep);
   const int gap = std::max(1, static_cast<int>(std::lround(parameters.handle_gap / kGapStep)));
   if (steps < 0) return false;
@@ -139,8 +139,8 @@ bool has_free_gap(std::span<const double> distances, double radius, const StageO
     if (step < static_cast<double>(within.size())) ++within[static_cast<std::size_t>(step)];
   }
   std::partial_sum(within.begin(), within.end(), within.begin());
-  // It may begin anywhere between the surface and the hand's opening: noisy points stand out from the
-  // surface.
+  // The gap may begin anywhere between the surface and the hand's opening, because noisy points protrude from
+  // the surface.
   for (std::size_t step = 0; step <= static_cast<std::size_t>(steps); ++step)
     if (within[step] >= kInsidePoints &&
         within[step + static_cast<std::size_t>(gap)] - within[step] <= kGapPoints)

@@ -6,8 +6,8 @@
 namespace walkman::perception {
 namespace {
 
-// By which two views may be apart: errors of the neck's joints on a lever of 1 m. What lies nearer is a
-// surface's noise at that distance.
+// Largest offset between two views: errors of the neck's joints over a lever of 1 m. A smaller offset than
+// kStill is the noise of a surface at that distance.
 constexpr double kReach = 0.03, kStill = 0.004;  // m
 
 }  // namespace

@@ -7,18 +7,18 @@
 
 namespace walkman::perception {
 
-/// Points of one still scene that were seen from several places, in the frame F of the first view (m), within
-/// a region of interest.
+/// Points of a static scene seen from several viewpoints, in the frame F of the first view (m), within a
+/// region of interest.
 class Fusion {
  public:
-  /// `voxel`: edge, m, of which one point of all other views is kept.
+  /// `voxel`: edge, m, of the voxels in which the points of all other views are reduced to one.
   Fusion(std::span<const Eigen::Vector3f> first, const Eigen::AlignedBox3f& region, double voxel);
 
-  /// Adds another view's, in its frame V: brought to the first by kinematics, then by the iterative closest
-  /// points of both. False, and nothing is added, when they do not lie on each other.
+  /// Adds the points of another view, given in its frame V: aligned with the first view by kinematics, then
+  /// by iterative closest points. Returns false and adds nothing if the two views do not coincide.
   bool add(std::span<const Eigen::Vector3f> points_V, const Eigen::Isometry3d& X_FV);
 
-  /// Of the views that were added.
+  /// Returns the points of the added views.
   [[nodiscard]] std::vector<Eigen::Vector3f> points() const;
 
  private:

@@ -18,17 +18,17 @@ namespace {
 
 constexpr std::size_t kHypotheses = 200;
 constexpr std::size_t kMostHandles = 16;
-constexpr double kLongEnough = 0.04;      // m, a set of shells longer than this tells its own direction
-constexpr double kOnSurface = 0.012;      // m, samples this near a handle's surface belong to it
+constexpr double kLongEnough = 0.04;      // m, a longer set of shells determines its own direction
+constexpr double kOnSurface = 0.012;      // m, samples this close to a handle's surface belong to it
 constexpr double kPlaceStep = 0.005;      // m, between the places of a handle
-constexpr double kSupport = 0.25;         // of the usual number of surface points, that a place needs
-constexpr double kHandleMisfit = 0.003;   // m, by which objects differ from cylinders
+constexpr double kSupport = 0.25;         // share of the usual number of surface points that a place needs
+constexpr double kHandleMisfit = 0.003;   // m, deviation of objects from cylinders
 constexpr double kMatchSpread = 3;        // standard deviations
-constexpr double kSuspectedStep = 0.002;  // m of radius, worth looking at
+constexpr double kSuspectedStep = 0.002;  // m, change of radius worth examining
 constexpr double kClearSpread = 5;        // standard deviations of a change of radius
-constexpr double kSmallestStep = 0.004;   // m of radius, that makes two handles
-constexpr double kStraight = 0.02;        // rad, between the axes of one thing's parts
-constexpr double kLeastArc = M_PI / 2;    // rad; a smaller part of the round is any convex surface's
+constexpr double kSmallestStep = 0.004;   // m, change of radius that makes two handles
+constexpr double kStraight = 0.02;        // rad, between the axes of one object's parts
+constexpr double kLeastArc = M_PI / 2;    // rad; a smaller arc could belong to any convex surface
 constexpr double kMostDoubt = 0.1;        // deviation of the radius over the radius
 constexpr double kCertain = 2;            // standard deviations of the radius
 
@@ -58,7 +58,7 @@ Indices agreeing(const std::vector<CylindricalShell>& shells, const Indices& amo
   return out;
 }
 
-// The shell most others are co-linear with, and those.
+// The shell with which most others are collinear, and those others.
 Indices largest_set(const std::vector<CylindricalShell>& shells, const Indices& among,
                     const Agreement& agrees, int threads) {
   const std::size_t stride = std::max<std::size_t>(1, among.size() / kHypotheses);
@@ -99,7 +99,7 @@ Cylinder rough_cylinder(const std::vector<CylindricalShell>& shells, const Indic
   return cylinder;
 }
 
-// The axis points to the right of the camera; across the image, up.
+// Makes the axis point to the right of the camera; if vertical in the image, up.
 Eigen::Vector3d to_the_right(const Eigen::Vector3d& axis) {
   const bool flip = std::abs(axis.x()) > 1e-9 ? axis.x() < 0 : axis.y() > 0;
   return flip ? Eigen::Vector3d(-axis) : axis;
@@ -112,7 +112,7 @@ bool on_surface(const Eigen::Vector3d& p_CP, const Cylinder& cylinder, double re
          std::abs((w - along * cylinder.axis_C).norm() - cylinder.radius) < kOnSurface;
 }
 
-/// A cylinder with what the measured points say of it.
+/// A cylinder with its figures from the measured points.
 struct Measured {
   Cylinder cylinder;
   CylinderFigures figures;
@@ -126,7 +126,7 @@ class Aligner {
         parameters_(parameters),
         grid_(view.smoothed_C, parameters.handle_neighbourhood / 2) {}
 
-  // The cylinder as parts of one radius each.
+  // Splits the cylinder into parts of one radius each.
   [[nodiscard]] std::vector<Measured> parts(const Cylinder& cylinder) const {
     std::vector<Measured> out;
     const auto figures = cylinder_figures(view_.measured_C, cylinder, sampling_);
@@ -137,7 +137,7 @@ class Aligner {
       if (before && beyond) {
         const double change = std::abs(beyond->cylinder.radius - before->cylinder.radius);
         const double doubt = std::hypot(before->figures.radius_deviation, beyond->figures.radius_deviation);
-        // A part that points elsewhere is no neck but a bad fit to a bad end.
+        // A part with another direction is not a neck but a bad fit to a bad end.
         const double turn = before->cylinder.axis_C.cross(beyond->cylinder.axis_C).norm();
         const double most_turn = kStraight + kMatchSpread * std::hypot(before->figures.axis_deviation,
                                                                        beyond->figures.axis_deviation);
@@ -152,7 +152,8 @@ class Aligner {
     return out;
   }
 
-  // With the places along the cylinder that have surface and room for a hand; none without any.
+  // Returns a handle with the places along the cylinder that have surface and room for a hand; nullopt if
+  // there are none.
   [[nodiscard]] std::optional<Handle> handle(const Measured& measured) const {
     const Cylinder& cylinder = measured.cylinder;
     const double reach = parameters_.handle_neighbourhood;
@@ -171,7 +172,7 @@ class Aligner {
     const double enough = kSupport * static_cast<double>(*middle);
     for (std::size_t i = 0; i < surface.size(); ++i) {
       const double along = cylinder.from + (static_cast<double>(i) + 0.5) * kPlaceStep;
-      // Where it ends is seen no better than smoothing leaves it.
+      // The ends are known no more precisely than smoothing permits.
       if (std::min(along - cylinder.from, cylinder.to - along) < parameters_.smoothing_voxel) continue;
       if (static_cast<double>(surface[i]) >= enough && has_gap(cylinder, along))
         handle.places.push_back(sense * along);
@@ -205,7 +206,7 @@ class Aligner {
     if (initial.radius <= 0) return std::nullopt;
     auto refined = best_cylinder(view_, initial, sampling_, parameters_.threads);
     if (!refined) return std::nullopt;
-    // Not into the other part.
+    // The refined part must not extend into the other one.
     const auto along = [&](double place) {
       return refined->axis_C.dot(whole.p_CA + place * whole.axis_C - refined->p_CA);
     };
@@ -217,7 +218,7 @@ class Aligner {
     return Measured{*refined, *figures};
   }
 
-  // Measured points on the surface by steps along the axis.
+  // Counts the measured points on the surface, by steps along the axis.
   [[nodiscard]] std::vector<std::size_t> surface_counts(const Cylinder& cylinder) const {
     const double range = cylinder.p_CA.norm();
     const double tolerance = kHandleMisfit + kMatchSpread * sampling_.deviation(range);
@@ -255,7 +256,7 @@ class Aligner {
   PointGrid grid_;
 };
 
-// Whether a hand made for the parameters' radii certainly fits.
+// Returns whether a hand for the parameters' radii is certain to fit.
 bool fits_hand(const Handle& handle, const StageOneParameters& parameters) {
   const double doubt = kCertain * handle.radius_deviation;
   return handle.arc >= kLeastArc && handle.radius_deviation <= kMostDoubt * handle.radius &&
@@ -288,14 +289,15 @@ AlignedHandles align_handles(const std::vector<CylindricalShell>& shells, const 
     for (const Measured& part : parts)
       if (auto handle = aligner.handle(part))
         (fits_hand(*handle, parameters) ? out.handles : out.refused).push_back(std::move(*handle));
-    // What lies on the parts is done with; another radius of the same thing may be among the rest of the set.
+    // Shells on the parts are done; the rest of the set may contain another radius of the same object.
     const std::size_t before = left.size();
     std::erase_if(left, [&](std::uint32_t i) {
       return std::any_of(parts.begin(), parts.end(), [&](const Measured& part) {
         return on_surface(shells[i].p_CP, part.cylinder, reach);
       });
     });
-    // The set ascends. Without a shell on them it goes, so that the search ends.
+    // The set is in ascending order. If too few shells lie on the parts, it is removed whole, so that the
+    // search ends.
     if (2 * (before - left.size()) < set.size())
       std::erase_if(left, [&](std::uint32_t i) { return std::binary_search(set.begin(), set.end(), i); });
   }

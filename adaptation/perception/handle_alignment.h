@@ -14,14 +14,14 @@ namespace walkman::perception {
 
 struct AlignedHandles {
   std::vector<Handle> handles;  ///< longest first
-  std::vector<Handle> refused;  ///< not certainly of the hand's size
+  std::vector<Handle> refused;  ///< not certain to fit the hand
 };
 
-/// Joins co-linear shells into handles (paper, sec. 2.1) and refines each over all points of the object that
-/// lie on it. Takes the largest co-linear set, refines it to the cylinder that the cloud speaks for
-/// (best_cylinder), divides that where its radius changes (a bottle's neck and body), keeps of each part the
-/// places along it that have surface and a free gap, removes every shell on its surface, and goes on until
-/// fewer than `handle_min_inliers` shells agree. `shells` come from the smoothed object.
+/// Joins collinear shells into handles (paper, sec. 2.1) and refines each over all points of the object that
+/// lie on it. Takes the largest collinear set, refines it to the cylinder that the cloud supports best
+/// (best_cylinder), splits that where its radius changes (a bottle's neck and body), keeps the places along
+/// each part that have surface and a free gap, removes every shell on its surface, and repeats until fewer
+/// than `handle_min_inliers` shells agree. `shells` come from the smoothed object.
 [[nodiscard]] AlignedHandles align_handles(const std::vector<CylindricalShell>& shells,
                                            const ObjectView& view, const Sampling& sampling,
                                            const StageOneParameters& parameters);

@@ -9,10 +9,10 @@ namespace walkman::perception {
 namespace {
 
 constexpr int kMargin = 2;              // px, from the outermost point
-constexpr double kWidestMargin = 0.05;  // of the image
+constexpr double kWidestMargin = 0.05;  // share of the image
 constexpr std::size_t kFewestAtBorder = 4;
-constexpr std::size_t kFewestRows = 20;  // with a strip, of which its width is taken
-constexpr double kStripScatter = 0.1;    // of its width times depth
+constexpr std::size_t kFewestRows = 20;  // with a strip, to determine its width from
+constexpr double kStripScatter = 0.1;    // share of its width times depth
 
 }  // namespace
 
@@ -39,7 +39,7 @@ ImageBorder::ImageBorder(const camera::OrganizedCloud& cloud)
     if (last > first && across > 0) focal_ = std::max(focal_, (last - first) / across);
     if (first > kMargin) strips.push_back(first * static_cast<double>(cloud.at(first, row).z()));
   }
-  // A margin any wider is no border but a scene with nothing there.
+  // A wider margin is not a border; the scene is simply empty there.
   if (left_ > kWidestMargin * cloud.width) left_ = -kMargin - 1;
   if (cloud.width - 1 - right_ > kWidestMargin * cloud.width) right_ = cloud.width + kMargin;
   if (top_ > kWidestMargin * cloud.height) top_ = -kMargin - 1;
@@ -51,7 +51,7 @@ ImageBorder::ImageBorder(const camera::OrganizedCloud& cloud)
   const double strip = *middle;
   const auto near = std::count_if(strips.begin(), strips.end(),
                                   [strip](double s) { return std::abs(s - strip) < kStripScatter * strip; });
-  // The product is the same for every depth, or the left is blank for another reason.
+  // Unless the product is the same at every depth, the left is blank for another reason.
   if (strip > 0 && 2 * static_cast<std::size_t>(near) > strips.size()) strip_ = strip;
 }
 
@@ -76,7 +76,7 @@ bool ImageBorder::cuts(std::span<const std::uint32_t> points) const {
 ImageMargins ImageBorder::margins(std::span<const std::uint32_t> points) const {
   ImageMargins margins;
   if (!organized_ || focal_ == 0) return margins;
-  // From a ray to the one that is so many pixels away: both by the tangents of their angles.
+  // Angle from a ray to the ray `pixels` away, from the tangents of both angles.
   const auto narrow = [this](double& margin, double tangent, double pixels) {
     margin = std::min(margin, std::abs(std::atan(tangent + pixels / focal_) - std::atan(tangent)));
   };

@@ -14,17 +14,17 @@
 namespace walkman::perception {
 namespace {
 
-constexpr int kMostCells = 256;       // along the image's width; finer normals cost time and serve nothing
+constexpr int kMostCells = 256;       // along the image's width; finer normals cost time and have no benefit
 constexpr double kScatter = 0.15;     // rad, of the normals
-constexpr double kCorrelation = 5.0;  // px, width in which a matching window's noise counts once
+constexpr double kCorrelation = 5.0;  // px, width within which a matching window's noise counts once
 constexpr int kWidestCell = 16;       // px
-constexpr double kFilled = 0.5;       // share of a window that has to be points
-constexpr double kFlat = 0.004;       // m, spread across a window that curvature may add to the noise's
+constexpr double kFilled = 0.5;       // share of a window that must be points
+constexpr double kFlat = 0.004;       // m, spread in a window that curvature may add to that of the noise
 constexpr double kNoiseSpread = 3;    // standard deviations of the noise
 constexpr float kUnorganizedVoxel = 0.01F;
 constexpr std::size_t kUnorganizedNeighbours = 20;
 
-/// Sums over points, of which mean and covariance follow.
+/// Sums over points, from which mean and covariance follow.
 struct Sums {
   double count = 0;
   Eigen::Vector3d first = Eigen::Vector3d::Zero();
@@ -57,7 +57,7 @@ struct Sums {
 
 struct LocalPlane {
   Eigen::Vector3d n_C;
-  double spread;  // across it, m
+  double spread;  // across the plane, m
 };
 
 LocalPlane local_plane(const Sums& sums) {
@@ -66,7 +66,7 @@ LocalPlane local_plane(const Sums& sums) {
   return {solver.eigenvectors().col(0).normalized(), std::sqrt(std::max(0.0, solver.eigenvalues()[0]))};
 }
 
-/// The image divided into squares of `edge` pixels, each with its sums over the points in reach.
+/// The image divided into squares of `edge` pixels, each with its sums over the points within reach.
 class CellImage {
  public:
   CellImage(const camera::OrganizedCloud& cloud, int edge, float reach_squared, int threads)
@@ -89,7 +89,7 @@ class CellImage {
                   static_cast<std::size_t>(column)];
   }
 
-  /// Normal of the surface at an inner cell; none at an edge or with too few points.
+  /// Returns the surface normal at an inner cell; nullopt at an edge or with too few points.
   [[nodiscard]] std::optional<Eigen::Vector3d> normal(int column, int row, const Sampling& sampling) const {
     const Sums& here = at(column, row);
     if (here.count < kFilled * edge_ * edge_) return std::nullopt;
@@ -100,7 +100,7 @@ class CellImage {
       if (sums.count < kFilled * size * size * edge_ * edge_) return std::nullopt;
       const LocalPlane plane = local_plane(sums);
       const Eigen::Vector3d m = sums.mean();
-      // Noise along the ray as it stands across the plane.
+      // Noise along the ray, projected onto the plane's normal.
       const double across = sampling.deviation(m.norm()) * std::abs(plane.n_C.dot(m)) / m.norm();
       if (plane.spread > kFlat + kNoiseSpread * across) return std::nullopt;
       return plane;
@@ -122,8 +122,8 @@ class CellImage {
   std::vector<Sums> cells_;
 };
 
-// A third of the window, px. A plane through W × W pixels a step s apart, of which those within the
-// correlation's width count once, has a normal that scatters by √12 σ kCorrelation / (W² s), σ across it.
+// A third of the window, px. A plane through W × W pixels of spacing s, of which those within the correlation
+// width count once, has a normal that scatters by √12 σ kCorrelation / (W² s), σ: noise across it.
 int cell_edge(const camera::OrganizedCloud& cloud, double reach, const Sampling& sampling) {
   const double range = reach / 2;
   const double window = sampling.step > 0
@@ -172,7 +172,7 @@ OrientedPoints unorganized_normals(const camera::OrganizedCloud& cloud, float re
     std::vector<std::uint32_t> neighbours;
     for (std::size_t i = first; i < last; ++i) {
       grid.nearest(thin[i], kUnorganizedNeighbours, kUnorganizedVoxel * 3, neighbours);
-      Sums sums;  // about the point, which keeps the digits
+      Sums sums;  // relative to the point, which preserves precision
       for (const std::uint32_t n : neighbours) sums.add((thin[n] - thin[i]).cast<double>());
       if (sums.count < 3) continue;
       const Eigen::Vector3f n = local_plane(sums).n_C.cast<float>();

@@ -15,13 +15,13 @@ struct OrientedPoints {
   std::vector<Eigen::Vector3f> normals_C;  ///< of each point: unit vector towards the sensor
 };
 
-/// Normals of the points within `reach` (m) of the sensor, on at most `threads` threads. In an organized
-/// cloud they are those of the covariance matrix over square windows of the image (paper, sec. 3.1; Holzer et
-/// al. 2012), one for each of the squares a third as wide that the image is divided into; the windows are as
-/// wide as the noise makes necessary for normals that scatter by about 0.15 rad. A window that an edge runs
-/// through gives way to the quarter of it that lies on one surface. A cloud of fewer than 16 rows or columns
-/// counts as unorganized: it is thinned to 1 cm and each normal is that of the 20 nearest points. Points
-/// without a normal (edges) are left out. The result does not depend on `threads`.
+/// Estimates the normals of the points within `reach` (m) of the sensor, on at most `threads` threads. In an
+/// organized cloud they come from the covariance matrices of square image windows (paper, sec. 3.1; Holzer et
+/// al. 2012), one for each of the squares, a third as wide, that the image is divided into; the windows are
+/// as wide as the noise requires for normals that scatter by about 0.15 rad. A window crossed by an edge is
+/// replaced by the quarter of it that lies on one surface. A cloud of fewer than 16 rows or columns counts as
+/// unorganized: it is thinned to 1 cm, and each normal is that of the 20 nearest points. Points without a
+/// normal (edges) are omitted. The result does not depend on `threads`.
 [[nodiscard]] OrientedPoints estimate_normals(const camera::OrganizedCloud& cloud, double reach,
                                               const Sampling& sampling, int threads);
 

@@ -17,15 +17,15 @@ void __tsan_release(void* address);  // NOLINT(bugprone-reserved-identifier)
 
 namespace walkman::perception {
 
-/// Calls `job(part)` for each part in 0..`parts`−1 on at most `threads` threads, the caller's among them, and
-/// returns when all are done. What it throws is passed on.
+/// Calls `job(part)` for each part in 0..`parts`−1 on at most `threads` threads, including the caller's, and
+/// returns when all are done. Exceptions from `job` are propagated.
 template <typename Job>
 void for_parts(int threads, int parts, const Job& job) {
-  // More threads than processors would only be a warning of TBB's.
+  // More threads than processors would only cause a warning from TBB.
   tbb::task_arena arena(std::clamp(threads, 1, tbb::info::default_concurrency()));
 #ifdef __SANITIZE_THREAD__
-  // Debian's TBB is not instrumented: how it hands jobs over and waits for them has to be told, by addresses
-  // that need not be read.
+  // Debian's TBB is not instrumented: the sanitizer has to be told how it hands over jobs and waits for them,
+  // through addresses that need not be read.
   static char begun, done;
   const auto told = [&](int part) {
     __tsan_acquire(&begun);
@@ -41,8 +41,8 @@ void for_parts(int threads, int parts, const Job& job) {
 }
 
 /// Calls `job(first, last)` for the ranges of `length` that make up 0..`count`, on at most `threads` threads.
-/// The ranges do not depend on `threads`: sums kept for each of them, by first / length, and added up in
-/// order are the same to the last bit.
+/// The ranges do not depend on `threads`: sums kept for each of them (index: first / length) and added up in
+/// order are identical to the last bit.
 template <typename Job>
 void for_ranges(int threads, std::size_t count, std::size_t length, const Job& job) {
   const std::size_t parts = (count + length - 1) / length;

@@ -22,24 +22,25 @@ namespace {
 constexpr std::size_t kMostPoints = std::size_t{1} << 26;
 constexpr std::size_t kMostHeaderLines = 64;
 constexpr std::size_t kMostFields = 64;
-// LZF's best: three bytes that stand for a repetition of 264.
+// LZF's best compression: three bytes that encode a repetition of 264.
 constexpr std::uintmax_t kMostCompression = 88;
-constexpr double kFarthest = 1e6;       // m, of a viewpoint
-constexpr double kSmallestNorm = 1e-6;  // of its quaternion
+constexpr double kFarthest = 1e6;       // m, coordinate of a viewpoint
+constexpr double kSmallestNorm = 1e-6;  // of the viewpoint's quaternion
 
-/// What a PCD file's header promises. Offsets and lengths are of one point.
+/// Contents of a PCD file's header. Offsets and lengths are per point.
 struct PcdHeader {
   std::size_t width = 0, height = 0, points = 0;
-  std::size_t point_bytes = 0;                             // of a binary body
-  std::array<std::size_t, 3> byte_offset{};                // of x, y and z in it
-  std::size_t values = 0;                                  // of an ascii body
-  std::array<std::size_t, 3> column{};                     // of x, y and z in it
-  Eigen::Isometry3d X_FC = Eigen::Isometry3d::Identity();  // of the sensor
+  std::size_t point_bytes = 0;                             // in a binary body
+  std::array<std::size_t, 3> byte_offset{};                // of x, y and z, binary
+  std::size_t values = 0;                                  // in an ASCII body
+  std::array<std::size_t, 3> column{};                     // of x, y and z, ASCII
+  Eigen::Isometry3d X_FC = Eigen::Isometry3d::Identity();  // pose of the sensor
   std::string data;                                        // "ascii", "binary" or "binary_compressed"
 };
 
-// How far a column's points are from having one x/z, and a row's one y/z, in the frame of a sensor at X_FC:
-// the mean spread within the columns and rows, over that of all points. 1 says that it is no pinhole image.
+// Deviation of a column's points from a common x/z, and of a row's from a common y/z, in the frame of a
+// sensor at X_FC: the mean spread within the columns and rows relative to that of all points. 1 means that it
+// is not a pinhole image.
 double spread_of_rays(const camera::OrganizedCloud& cloud, const Eigen::Isometry3d& X_FC) {
   constexpr int kLines = 32;
   const Eigen::Isometry3d X_CF = X_FC.inverse();
@@ -53,7 +54,7 @@ double spread_of_rays(const camera::OrganizedCloud& cloud, const Eigen::Isometry
       for (int j = 0; j < along; j += std::max(1, along / 128)) {
         const Eigen::Vector3f& point = axis == 0 ? cloud.at(line, j) : cloud.at(j, line);
         const Eigen::Vector3d p = X_CF * point.cast<double>();
-        if (!(p.z() > 1e-3)) continue;  // nor is NaN
+        if (!(p.z() > 1e-3)) continue;  // also skips NaN
         const double tangent = p[axis] / p.z();
         sum += tangent;
         square += tangent * tangent;
@@ -71,8 +72,8 @@ double spread_of_rays(const camera::OrganizedCloud& cloud, const Eigen::Isometry
   return all > 0 ? within / all : 1;
 }
 
-// Whether an organized cloud's coordinates are those of the sensor already, although its viewpoint says that
-// it was elsewhere.
+// Returns whether an organized cloud's coordinates are already in the sensor's frame although its viewpoint
+// places the sensor elsewhere.
 bool in_sensor_frame(const camera::OrganizedCloud& cloud, const Eigen::Isometry3d& X_FC) {
   constexpr double kStraight = 1e-3;
   if (cloud.width < 2 || cloud.height < 2) return false;
@@ -80,15 +81,14 @@ bool in_sensor_frame(const camera::OrganizedCloud& cloud, const Eigen::Isometry3
   return as_sensor < kStraight && as_sensor < spread_of_rays(cloud, X_FC);
 }
 
-/// Reads a PCD file (version 0.7 and before), one line at a time up to DATA; what follows is points and
-/// nothing else, whatever it looks like. Nothing is allocated by what the header says before the file is seen
-/// to be as long.
+/// Reads a PCD file (version 0.7 and earlier) line by line up to DATA; everything after that is point data,
+/// whatever it looks like. Allocates nothing based on the header before the file is known to be long enough.
 class PcdReader {
  public:
   explicit PcdReader(const std::filesystem::path& file) : file_(file) {
     std::error_code error;
     const auto kind = std::filesystem::status(file, error).type();
-    // Before it is opened: a FIFO would wait for a writer.
+    // Checked before opening: opening a FIFO would block until there is a writer.
     if (kind != std::filesystem::file_type::regular) {
       fail(kind == std::filesystem::file_type::not_found ? "cannot be read"
                                                          : "cannot be read, it is not a regular file");
@@ -237,7 +237,7 @@ class PcdReader {
   }
 
   void check_counts() {
-    // Version 0.6 and before may leave WIDTH and HEIGHT out.
+    // Version 0.6 and earlier may omit WIDTH and HEIGHT.
     if (header_.width == 0 && header_.height == 0 && has_points_) header_.width = header_.points;
     if (header_.height == 0) header_.height = 1;
     if (header_.width == 0) fail("no points");
@@ -262,8 +262,8 @@ class PcdReader {
     return out;
   }
 
-  /// Points with x, y and z at `first` of each point's `stride` bytes. A value that is not finite makes all
-  /// three not a number.
+  /// Fills `points`; x, y and z start at the offsets `first` and repeat every `stride` bytes. A non-finite
+  /// value makes all three coordinates NaN.
   void place(const std::vector<char>& bytes, const std::array<std::size_t, 3>& first, std::size_t stride,
              std::vector<Eigen::Vector3f>& points) const {
     points.resize(header_.points);
@@ -282,9 +282,9 @@ class PcdReader {
     place(take(length), header_.byte_offset, header_.point_bytes, points);
   }
 
-  /// All points' values of the first field, then of the second, and so on, in one LZF block.
+  /// Reads one LZF block: the first field of all points, then the second, and so on.
   void read_compressed(std::vector<Eigen::Vector3f>& points) {
-    std::array<std::uint32_t, 2> sizes{};  // compressed, uncompressed; little-endian as every supported host
+    std::array<std::uint32_t, 2> sizes{};  // compressed, uncompressed; little-endian like all supported hosts
     if (present_ < sizeof sizes) fail("ends before the sizes of the compressed points");
     std::memcpy(sizes.data(), take(sizeof sizes).data(), sizeof sizes);
     const std::uintmax_t length = std::uintmax_t{header_.points} * header_.point_bytes;
@@ -347,12 +347,12 @@ class PcdReader {
   std::size_t line_ = 0;
   std::vector<std::string> fields_, types_;
   std::vector<std::size_t> sizes_, counts_;
-  std::uintmax_t present_ = 0;  // bytes behind the header
+  std::uintmax_t present_ = 0;  // bytes after the header
   bool has_points_ = false;
   PcdHeader header_;
 };
 
-// PCL writes its warnings to the terminal; errors come back as exceptions and codes, which is enough.
+// PCL prints its warnings to the terminal; the exceptions and codes that report errors are enough.
 class QuietPcl {
  public:
   QuietPcl() : before_(pcl::console::getVerbosityLevel()) {

@@ -18,16 +18,16 @@ constexpr int kRefits = 2;
 constexpr std::size_t kHullPoints = 40000;  // more inliers than this are thinned before the hull
 constexpr double kFlat = 1e-3;              // m, inliers narrower than this span no area
 
-// On the plane, the deviation of the range times the ray's cosine with the normal is noise · range · offset.
+// On the plane, the range deviation times the cosine between ray and normal is noise · range · offset.
 double height_noise_per_range(const Plane& plane, const Sampling& sampling) {
   return sampling.noise * std::abs(plane.offset);
 }
 
-/// Whether a point lies on the plane, judged by its height, its range's noise and its normal.
+/// Decides whether a point lies on the plane, from its height, the noise of its range and its normal.
 struct InlierTest {
   Eigen::Vector3f normal;
   float offset, distance, cosine;
-  float per_range;  // height over range that the noise may make where a ray meets the plane; squared
+  float per_range;  // squared; height over range that noise may cause where a ray meets the plane
 
   InlierTest(const Plane& plane, const Sampling& sampling, const StageOneParameters& parameters)
       : normal(plane.n_C.cast<float>()),
@@ -61,7 +61,7 @@ std::size_t count_inliers(const OrientedPoints& points, const InlierTest& test) 
   return count;
 }
 
-// Least squares on the inliers of `plane`; its normal keeps pointing to the sensor.
+// Least-squares fit to the inliers of `plane`; its normal still points towards the sensor.
 void refit(Plane& plane, const OrientedPoints& points, const InlierTest& test) {
   Eigen::Vector3d sum = Eigen::Vector3d::Zero();
   Eigen::Matrix3d moments = Eigen::Matrix3d::Zero();
@@ -115,7 +115,7 @@ std::optional<Plane> fit_dominant_plane(const OrientedPoints& points, std::size_
   const OrientedPoints scored = thinned(points);
   const std::size_t count = scored.points_C.size();
   if (count < 3) return std::nullopt;
-  // Not the distributions of <random>: they differ between standard libraries.
+  // Does not use the distributions of <random>, which differ between standard libraries.
   std::mt19937_64 generator(parameters.seed);
   const auto any_point = [&] { return scored.points_C[generator() % count].cast<double>().eval(); };
   Plane best;
@@ -177,7 +177,7 @@ double least_height(const Plane& plane, double range, const Sampling& sampling,
 
 std::vector<std::uint32_t> points_above(const Plane& plane, std::span<const Eigen::Vector3f> points_C,
                                         const Sampling& sampling, const StageOneParameters& parameters) {
-  // Each side of the hull as a half-space whose boundary stands on the plane.
+  // Each side of the hull as a half-space whose boundary is perpendicular to the plane.
   struct Side {
     Eigen::Vector3f inward;
     float offset;

@@ -53,11 +53,11 @@ class Moments {
   std::array<double, kMonomials> sums_{};
 };
 
-// The eigenvector of values q = λ gradients q with the smallest λ. Inverse iteration, which on points of a
-// quadric ends after a few steps; where two λ are hardly apart, all of them are computed.
+// Eigenvector of values q = λ gradients q with the smallest λ, by inverse iteration, which converges in a few
+// steps for points on a quadric; if two λ nearly coincide, the full eigenproblem is solved.
 Vector9 smallest_eigenvector(const Matrix9& values, const Matrix9& gradients) {
   constexpr int kIterations = 30;
-  constexpr double kConverged = 1e-10;  // of the squared sine between two steps' vectors
+  constexpr double kConverged = 1e-10;  // squared sine of the angle between successive vectors
   Matrix9 regular = values;
   regular.diagonal().array() += 1e-13 * values.trace();
   const Eigen::LLT<Matrix9> factor(regular);
@@ -101,7 +101,7 @@ Vector9 smallest_ratio(const Moments& m) {
       }
       gradients(a, b) = gradients(b, a) = product;
     }
-  // On planar points some combinations of terms have no gradient at all; this keeps the matrix definite.
+  // For coplanar points some combinations of terms have zero gradient; this keeps the matrix definite.
   gradients.diagonal().array() += 1e-9;
   return smallest_eigenvector(values, gradients);
 }
@@ -141,13 +141,13 @@ std::optional<PrincipalCurvatures> principal_curvatures(const Quadric& quadric, 
   PrincipalCurvatures out;
   const double side = gradient.dot(p_CP) > 0 ? -1 : 1;
   out.n_C = side * gradient / length;
-  // The shape operator in the tangent plane: the Hessian over the gradient's length.
+  // Shape operator in the tangent plane: the Hessian divided by the gradient's length.
   const Eigen::Vector3d u = out.n_C.unitOrthogonal(), v = out.n_C.cross(u);
   const double factor = side * 2 / (length * quadric.scale);
   const double uu = factor * u.dot(quadric.A * u), uv = factor * u.dot(quadric.A * v),
                vv = factor * v.dot(quadric.A * v);
   const double mean = (uu + vv) / 2, half = std::hypot((uu - vv) / 2, uv);
-  const double angle = 0.5 * std::atan2(2 * uv, uu - vv);  // of the direction of mean + half
+  const double angle = 0.5 * std::atan2(2 * uv, uu - vv);  // of the direction belonging to mean + half
   const Eigen::Vector3d high = std::cos(angle) * u + std::sin(angle) * v;
   const Eigen::Vector3d low = out.n_C.cross(high);
   const bool high_is_larger = std::abs(mean + half) >= std::abs(mean - half);

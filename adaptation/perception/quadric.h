@@ -19,21 +19,21 @@ struct Quadric {
   double c = 0;
 };
 
-/// Principal curvatures of the quadric's level surface through a point, signed about its normal: a curvature
-/// is positive where the surface bends away from the normal (convex seen from its side).
+/// Principal curvatures of the quadric's level surface through a point, signed with respect to its normal:
+/// positive where the surface bends away from the normal (convex seen from its side).
 struct PrincipalCurvatures {
-  double largest = 0, smallest = 0;                             ///< 1/m, by magnitude
+  double largest = 0, smallest = 0;                             ///< 1/m, ordered by magnitude
   Eigen::Vector3d along_smallest_C = Eigen::Vector3d::UnitX();  ///< unit vector, tangent to the surface
   Eigen::Vector3d n_C = Eigen::Vector3d::UnitZ();               ///< unit normal, towards the sensor
 };
 
-/// Algebraic fit with Taubin's normalisation (Taubin 1991): minimises Σq² / Σ|∇q|² over the points `chosen`
-/// of `points_C`. Moments are centred and scaled, the constant is eliminated. None for fewer than 10 points
-/// or points without extent.
+/// Algebraic fit with Taubin's normalisation (Taubin 1991): minimises Σq² / Σ|∇q|² over the points of
+/// `points_C` with indices `chosen`. Moments are centred and scaled, and the constant is eliminated. Returns
+/// nullopt for fewer than 10 points or points without extent.
 [[nodiscard]] std::optional<Quadric> fit_quadric(std::span<const Eigen::Vector3f> points_C,
                                                  std::span<const std::uint32_t> chosen);
 
-/// Curvatures at P. None where the gradient vanishes.
+/// Returns the curvatures at P; nullopt where the gradient vanishes.
 [[nodiscard]] std::optional<PrincipalCurvatures> principal_curvatures(const Quadric& quadric,
                                                                       const Eigen::Vector3d& p_CP);
 

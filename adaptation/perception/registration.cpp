@@ -11,10 +11,10 @@ namespace walkman::perception {
 namespace {
 
 constexpr int kIterations = 50;
-constexpr double kStill = 1e-9;  // m², of the motion in the last of them
+constexpr double kStill = 1e-9;  // m², of the motion in the last iteration
 constexpr std::size_t kMostPoints = 1500;
-constexpr double kFewest = 0.5;  // of the points
-constexpr int kFewestPairs = 3;  // that tell a motion
+constexpr double kFewest = 0.5;  // share of the points
+constexpr int kFewestPairs = 3;  // that determine a motion
 
 pcl::PointCloud<pcl::PointXYZ>::Ptr cloud_of(std::span<const Eigen::Vector3f> points, std::size_t most) {
   auto cloud = std::make_shared<pcl::PointCloud<pcl::PointXYZ>>();

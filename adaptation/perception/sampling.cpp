@@ -12,12 +12,12 @@ namespace walkman::perception {
 namespace {
 
 constexpr int kSmallestGrid = 16;        // rows or columns below which a cloud counts as unorganized
-constexpr int kApart = 8;                // px, more than the matching window's correlation reaches
+constexpr int kApart = 8;                // px, beyond the correlation length of the matching window
 constexpr int kProbes = 128;             // along rows and columns
-constexpr std::size_t kFewest = 20;      // probes that a median is taken of
+constexpr std::size_t kFewest = 20;      // fewest probes for a median
 constexpr std::size_t kScattered = 600;  // probes in an unorganized cloud
 constexpr std::size_t kNeighbours = 12;
-constexpr double kSmallestRadius = 0.01, kLargestRadius = 0.08;  // m, of an unorganized neighbourhood
+constexpr double kSmallestRadius = 0.01, kLargestRadius = 0.08;  // m, neighbourhood in an unorganized cloud
 
 double median(std::vector<double>& values) {
   if (values.size() < kFewest) return 0;
@@ -26,8 +26,8 @@ double median(std::vector<double>& values) {
   return *middle;
 }
 
-// What is left of the middle point's inverse range when the plane through three rays is taken off, in
-// standard deviations' scale; rays must lie in one plane.
+// Residual of the middle point's inverse range relative to a plane through the other two points, scaled to
+// the standard deviation of one reading; the three rays must be coplanar.
 double deviation_between(const Eigen::Vector3d& before, const Eigen::Vector3d& here,
                          const Eigen::Vector3d& after) {
   const double range0 = before.norm(), range1 = here.norm(), range2 = after.norm();
@@ -97,7 +97,7 @@ Sampling unorganized_sampling(const camera::OrganizedCloud& cloud, float reach_s
     const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(moments - mean * mean.transpose());
     const double range = centre.norm();
     const double incidence = std::abs(solver.eigenvectors().col(0).dot(centre)) / range;
-    if (incidence < 0.2) continue;  // the plane is seen edge on
+    if (incidence < 0.2) continue;  // the plane is seen edge-on
     steps.push_back(radius * std::sqrt(M_PI * incidence / count) / range);
     const double square = std::max(0.0, solver.eigenvalues()[0]) * count / (count - 3);
     deviations.push_back(std::sqrt(square) / (incidence * range * range));

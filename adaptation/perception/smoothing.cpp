@@ -14,7 +14,7 @@
 namespace walkman::perception {
 namespace {
 
-constexpr std::size_t kPointsAtATime = 64;  // points that one thread takes at a time
+constexpr std::size_t kPointsAtATime = 64;  // points that a thread processes at a time
 constexpr std::size_t kFewestOfPatch = 3;
 constexpr std::size_t kCoefficients = 6;  // of a polynomial of second degree in two variables
 
@@ -37,12 +37,12 @@ std::vector<std::uint32_t> one_of_each_voxel(std::span<const Eigen::Vector3f> po
   return chosen;
 }
 
-// Where `query` comes to lie on the polynomial through the points `chosen`.
+// Projects `query` onto the polynomial through the points `chosen`.
 std::optional<Eigen::Vector3f> projected(std::span<const Eigen::Vector3f> points,
                                          std::span<const std::uint32_t> chosen, const Eigen::Vector3f& query,
                                          double radius) {
   if (chosen.size() < kFewestOfPatch) return std::nullopt;
-  // Relative to the query, which keeps the digits.
+  // Relative to the query, which preserves precision.
   const auto count = static_cast<double>(chosen.size());
   Eigen::Vector3d mean = Eigen::Vector3d::Zero();
   Eigen::Matrix3d moments = Eigen::Matrix3d::Zero();
@@ -80,14 +80,14 @@ std::vector<Eigen::Vector3f> remove_outliers(std::span<const Eigen::Vector3f> po
                                              double deviations, double spacing, int threads) {
   const auto wanted = static_cast<std::size_t>(neighbours);
   if (points.size() <= wanted) return {points.begin(), points.end()};
-  // On a surface that many neighbours lie in about this radius.
+  // On a surface, that many neighbours lie within about this radius.
   const double radius = 1.3 * spacing * std::sqrt(static_cast<double>(neighbours) / M_PI);
   const PointGrid grid(points, radius / 2);
   std::vector<double> distances(points.size());
   for_ranges(threads, points.size(), kPointsAtATime, [&](std::size_t first, std::size_t last) {
     std::vector<std::uint32_t> near;
     for (std::size_t i = first; i < last; ++i) {
-      grid.nearest(points[i], wanted + 1, radius, near);  // itself among them
+      grid.nearest(points[i], wanted + 1, radius, near);  // including the point itself
       double sum = 0;
       for (const std::uint32_t n : near) sum += static_cast<double>((points[n] - points[i]).norm());
       distances[i] = sum / static_cast<double>(neighbours);

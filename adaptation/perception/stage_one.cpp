@@ -20,13 +20,13 @@
 namespace walkman::perception {
 namespace {
 
-constexpr int kPlanes = 3;                    // one on the other: floor, table, box
-constexpr std::size_t kFewestOfCluster = 20;  // of a cluster, whatever its size
-constexpr std::size_t kSampled = 3000;        // of an object's points, where they are all compared
-constexpr double kBridged = 6;                // missing points that do not part a cluster
+constexpr int kPlanes = 3;                    // stacked: floor, table, box
+constexpr std::size_t kFewestOfCluster = 20;  // points of a cluster, whatever its size
+constexpr std::size_t kSampled = 3000;        // points of an object, where all are compared
+constexpr double kBridged = 6;                // missing points that do not split a cluster
 constexpr double kVoxelSpacings = 2;          // points along the edge of a voxel
 constexpr double kSmoothing = 1.48;           // radius over the cube root of noise times spacing
-constexpr double kWidestSmoothing = 0.04;     // m; beyond it a second-degree surface is no tube any more
+constexpr double kWidestSmoothing = 0.04;  // m; beyond it a second-degree surface no longer represents a tube
 
 Eigen::Vector3d square_to(const Eigen::Vector3d& v, const Eigen::Vector3d& axis) {
   return (v - v.dot(axis) * axis).normalized();
@@ -36,7 +36,7 @@ class StepTimer {
  public:
   explicit StepTimer(std::vector<StepTime>& times) : times_(times) {}
 
-  // A step that is taken again adds to its time.
+  // A repeated step adds to its time.
   void done(const char* step) {
     const auto now = Clock::now();
     const double seconds = std::chrono::duration<double>(now - last_).count();
@@ -61,7 +61,7 @@ std::string rounded(double value) {
   return text.back() == '.' ? text + "0" : text;
 }
 
-/// The points of a cloud within reach, and their numbers in it.
+/// The points of a cloud within reach, and their indices in it.
 struct NearPoints {
   std::vector<Eigen::Vector3f> points_C;
   std::vector<std::uint32_t> numbers;
@@ -74,7 +74,7 @@ NearPoints points_in_reach(const camera::OrganizedCloud& cloud, double reach, in
   for_ranges(threads, cloud.points.size(), kCloudPart, [&](std::size_t first, std::size_t last) {
     NearPoints& part = parts[first / kCloudPart];
     for (std::size_t i = first; i < last; ++i) {
-      if (!(cloud.points[i].squaredNorm() < limit)) continue;  // nor is NaN
+      if (!(cloud.points[i].squaredNorm() < limit)) continue;  // also skips NaN
       part.points_C.push_back(cloud.points[i]);
       part.numbers.push_back(static_cast<std::uint32_t>(i));
     }
@@ -111,7 +111,7 @@ double distance_to(std::span<const Eigen::Vector3f> points_C, const Eigen::Vecto
   return std::sqrt(static_cast<double>(least));
 }
 
-/// One cloud on its way from plane to objects.
+/// Processes one cloud, from plane to objects.
 class StageOne {
  public:
   StageOne(const camera::OrganizedCloud& cloud, const StageOneParameters& parameters,
@@ -135,7 +135,8 @@ class StageOne {
     timer_.done("free space");
   }
 
-  /// What stands on the dominant plane among the points above all planes so far; none without such a plane.
+  /// Returns the objects on the dominant plane of the points above all previous planes; nullopt without such
+  /// a plane.
   std::optional<StageOneResult> next_plane(const std::optional<Eigen::Vector3d>& near_C) {
     StageOneResult result;
     result.sampling = sampling_;
@@ -169,7 +170,7 @@ class StageOne {
   std::vector<StepTime> take_times() { return std::move(times_); }
 
  private:
-  // Clusters of the points `above`, as numbers of near points, without specks.
+  // Clusters of the points `above`, as indices into the near points, without specks.
   [[nodiscard]] std::vector<std::vector<std::uint32_t>> clusters_of(
       const std::vector<std::uint32_t>& above) const {
     const auto points = members(near_.points_C, above);
@@ -188,7 +189,7 @@ class StageOne {
     return clusters;
   }
 
-  // One in so many points of a cluster, and as many of those that rays beside it meet.
+  // Subsamples a cluster's points and, at the same rate, the points that rays beside it meet.
   void sample(const std::vector<std::uint32_t>& cluster, std::vector<Eigen::Vector3f>& of_object,
               std::vector<Eigen::Vector3f>& beyond) const {
     Eigen::AlignedBox3f box;
@@ -196,7 +197,7 @@ class StageOne {
     const Eigen::Vector3f centre = box.center();
     const float radius = box.diagonal().norm() / 2 + static_cast<float>(parameters_.handle_max_radius);
     const std::size_t stride = std::max<std::size_t>(1, cluster.size() / kSampled);
-    auto next = cluster.begin();  // ascending, as the near points are
+    auto next = cluster.begin();  // ascending, like the near points
     for (std::size_t i = 0; i < of_cloud_; i += stride) {
       next = std::lower_bound(next, cluster.end(), static_cast<std::uint32_t>(i));
       const Eigen::Vector3f& p = near_.points_C[i];
@@ -209,7 +210,7 @@ class StageOne {
     }
   }
 
-  // None when the cluster is too sparse to be smoothed.
+  // Returns nullopt if the cluster is too sparse to be smoothed.
   std::optional<SeenObject> judge(const std::vector<std::uint32_t>& cluster,
                                   const std::vector<Eigen::Vector3f>& measured, const Plane& plane) {
     const double range = median_range(measured);
@@ -222,8 +223,8 @@ class StageOne {
       kept = remove_outliers(kept, parameters_.outlier_neighbours, parameters_.outlier_deviations, thin,
                              parameters_.threads);
     timer_.done("outlier removal");
-    // The curvature of a smoothed surface scatters as the noise of a point, times their spacing, over the
-    // radius cubed.
+    // The scatter of a smoothed surface's curvature is proportional to the noise of a point times their
+    // spacing over the radius cubed.
     const double least = parameters_.smoothing_radius;
     const double radius =
         std::clamp(kSmoothing * std::cbrt(deviation * spacing), least, std::max(least, kWidestSmoothing));
@@ -262,7 +263,7 @@ class StageOne {
     return object;
   }
 
-  // `distances`: of the objects from the point asked for; zeros when none was.
+  // `distances`: of the objects from the requested point; zeros if there is none.
   static void choose(StageOneResult& result, const std::vector<double>& distances) {
     const auto& objects = result.objects;
     for (std::size_t i = 1; i < objects.size(); ++i)
@@ -285,13 +286,13 @@ class StageOne {
   const StageOneParameters& parameters_;
   std::vector<StepTime> times_;
   StepTimer timer_;
-  NearPoints near_;           // the cloud's, then those from elsewhere, which have no number in it
-  std::size_t of_cloud_ = 0;  // of near_
+  NearPoints near_;           // the cloud's, then those from elsewhere, which have no index in it
+  std::size_t of_cloud_ = 0;  // number of the cloud's points in near_
   Sampling sampling_;
   OrientedPoints oriented_;
   std::size_t all_oriented_ = 0;
   std::optional<ImageBorder> border_;
-  std::optional<FreeSpace> free_;  // when the centre of mass is to be that of the volume
+  std::optional<FreeSpace> free_;  // if the centre of mass is to be that of the volume
 };
 
 }  // namespace

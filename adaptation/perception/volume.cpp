@@ -8,12 +8,12 @@
 namespace walkman::perception {
 namespace {
 
-constexpr double kWidest = 1.5;   // |x/z| and |y/z| of a view
-constexpr double kSteps = 3;      // of points along a cell: dropouts leave few cells empty
-constexpr double kPerCell = 0.5;  // of a voxel between two places that are filled in
+constexpr double kWidest = 1.5;   // largest |x/z| and |y/z| of a view
+constexpr double kSteps = 3;      // points along a cell, so that dropouts leave few cells empty
+constexpr double kPerCell = 0.5;  // fraction of a voxel between two filled points
 constexpr double kOnTube =
-    0.005;  // m, of its surface: smoothed noise, and what objects differ from cylinders by
-constexpr double kBehind = 1.5;  // voxels: a surface nearer than that behind a place may be its own
+    0.005;  // m from its surface: smoothed noise, and deviation of objects from cylinders
+constexpr double kBehind = 1.5;  // voxels: a surface closer than this behind a point may be its own
 
 /// Axes of a tube: along, up and across.
 struct TubeFrame {
@@ -28,20 +28,20 @@ struct TubeFrame {
   Eigen::Vector3d along, up, across;
   bool upright = false;
 
-  /// From the axis between the tube's ends, m.
+  /// Distance from the axis between the tube's ends, m.
   [[nodiscard]] double distance(const Eigen::Vector3d& p_C) const {
     const Eigen::Vector3d from_middle = p_C - tube.p_CM;
     const double s = std::clamp(along.dot(from_middle), tube.from, tube.to);
     return (from_middle - s * along).norm();
   }
-  /// On its own surface.
+  /// Whether a point lies on the tube's own surface.
   [[nodiscard]] bool has(const Eigen::Vector3d& p_C) const {
     const double s = along.dot(p_C - tube.p_CM);
     return s >= tube.from && s <= tube.to && std::abs(distance(p_C) - tube.radius) < kOnTube;
   }
 };
 
-/// Voxels, each once.
+/// Set of voxels, each counted once.
 class Filled {
  public:
   explicit Filled(double cell) : cell_(cell) {}
@@ -50,7 +50,7 @@ class Filled {
     keys_.push_back((static_cast<std::uint64_t>(at.x()) << 42) | (static_cast<std::uint64_t>(at.y()) << 21) |
                     static_cast<std::uint64_t>(at.z()));
   }
-  /// Mean of the middles of all voxels but those that `left_out` tells.
+  /// Mean of the centres of all voxels except those for which `left_out` returns true.
   template <typename LeftOut>
   [[nodiscard]] std::optional<Eigen::Vector3d> centroid(const LeftOut& left_out) {
     std::sort(keys_.begin(), keys_.end());
@@ -71,12 +71,12 @@ class Filled {
   }
 
  private:
-  static constexpr double kOffset = 1 << 20;  // makes numbers of cells positive
+  static constexpr double kOffset = 1 << 20;  // makes cell indices positive
   double cell_;
   std::vector<std::uint64_t> keys_;
 };
 
-/// Calls `each` with places from −half to half, both among them.
+/// Calls `each` at positions from −half to half, both included.
 template <typename Each>
 void for_span(double half, double step, const Each& each) {
   const int count = static_cast<int>(std::ceil(half / step));
@@ -116,7 +116,7 @@ FreeSpace::FreeSpace(const camera::OrganizedCloud& cloud, double step)
   nearest_.assign(static_cast<std::size_t>(side_) * static_cast<std::size_t>(side_),
                   std::numeric_limits<float>::infinity());
   for (const Eigen::Vector3f& p_C : cloud.points) {
-    if (!(p_C.z() > 0)) continue;  // nor is NaN
+    if (!(p_C.z() > 0)) continue;  // also skips NaN
     const int at = cell(p_C.x() / p_C.z(), p_C.y() / p_C.z());
     if (at < 0) continue;
     float& nearest = nearest_[static_cast<std::size_t>(at)];
@@ -160,7 +160,7 @@ std::optional<Eigen::Vector3d> volume_centroid(std::span<const Eigen::Vector3f> 
     for (int i = 1; i * step < height; ++i) fill_across(*nearest, p_C - i * step * plane.n_C, step, filled);
   }
   return filled.centroid([&](const Eigen::Vector3d& p_C) {
-    // Voxels stick out of what they are made for, all round.
+    // Voxels protrude on all sides from what they represent.
     return plane.n_C.dot(p_C) + plane.offset < -cell || free.holds(p_C, kBehind * cell);
   });
 }

@@ -83,7 +83,7 @@ void PointGrid::nearest(const Eigen::Vector3f& query, std::size_t count, double 
   while (out.size() < count) {
     radius *= 2;
     const double columns = std::pow(2 * radius / cell_, 2);
-    if (columns > static_cast<double>(points_.size())) {  // then looking at every point is less work
+    if (columns > static_cast<double>(points_.size())) {  // then scanning all points is less work
       out.resize(points_.size());
       std::iota(out.begin(), out.end(), 0U);
     } else {

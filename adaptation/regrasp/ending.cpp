@@ -7,7 +7,7 @@ namespace walkman::regrasp {
 namespace {
 
 constexpr double kMostLeft = 0.05;  // of the first displacement; the paper's regrasps leave less (table 1)
-constexpr double kSignificant = 2;  // deviations of what is not chance
+constexpr double kSignificant = 2;  // standard deviations beyond which a value is not chance
 
 bool worth_another(std::span<const Weighing> weighings, double torque_threshold) {
   const Weighing &first = weighings.front(), &last = weighings.back();
@@ -40,7 +40,7 @@ std::optional<Ending> ending_after(std::span<const Weighing> weighings, bool nea
   const bool last = static_cast<int>(weighings.size()) > limits.max_regrasps;
   if (off <= limits.displacement_threshold && !last && worth_another(weighings, limits.torque_threshold))
     return std::nullopt;
-  // What the weighing's own errors can make is no reason to grasp anew.
+  // Anything that the weighing's own errors can explain is no reason to regrasp.
   if (torque <= kSignificant * weighing.torque_deviation) return Ending::kMinimumTorque;
   if (off <= std::max(limits.displacement_threshold, kSignificant * weighing.displacement_deviation))
     return Ending::kMinimumDisplacement;

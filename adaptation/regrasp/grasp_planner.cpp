@@ -17,30 +17,30 @@ namespace walkman::regrasp {
 namespace {
 
 constexpr double kSearchStep = 0.001;  // m along a handle
-constexpr double kPlaceStep = 0.002;   // m, places nearer than half of it are the same
-constexpr double kPlaceGrowth = 0.25;  // part of the distance from the best place, where that is more
+constexpr double kPlaceStep = 0.002;   // m, places closer than half of this are the same
+constexpr double kPlaceGrowth = 0.25;  // share of the distance from the best place, where that is more
 constexpr std::array<double, 5> kPitches = {0, 0.35, -0.35, 0.7, -0.7};  // rad, upright first
 constexpr int kClosingSteps = 8;
 constexpr int kDescentSteps = 4;
-constexpr double kLastStretch = 0.06;  // m over the grasp, where the open fingers pass the handle
-constexpr double kOnHandle = 0.012;    // m, points so near a handle's surface are its own
+constexpr double kLastStretch = 0.06;  // m above the grasp, where the open fingers pass the handle
+constexpr double kOnHandle = 0.012;    // m, points this close to a handle's surface belong to it
 constexpr double kFingerRoom = 0.002;  // m between a finger and the table
-// m between the hand and what is beside the handle: twice what a hand is beside where the camera sees it, and
-// what fingers keep to the table where the hand would otherwise be too far from the wanted place
+// m between the hand and anything beside the handle: twice the offset of a hand from where the camera sees
+// it, and what fingers keep from the table if the hand would otherwise be too far from the desired place
 constexpr double kBesideRoom = 0.006;
 constexpr double kLeastBesideRoom = 0.002;
 constexpr const char* kBeside = "what lies beside the handle";
 constexpr double kNoGrasp = -1;
-constexpr double kWorthLeaving = 0.25;  // more room than a straighter grasp, or one with the hand named first
-constexpr std::size_t kWayOver = 2;     // poses of an approach until the hand is over the grasp
-constexpr std::size_t kFewPitches = 3;  // of those above, beyond the best place
+constexpr double kWorthLeaving = 0.25;  // extra room that outweighs a straighter grasp or the first hand
+constexpr std::size_t kWayOver = 2;     // poses of an approach until the hand is above the grasp
+constexpr std::size_t kFewPitches = 3;  // of those above, tried beyond the best place
 
 Eigen::Isometry3d turned_about_handle(const Eigen::Isometry3d& X_TG, double radius, double pitch) {
   const Eigen::Translation3d to_axis(0, -radius, 0);
   return X_TG * to_axis * Eigen::AngleAxisd(pitch, Eigen::Vector3d::UnitX()) * to_axis.inverse();
 }
 
-/// The shapes of a hand's palm, wrist and fingers in its frame H, with its motor from open to closed.
+/// Shapes of a hand's palm, wrist and fingers in its frame H, with its motor from open to closed.
 std::vector<std::vector<motion::BodyShape>> closing_hand(const RobotModel& model, const HandParts& hand) {
   motion::KinematicTree posed(model, {});
   const int frame = model.link_index(hand.frame);
@@ -101,7 +101,7 @@ std::vector<GraspPlanner::Place> GraspPlanner::places(const View& view, const Co
       const double place = handle.nearest_graspable(along);
       all.push_back({static_cast<int>(i), place, cost(handle, place)});
     };
-    // The best place itself, and others at a distance from it.
+    // The best place itself, and others at increasing distances from it.
     double best = handle.nearest_graspable(handle.from);
     const int steps = static_cast<int>((handle.to - handle.from) / kSearchStep);
     for (int step = 0; step <= steps; ++step) {
@@ -125,14 +125,14 @@ std::vector<GraspPlanner::Place> GraspPlanner::places(const View& view, const Co
   return all;
 }
 
-/// What the hand would touch there, empty when nothing.
+/// Returns what the hand would touch there; empty if nothing.
 GraspPlanner::Refusal GraspPlanner::touching(const View& view, const Hand& hand, const Place& place,
                                              double beside_room, const Eigen::Isometry3d& X_TEnd) const {
   const perception::Handle& handle = view.seen->object().handles[static_cast<std::size_t>(place.handle)];
   const perception::Plane& plane = view.seen->plane;
   const Eigen::Vector3d n_T = view.X_TC.linear() * plane.n_C;
   const double offset = plane.offset - n_T.dot(view.X_TC.translation());
-  // Points of anything but the handle that the hand could come to.
+  // Points other than the handle's that the hand could reach.
   std::vector<Eigen::Vector3d> others_T;
   const double range = 0.3 + kLastStretch;
   for (const perception::SeenObject& object : view.seen->objects) {
@@ -140,7 +140,7 @@ GraspPlanner::Refusal GraspPlanner::touching(const View& view, const Hand& hand,
       const Eigen::Vector3d from_middle = p.cast<double>() - handle.p_CM;
       const double along = handle.axis_C.dot(from_middle);
       const double off_axis = (from_middle - along * handle.axis_C).norm();
-      // Just beyond the ends the handle goes on, or something thicker begins.
+      // Just beyond its ends the handle continues, or something thicker begins.
       const bool between = along > handle.from && along < handle.to;
       if (off_axis < handle.radius + (between ? kOnHandle : kOnHandle / 2) &&
           along > handle.from - kOnHandle && along < handle.to + kOnHandle)
@@ -186,14 +186,14 @@ GraspPlanner::Refusal GraspPlanner::touching(const View& view, const Hand& hand,
     const Eigen::Isometry3d X_TH = X_TEnd * Eigen::Translation3d(0, kLastStretch * step / kDescentSteps, 0);
     const Refusal on_the_way = touched(hand.closing.front(), X_TH, true);
     if (on_the_way.reason.empty()) continue;
-    // How far it is at the grasp says more than where it begins.
+    // The overlap at the grasp says more than where it begins.
     const Refusal there = touched(hand.closing.front(), X_TEnd, true);
     return there.reason.empty() ? on_the_way : there;
   }
-  // Closing fingers may slide along the table: they are soft, and a low handle can be held in no other way.
-  // Open ones that lie on it would close over a handle, not round it.
+  // Closing fingers may slide along the table: they are soft, and a low handle cannot be held in any other
+  // way. Open fingers that lie on it would close above a handle, not around it.
   for (const auto& shapes : hand.closing) {
-    if (std::any_of(shapes.begin(), shapes.end(), around_handle)) break;  // the handle has stopped it by now
+    if (std::any_of(shapes.begin(), shapes.end(), around_handle)) break;  // the handle stops them by then
     if (Refusal closing = touched(shapes, X_TEnd, false); !closing.reason.empty()) return closing;
   }
   return {};
@@ -305,9 +305,9 @@ PlannedGrasp GraspPlanner::plan(const View& view, const Cost& cost, double neare
     if (grasp.cost > all.front().cost) grasp.refusal = both_hands(refusals.first);
     return grasp;
   };
-  // The place is the method's to choose; which hand, and how it is turned, is a matter of room.
+  // The method chooses the place; the choice of hand and rotation depends on the room.
   const double what_counts = parameters_.stage_two.displacement_threshold;
-  std::optional<PlannedGrasp> close;  // the nearest one, with little room beside
+  std::optional<PlannedGrasp> close;  // the nearest one, with little room beside the handle
   const Place* close_place = nullptr;
   double farthest = nearer_than;
   for (const Place& place : all) {
@@ -319,7 +319,8 @@ PlannedGrasp GraspPlanner::plan(const View& view, const Cost& cost, double neare
     if (close || !refusals.beside) continue;
     close = grasp_at(view, place, pitches, kLeastBesideRoom, refusals);
     close_place = &place;
-    // More room is not worth a place that would have to be regrasped from, or is farther off by what counts.
+    // More room is not worth a place that would require a regrasp, or that is farther away by the
+    // displacement threshold.
     if (close)
       farthest = std::min(farthest, close->cost <= what_counts ? what_counts : close->cost + what_counts);
   }

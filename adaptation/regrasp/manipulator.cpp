@@ -14,28 +14,28 @@
 namespace walkman::regrasp {
 namespace {
 
-constexpr double kLooksThere = 0.03;     // rad off the middle of the image
+constexpr double kLooksThere = 0.03;     // rad off the centre of the image
 constexpr double kHeadSpeed = 0.15;      // rad/s
-constexpr double kPeakOverMean = 1.875;  // speed of a fifth-order motion
+constexpr double kPeakOverMean = 1.875;  // of the speed of a fifth-order motion
 constexpr int kMostCorrections = 5;
-constexpr double kRestless = 2;  // times as fast as a hand at rest, when it takes long to come to rest
-constexpr double kPlaced = 0.0004, kTurned = 0.003;  // m, rad: as near as a hand has to be
+constexpr double kRestless = 2;  // times the speed of a hand at rest, if it takes long to come to rest
+constexpr double kPlaced = 0.0004, kTurned = 0.003;  // m, rad: accuracy required of the hand
 constexpr int kPutDownSteps = 8;
 constexpr double kPutDownStep = 0.003;                // m
 constexpr double kPutDownWindow = 0.2;                // s
-constexpr double kPutDownShare = 0.5;                 // of its weight that the hand may still carry
+constexpr double kPutDownShare = 0.5;                 // share of its weight that the hand may still carry
 constexpr std::array kHigher = {0.0, 0.1, 0.2, 0.3};  // m
-constexpr double kOverTable = 0.02;                   // m, of what turns
-constexpr double kFarthestEnd = 1.0;  // m beside the hand, of an object that goes on where the image ends
-// How an object turns about its handle in the fingers: when they close, rad, and with its weight, N·m/rad.
-// Estimates for SoftHands go from 0.1 to 1, and nobody has measured it: this is the softest. With its weight
-// it turns until the centre of mass is straight below, at most.
+constexpr double kOverTable = 0.02;                   // m, clearance of a turned object
+constexpr double kFarthestEnd = 1.0;  // m beside the hand, of an object that continues beyond the image
+// How an object turns about its handle in the fingers: when they close, rad, and under its weight, N·m/rad.
+// Estimates for SoftHands range from 0.1 to 1, and there is no measurement: this is the softest. Under its
+// weight it turns at most until the centre of mass is straight below.
 constexpr double kClosingTurn = 0.1, kSoftest = 0.1, kFarthestTurned = std::numbers::pi / 2;
 constexpr double kTurnStep = 0.05;  // rad
 constexpr std::string_view kNotFree = "the object turns in the hand or still rests on something";
-// What is met so near to the grasp, m, is the object itself: the camera has it to some mm.
+// A contact this close to the grasp, m, is with the object itself: the camera locates it to some mm.
 constexpr double kAtObject = 0.01;
-constexpr int kTouchedCycles = 3;    // in a row: one may be a frame with a wrong bit
+constexpr int kTouchedCycles = 3;    // in a row: a single one may be a frame with a wrong bit
 constexpr double kOpenTorque = 0.2;  // share of rated: enough to let the ligaments open the hand
 
 Eigen::Quaterniond about_handle(double angle) {
@@ -113,7 +113,7 @@ void Manipulator::cycle() {
 }
 
 void Manipulator::require_untouched() {
-  if (tared_recoveries_ != session_.recoveries()) return;  // a sensor that booted anew has another residual
+  if (tared_recoveries_ != session_.recoveries()) return;  // a rebooted sensor has another residual
   if (p_TGrasp_ && (session_.X_TH().translation() - *p_TGrasp_).norm() < kAtObject) return;
   const double force = scale_.object_load().force.norm();
   touched_for_ = force > parameters_.touch_force ? touched_for_ + 1 : 0;
@@ -165,8 +165,8 @@ void Manipulator::calibrate() {
   const Eigen::Matrix3d R_HS = (session_.X_TH().inverse() * session_.X_TS()).linear();
   const wrench::LoadEstimator before = scale_.knowledge();
   int recoveries;
-  motion_->keep_posture(true);  // the camera looks from where it is
-  do {                          // a sensor that booted anew in between has another residual
+  motion_->keep_posture(true);  // the camera looks from the present posture
+  do {                          // a sensor rebooted in between has another residual
     recoveries = session_.recoveries();
     scale_.restore(before);
     scale_.begin_series();
@@ -219,7 +219,7 @@ void Manipulator::settle() {
   double waited = 0;
   longer_ = 1;
   while (!watch.at_rest(session_.X_TH().translation(), session_.period())) {
-    // A mean over a longer time is as good of a hand that is that much faster.
+    // A mean over a longer time is as good for a hand that is that much faster.
     if (less.at_rest(session_.X_TH().translation(), session_.period()) &&
         waited > parameters_.rest_timeout / 2) {
       longer_ = kRestless;
@@ -299,7 +299,7 @@ void Manipulator::retreat() {
     return true;
   };
   for (auto pose = way_.rbegin(); pose != way_.rend(); ++pose) static_cast<void>(go(*pose));
-  // A table may have turned out to be in the way where the hand came from.
+  // A table may turn out to be in the way at the hand's start pose.
   for (const double higher : kHigher) {
     if (!go(raised(X_TH_start_, higher))) continue;
     if (higher == 0) return_to_start();
@@ -307,8 +307,8 @@ void Manipulator::retreat() {
   }
 }
 
-/// The pose of the hand alone leaves the torso leaning as the last grasp had it, and from there a hand may
-/// find no way to what it can reach from where the robot stood up.
+/// Restoring the hand's pose alone would leave the torso leaning as in the last grasp, and from there a hand
+/// may find no way to places it can reach from where the robot stood up.
 void Manipulator::return_to_start() {
   motion_->return_to(q_start_);
   while (!motion_->done()) cycle();
@@ -358,7 +358,7 @@ void Manipulator::descend(const Eigen::Isometry3d& X_TH) {
   const motion::MotionLimits slowly = limits(parameters_.approach_speed);
   p_TGrasp_ = X_TH.translation();
   if (!go_straight(reference_for(X_TH), slowly)) move_to(X_TH, slowly);
-  feeling_ = false;  // the palm may lie on the object now
+  feeling_ = false;  // the palm may touch the object now
   for (int correction = 0; correction < kMostCorrections; ++correction) {
     settle();
     const Eigen::Isometry3d left = session_.X_TH().inverse() * X_TH;
@@ -450,7 +450,7 @@ Wrench Manipulator::mean_object_load(double seconds) {
 
 Eigen::Isometry3d Manipulator::turned_clear(const Eigen::Quaterniond& turn) const {
   const Eigen::Vector3d up_H = X_TH_grasp_.linear().transpose().col(2);
-  // Of what has turned about the handle in the fingers, below Ho.
+  // Lowest point, relative to Ho, of an object that has turned about the handle in the fingers.
   const auto lowest = [&](const Eigen::Quaterniond& hand, double in_hand) {
     const Eigen::Vector3d up = hand.inverse() * up_H;
     const Eigen::Array3d seen = (about_handle(in_hand).inverse() * up).array();
@@ -458,7 +458,7 @@ Eigen::Isometry3d Manipulator::turned_clear(const Eigen::Quaterniond& turn) cons
                          high = (object_H_.max() - p_HAxis_).array();
     return up.dot(p_HAxis_) + (seen * low).min(seen * high).sum();
   };
-  // Of the weight about the handle: the way it turns the object.
+  // Torque of the weight about the handle: its sign is the direction in which it turns the object.
   const double torque = -payload_.mass * motion::kGravity * (payload_.p_HCm - p_HAxis_).cross(up_H).x();
   const double droop = std::min(std::abs(torque) / kSoftest, kFarthestTurned - kClosingTurn);
   const double from = std::min(0.0, std::copysign(droop, torque)) - kClosingTurn;
@@ -491,8 +491,8 @@ void Manipulator::turn() {
   settle();
 }
 
-/// The camera does not see an object's far underside, so an end of it may rest on something when the hand is
-/// turned: the wrist carries less then, until the hand is higher.
+/// The camera does not see an object's far underside, so one end may rest on something when the hand is
+/// turned: the wrist then carries less, until the hand is higher.
 void Manipulator::weigh_turned(const Eigen::Isometry3d& X_TH, double angle) {
   double expected = payload_.mass * motion::kGravity;
   double most =
@@ -542,10 +542,10 @@ void Manipulator::hang() {
   const double most = parameters_.hanging_turn, most_roll = parameters_.hanging_roll;
   const double turn = std::remainder(std::atan2(down_H.z(), down_H.y()) - std::atan2(p_HCm.z(), p_HCm.y()),
                                      2 * std::numbers::pi);
-  // From the handle's axis to the centre of mass, which is down when the hand has turned.
+  // From the handle's axis to the centre of mass, which points down once the hand has turned.
   const Eigen::Vector3d below_H(0, p_HCm.y(), p_HCm.z());
   const Eigen::Vector3d across_H = Eigen::Vector3d::UnitX().cross(below_H).normalized();
-  // A place farther off is no place to hang it from: there a bar would have to be stood on its end.
+  // The object cannot be hung from a place farther off: a bar would have to be stood on its end.
   const double roll =
       std::abs(p_HCm.x()) > parameters_.displacement_threshold ? 0 : std::atan2(p_HCm.x(), below_H.norm());
   for (const double share : {1.0, 0.75, 0.5, 0.25}) {
@@ -558,7 +558,7 @@ void Manipulator::hang() {
 }
 
 bool Manipulator::watch() {
-  // Half of what would make a regrasp worth while.
+  // Half of what would make a regrasp worthwhile.
   const double torque_change =
       parameters_.displacement_threshold / 2 * (weighed_.F_Ho_T.force.norm() + scale_.hand_weight());
   const auto windows = static_cast<int>(std::ceil(parameters_.watch_time / parameters_.lift_window));
@@ -579,16 +579,17 @@ void Manipulator::take_up() {
 }
 
 void Manipulator::check_residual() {
-  if (session_.recoveries() != tared_recoveries_) return;  // one that booted anew has another
+  if (session_.recoveries() != tared_recoveries_) return;  // a rebooted sensor has another residual
   settle();
   scale_.require_no_drift(mean_reading(parameters_.tare_time));
 }
 
-/// What has moved in the hand does not stand where it stood with the hand where it was.
+/// An object that has moved in the hand does not stand where it stood when the hand is back where it was.
 void Manipulator::put_down() {
-  // Upward force of the hand on the object, N: negative when the hand presses it on the table.
+  // Upward force of the hand on the object, N: negative if the hand presses it onto the table.
   const auto lifting_force = [this](double seconds) { return -mean_object_load(seconds).force.z(); };
-  // What was too much to be taken over has a weight, too: without one the hand would press it on the table.
+  // A load that was too much to be taken over has a weight, too: if it were ignored, the hand would press the
+  // object onto the table.
   const double weight =
       payload_.mass > 0 ? payload_.mass * motion::kGravity : std::abs(lifting_force(parameters_.lift_window));
   carry_to(X_TH_grasp_);
@@ -605,8 +606,7 @@ Eigen::Isometry3d Manipulator::lower_and_release() {
   lifted_ = 0;
   put_down();
   Eigen::Isometry3d X_TH = session_.X_TH();
-  // Without the load the hand rises to where it closed: a palm that is pressed on what is round rolls it
-  // away.
+  // Without the load the hand rises to where it closed: a palm pressed onto a round object rolls it away.
   motion::MotionLimits rising = limits(parameters_.approach_speed);
   rising.duration = parameters_.close_time;
   motion_->go_to(X_TH_grasp_, rising);

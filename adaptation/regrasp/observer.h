@@ -13,7 +13,7 @@
 
 namespace walkman::regrasp {
 
-/// What the method is doing, in the order in which it first does it.
+/// Phases of the method, in the order of their first occurrence.
 enum class Phase {
   kBoot,
   kSettle,
@@ -30,7 +30,7 @@ enum class Phase {
   kRetreat
 };
 
-/// The phases' names, in the order of `Phase`.
+/// Names of the phases, in the order of `Phase`.
 inline constexpr std::array<std::string_view, 13> kPhaseNames = {
     "boot", "settle", "calibrate", "look",  "approach", "tare",   "grasp",
     "lift", "turn",   "weigh",     "watch", "lower",    "retreat"};
@@ -39,63 +39,61 @@ inline constexpr std::array<std::string_view, 13> kPhaseNames = {
   return kPhaseNames[static_cast<std::size_t>(phase)];
 }
 
-/// The run cannot go on; what() is one sentence for people. Whatever else ends a run is a defect.
+/// The run cannot continue; what() is one human-readable sentence. Anything else that ends a run is a defect.
 class RunStopped : public std::runtime_error {
  public:
   using std::runtime_error::runtime_error;
 };
 
-/// The object asks for more than the hand or the arm can do, and the robot is as much in control as before.
+/// The object requires more than the hand or the arm can do; the robot is as much under control as before.
 class Refused : public RunStopped {
  public:
   using RunStopped::RunStopped;
 };
 
-/// The same of an object that a grasp nearer to its centre of mass may lift: what the wrist carried of it,
-/// about the hand's Ho in T.
+/// As `Refused`, for an object that a grasp nearer to its centre of mass may lift. `F_Ho_T`: the object's
+/// load on the wrist, about the hand's Ho in T.
 class HeldTooFar : public Refused {
  public:
   HeldTooFar(const std::string& reason, const Wrench& load_Ho_T) : Refused(reason), F_Ho_T(load_Ho_T) {}
   Wrench F_Ho_T;
 };
 
-/// What one lift measured. T is the robot's stance (motion::Stance; its base where that is held), H the
-/// grasping hand's frame H_f.
+/// Measurements of one lift. T is the robot's stance frame (motion::Stance; its base frame if the base is
+/// held), H the grasping hand's frame H_f.
 struct Weighing {
   Wrench F_Ho_T;  ///< load of the object alone: sensor residual and hand weight removed
   Eigen::Isometry3d X_TH = Eigen::Isometry3d::Identity();
-  double f_g = 0;               ///< force along gravity, N, positive downwards
-  double torque = 0;            ///< |τ| about the grasp frame, N·m, signed like the displacement
-  double force_deviation = 0;   ///< standard deviation of f_g, N
-  double torque_deviation = 0;  ///< of the torque in the direction known worst, N·m
-  double torque_about_handle =
-      0;                    ///< of it the part about the handle's axis, which no place along it changes
+  double f_g = 0;                  ///< force along gravity, N, positive downwards
+  double torque = 0;               ///< |τ| about the grasp frame, N·m, signed like the displacement
+  double force_deviation = 0;      ///< standard deviation of f_g, N
+  double torque_deviation = 0;     ///< of the torque in its worst-known direction, N·m
+  double torque_about_handle = 0;  ///< torque about the handle's axis, which no place along it changes
   double displacement = 0;  ///< d: from the grasp to the CoM line, m along the handle, positive to the right
-  double displacement_deviation = 0;  ///< of d, by the weighing; where the hand is has its own, m
+  double displacement_deviation = 0;  ///< of d, by the weighing, without the error of the hand's position, m
   Eigen::Vector3d p_HCm = Eigen::Vector3d::Zero();  ///< the object's centre of mass, m
-  bool changed = false;  ///< the load has become another since the weighing before, in the hand
+  bool changed = false;  ///< the load in the hand has changed since the previous weighing
 };
 
-/// The hand cannot go on from where it is to where it was to go.
+/// The hand cannot continue from its present pose to its target.
 class WayBlocked : public Refused {
  public:
   using Refused::Refused;
 };
 
-/// Reads what the pipeline knows as it learns it; has no way to change it.
+/// Receives what the pipeline learns, as it learns it; cannot change it.
 class Observer {
  public:
   virtual ~Observer() = default;
   virtual void on_phase(std::string_view /*phase*/, Time /*now*/) {}
-  /// A fault took something away while nothing was held, and the drivers have it back. `reason` is the
-  /// fault's sentence.
+  /// The drivers have recovered from a fault that occurred while nothing was held. `reason`: the fault's
+  /// sentence.
   virtual void on_recovery(std::string_view /*reason*/, Time /*now*/) {}
-  /// Something is not well and no fault, one sentence; each is told once, as it is learnt.
+  /// A problem that is not a fault, in one sentence; each is reported once, when it is detected.
   virtual void on_warning(std::string_view /*warning*/, Time /*now*/) {}
-  /// Once, after boot: the robot has found that it stands on its feet, or that it does not, and where its
-  /// base is in T.
+  /// Called once, after boot: whether the robot stands on its feet, and where its base is in T.
   virtual void on_stance(bool /*stands*/, const Eigen::Isometry3d& /*X_TB*/) {}
-  /// The hand that works from now on.
+  /// The active hand from now on.
   virtual void on_hand(const HandParts& /*hand*/) {}
   /// Once a cycle: the wrist sensor's raw reading and the hand's measured pose.
   virtual void on_cycle(Time /*now*/, const Wrench& /*F_So_S*/, const Eigen::Isometry3d& /*X_TH*/) {}

@@ -24,26 +24,26 @@ namespace walkman::regrasp {
 namespace {
 
 constexpr double kAtBorder = 0.03, kInView = 0.09;  // rad from the image's border
-constexpr double kFarthestTurn = 1.0;               // rad, for what may be anywhere
+constexpr double kFarthestTurn = 1.0;               // rad, for a target that may be anywhere
 constexpr std::size_t kMostPlans = 3;
 constexpr int kEnoughTries = 2;
 constexpr int kMostGivenUp = 2;    // lifts in a row
 constexpr double kAnyLength = 10;  // m, more than a hand holds
-// How an object may move in the hand from before it closes to after the lift. A bar is drawn into the palm by
-// 2 cm, and the pads let it tilt by 0.11 rad under the most a hand holds, 3.4 N·m.
-constexpr double kMostMoved = 0.04;      // m
-constexpr double kMostTurned = 0.2;      // rad
-constexpr double kSeenTurn = 0.05;       // rad, error of a registered turn of what is seen from one side only
-constexpr double kFarthestSeen = 0.055;  // m, nearer than kSeenAround
-constexpr double kLies = 0.025;          // m from its surface, of what a bar drawn into the palm is at most
-constexpr float kSeenAround = 0.06F;     // m, where a point of it may be: nearer than the table is below it
-constexpr double kCloudTimeout = 5.0;    // s without a new cloud: many frame periods of the camera
+// How far an object may move in the hand from before it closes to after the lift. A bar is drawn into the
+// palm by 2 cm, and the pads let it tilt by 0.11 rad under the most that a hand holds, 3.4 N·m.
+constexpr double kMostMoved = 0.04;  // m
+constexpr double kMostTurned = 0.2;  // rad
+constexpr double kSeenTurn = 0.05;   // rad, error of the registered turn of an object seen from one side only
+constexpr double kFarthestSeen = 0.055;  // m, less than kSeenAround
+constexpr double kLies = 0.025;          // m from its surface, at most, for a bar drawn into the palm
+constexpr float kSeenAround = 0.06F;   // m, within which a point of it may be: closer than the table below it
+constexpr double kCloudTimeout = 5.0;  // s without a new cloud: many frame periods of the camera
 
-/// Axial position on a handle nearest to a line: both as point and unit direction, in one frame.
+/// Axial position on a handle nearest to a line, each given by a point and a unit direction, in one frame.
 double nearest_along(const Eigen::Vector3d& centre, const Eigen::Vector3d& axis, const Eigen::Vector3d& point,
                      const Eigen::Vector3d& direction) {
   const Eigen::Vector3d across =
-      axis - axis.dot(direction) * direction;  // part of the axis square to the line
+      axis - axis.dot(direction) * direction;  // part of the axis perpendicular to the line
   const double square = across.squaredNorm();
   return square < 1e-9 ? 0 : across.dot(point - centre) / square;
 }
@@ -54,8 +54,8 @@ double largest_eigenvalue(const Eigen::Matrix3d& covariance) {
       Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(covariance, Eigen::EigenvaluesOnly).eigenvalues()[2]);
 }
 
-/// Of d = (x τ_y − y τ_x) / (f (x² + y²)) along the handle's axis (x, y, ·) under a weight f, from the
-/// covariance of torque and weight.
+/// Standard deviation of d = (x τ_y − y τ_x) / (f (x² + y²)) along the handle's axis (x, y, ·) under a weight
+/// f, from the covariance of torque and weight.
 double deviation_of_displacement(const Eigen::Matrix4d& covariance, const Eigen::Vector3d& right_T,
                                  const Weighing& weighing) {
   const double level = right_T.head<2>().squaredNorm();
@@ -64,8 +64,8 @@ double deviation_of_displacement(const Eigen::Matrix4d& covariance, const Eigen:
   return std::sqrt(std::max(0.0, slope.dot(covariance * slope))) / weighing.f_g;
 }
 
-/// A point for the middle of the image, in C, so that it has more of an object that its border cuts: the end
-/// that is seen moves to the opposite border.
+/// Point to bring to the centre of the image, in C, so that more of an object cut by the border is seen: the
+/// visible end moves to the opposite border.
 Eigen::Vector3d to_look_at(const perception::SeenObject& object) {
   const auto turn = [](double before, double after) {
     if (after < kAtBorder && before >= kAtBorder) return std::clamp(before - kInView, 0.0, kFarthestTurn);
@@ -92,66 +92,64 @@ struct Regrasp::Impl {
         manipulator(known_robot, session, all.stage_two),
         posed(session.measured()) {}
 
-  /// Looks for the object at p_T (m), or for the largest; where it is cut by the image's border, again with
-  /// the head turned to it.
+  /// Looks for the object at p_T (m), or for the largest; if it is cut by the image's border, looks again
+  /// with the head turned to it.
   void look(const std::optional<Eigen::Vector3d>& p_T);
   void take_cloud();
-  /// Looks again from around at what `seen` has, and sees all of it together.
+  /// Looks again at the object in `seen`, from around it, and evaluates all views together.
   void look_around();
-  /// Notes how the robot stands.
+  /// Records how the robot stands.
   void stand();
-  /// What `think` returns; see Thinking.
+  /// Returns the result of `think`; see Thinking.
   template <typename T>
   [[nodiscard]] T await(const std::function<T()>& think);
-  /// The grasp to go for, with the hand in use that takes it.
+  /// Returns the grasp to take, and makes its hand the active one.
   [[nodiscard]] PlannedGrasp plan(const GraspPlanner::Cost& cost, double nearer_than,
                                   const std::vector<GraspPlanner::Blocked>& blocked);
-  /// Plans a grasp that costs less than `nearer_than` (m) and takes it; where the way turns out blocked, the
-  /// hand goes back, and takes the next one that is not beside it, or the other hand does.
+  /// Plans a grasp that costs less than `nearer_than` (m) and takes it; if the way turns out to be blocked,
+  /// the hand goes back and takes the next one not beside it, or the other hand does.
   PlannedGrasp reach_and_grasp(const GraspPlanner::Cost& cost, double nearer_than);
-  /// How the object seen lies around the hand at X_TH, down to the table, in H.
+  /// Returns the box around the object seen, down to the table, in the frame H of a hand at X_TH.
   [[nodiscard]] Eigen::AlignedBox3d around(const Eigen::Isometry3d& X_TH) const;
   void reach(const PlannedGrasp& grasp);
-  /// The object's surface as it was seen, in H.
+  /// Returns the object's surface as seen, in H.
   [[nodiscard]] std::vector<Eigen::Vector3f> surface_in(const Eigen::Isometry3d& X_TH) const;
-  /// Looks at the object in the hand. Throws HeldTooFar when it is not where it was on the table, seen from
-  /// the hand; nothing is said of one of which less than half is in view.
+  /// Looks at the object in the hand. Throws HeldTooFar if it is not where it was on the table relative to
+  /// the hand; makes no statement about an object of which less than half is in view.
   void require_hold();
-  /// Throws HeldTooFar with the object still in the hand. `best_cost`: of the grasp, m, where no place has
-  /// room for a hand that would be better.
+  /// Throws HeldTooFar with the object still in the hand. `best_cost`: of the grasp, m, if no better place
+  /// has room for a hand.
   [[nodiscard]] Weighing lift_and_weigh(const std::optional<double>& best_cost);
-  /// The same of a load that has become another in the hand.
+  /// Same for a load that has changed in the hand.
   [[nodiscard]] Weighing weigh_other_load();
-  /// Why the last of `weighings`, all of one load, is the end; none when a regrasp follows. `nearest`: the
-  /// grasp was the nearest that the handles allow.
-
-  /// Lowers the object and throws RunStopped when the best place there is has no less torque than the first.
+  /// Lowers the object and throws RunStopped if the best available place has no less torque than the first.
   void require_gain(const Weighing& first, const Weighing& last, const PlannedGrasp& grasp);
-  /// What keeps the hands from where the torque would be less by more than d_thres; empty when nothing.
+  /// Returns what keeps the hands from a place where the torque would be less by more than d_thres; empty if
+  /// nothing does.
   [[nodiscard]] std::string hindrance(const PlannedGrasp& grasp) const;
-  /// Watches the object in the hand; whether its load has changed.
+  /// Watches the object in the hand; returns whether its load has changed.
   bool watch();
   /// Lowers the object again and throws RunStopped with the reason.
   [[noreturn]] void lower_for(const Refused& refusal);
-  /// Returns where the hand was when it let go, in T.
+  /// Returns the pose of the hand when it let go, in T.
   Eigen::Isometry3d lower_again();
   /// After a release at X_TH_released: looks at the object that the hand carried with F_Ho_T when it was at
-  /// X_TH. Returns what a place on it costs by the line of that weight.
+  /// X_TH. Returns the cost of places on it with respect to the line of that weight.
   [[nodiscard]] GraspPlanner::Cost look_again(const Wrench& F_Ho_T, const Eigen::Isometry3d& X_TH,
                                               const Eigen::Isometry3d& X_TH_released);
-  /// What a place has to cost less than (m) to be nearer by what counts to the centre of mass that the hand
-  /// felt; 0 when none can be.
+  /// Returns the cost (m) below which a place is nearer, by the displacement threshold, to the centre of mass
+  /// that the hand felt; 0 if no place can be.
   [[nodiscard]] double distance_to_beat(const HeldTooFar& refusal) const;
   [[nodiscard]] Weighing turn_and_hang(bool changed, const std::optional<double>& best_cost);
-  /// Whether a weighing has the hand no farther from the CoM line than a planned grasp of this cost was to
-  /// bring it.
+  /// Returns whether, by a weighing, the hand is no farther from the CoM line than a planned grasp of this
+  /// cost was to bring it.
   [[nodiscard]] bool as_planned(const Weighing& weighing, const std::optional<double>& cost) const {
     return cost &&
            std::abs(weighing.torque) / weighing.f_g < *cost + parameters.stage_two.displacement_threshold;
   }
   [[nodiscard]] Weighing weigh();
-  /// Distance along the handle from where |d_h × f| is least (paper, sec. 3.2), by the torque left.
-  /// `line_H`: of the centre of mass as the hand at X_TH carries it.
+  /// Returns the distance along the handle from the place where |d_h × f| is least (paper, sec. 3.2), by the
+  /// remaining torque. `line_H`: CoM line as carried by the hand at X_TH.
   [[nodiscard]] GraspPlanner::Cost least_torque(const wrench::ComLine& line_H,
                                                 const Eigen::Isometry3d& X_TH) const;
 
@@ -163,16 +161,16 @@ struct Regrasp::Impl {
   Session session;
   SelfFilter self_filter;
   Manipulator manipulator;
-  std::optional<GraspPlanner> planner;  // since the robot knows how it stands
+  std::optional<GraspPlanner> planner;  // set once the robot knows how it stands
   camera::OrganizedCloud cloud;         // as the camera sent it
-  camera::OrganizedCloud outside;       // of it what is not the robot
+  camera::OrganizedCloud outside;       // the part of it that is not the robot
   perception::StageOneResult seen;
-  // The table as the first look had it, in T: with the head turned, less of it is in the image.
+  // The table as first seen, in T: with the head turned, less of it is in the image.
   std::vector<Eigen::Vector3d> table_T;
   std::vector<motion::NamedObstacle> obstacles;  // in T
   std::vector<Eigen::Vector3f> held_H;           // the object's surface before the hand closed
   double held_radius = 0;                        // m, of the handle
-  // While the robot stood still for `cloud`.
+  // Posture and camera while the robot stood still for `cloud`.
   motion::KinematicTree posed;
   Eigen::Isometry3d X_TC = Eigen::Isometry3d::Identity();
 };
@@ -186,7 +184,7 @@ T Regrasp::Impl::await(const std::function<T()>& think) {
     try {
       manipulator.hold(session.period());
     } catch (const RunStopped&) {
-      // A thought cannot be ended, and the drives want their cycle meanwhile.
+      // The evaluation cannot be cancelled, and the drives need their cycle meanwhile.
       if (!stopped) stopped = std::current_exception();
     }
   }
@@ -238,7 +236,7 @@ void Regrasp::Impl::look(const std::optional<Eigen::Vector3d>& p_T) {
         return perception::locate(outside, parameters.stage_one, X_TC.inverse() * near_T);
       });
     } catch (const perception::NotLocated& e) {
-      // What is asked for may be beyond the image's border.
+      // The requested object may be beyond the image's border.
       if (asked_for && looks < parameters.stage_two.max_looks && manipulator.look_at(near_T)) continue;
       throw RunStopped(p_T ? fmt::format("the object is not where the hand let go of it: {}", e.what())
                            : e.what());
@@ -248,7 +246,7 @@ void Regrasp::Impl::look(const std::optional<Eigen::Vector3d>& p_T) {
     }
     if (!seen.object().cut_by_image || looks == parameters.stage_two.max_looks) break;
     if (!manipulator.look_at(X_TC * to_look_at(seen.object()))) break;
-    // The same object, by a point of it that is seen for certain.
+    // Looks for the same object, by a point of it that is certain to have been seen.
     const auto& surface_C = seen.object().surface_C;
     const auto nearest =
         std::min_element(surface_C.begin(), surface_C.end(), [&](const auto& a, const auto& b) {
@@ -286,7 +284,7 @@ void Regrasp::Impl::look_around() {
   outside = first_outside;
   X_TC = X_TC_first;
   posed = posed_first;
-  // Handles, and what lies beside them, are the first cloud's: two views are a few millimetres apart.
+  // Handles, and anything beside them, are taken from the first cloud: two views are a few millimetres apart.
   seen.objects[seen.chosen].p_CCm = await<Eigen::Vector3d>([&]() -> Eigen::Vector3d {
     self_filter.remove(posed, X_TC, found.sweep);
     Eigen::AlignedBox3f region;
@@ -343,7 +341,7 @@ Eigen::AlignedBox3d Regrasp::Impl::around(const Eigen::Isometry3d& X_TH) const {
     box.extend(X_HC * p);
     box.extend(X_HC * (p - height * seen.plane.n_C));
   }
-  if (seen.object().cut_by_image) {  // along the handle it goes on
+  if (seen.object().cut_by_image) {  // it continues along the handle
     box.min().x() = -kAnyLength;
     box.max().x() = kAnyLength;
   }
@@ -362,7 +360,7 @@ void Regrasp::Impl::require_hold() {
   const Eigen::Isometry3d X_TC_seen = X_TC;
   take_cloud();
   const Eigen::Isometry3d X_TH = session.X_TH();
-  double lever = 0;  // m, of what is seen along the handle
+  double lever = 0;  // m, mean position of the compared points along the handle
   const auto moved = await<std::optional<Eigen::Isometry3d>>([&] {
     outside = cloud;
     self_filter.remove(posed, X_TC, outside);
@@ -376,7 +374,7 @@ void Regrasp::Impl::require_hold() {
                  [&](const Eigen::Vector3f& p_C) { return p_C.allFinite() && box.contains(X_HC * p_C); });
     Eigen::AlignedBox3f in_view;
     for (Eigen::Vector3f& p : now_H) in_view.extend(p = X_HC * p);
-    // What the image's border cuts off now would draw the rest of the object to where it ends.
+    // A part that the image's border cuts off now would draw the rest of the object to where the image ends.
     std::vector<Eigen::Vector3f> before_H;
     std::copy_if(held_H.begin(), held_H.end(), std::back_inserter(before_H), [&](const Eigen::Vector3f& p_H) {
       return p_H.x() > in_view.min().x() + kSeenAround && p_H.x() < in_view.max().x() - kSeenAround;
@@ -385,10 +383,11 @@ void Regrasp::Impl::require_hold() {
     if (!before_H.empty()) lever /= static_cast<double>(before_H.size());
     return perception::motion_of(before_H, now_H, kSeenAround, kLies);
   });
-  X_TC = X_TC_seen;  // of `seen`
+  X_TC = X_TC_seen;  // that of `seen`
   if (!moved) return;
-  // Of the handle's axis, about which the object may have turned in the fingers, or a bar's surface tells no
-  // turn. Across it: along it, where the image's border has cut what is seen looks like the end.
+  // Motion of the handle's axis, about which the object may have turned in the fingers, and a bar's surface
+  // does not show such a turn. Only across the axis: along it, where the image's border has cut the object,
+  // the cut looks like its end.
   const Eigen::Vector3d p_HAxis = handle_axis(held_radius, parameters.stage_two);
   const double distance = (*moved * p_HAxis - p_HAxis).tail<2>().norm();
   const double angle = std::acos(std::clamp(moved->linear()(0, 0), -1.0, 1.0));  // of the handle
@@ -403,7 +402,7 @@ void Regrasp::Impl::require_hold() {
       manipulator.carried());
 }
 
-/// The sensor's residual is removed just before; whatever booted anew since then may have another.
+/// The sensor's residual is removed just before; anything rebooted since then may have another one.
 void Regrasp::Impl::reach(const PlannedGrasp& grasp) {
   while (true) {
     session.enter(Phase::kApproach);
@@ -490,7 +489,7 @@ Weighing Regrasp::Impl::turn_and_hang(bool changed, const std::optional<double>&
   session.enter(Phase::kTurn);
   manipulator.turn();
   Weighing weighing = weigh();
-  // No place along the handle is better by much; what is left across it goes when the object hangs straight.
+  // No place along the handle is much better; what remains across it vanishes when the object hangs straight.
   if ((std::abs(weighing.displacement) <= parameters.stage_two.displacement_threshold ||
        as_planned(weighing, best_cost)) &&
       std::abs(weighing.torque) > parameters.stage_two.torque_threshold) {
@@ -529,7 +528,7 @@ GraspPlanner::Cost Regrasp::Impl::least_torque(const wrench::ComLine& line_H,
   const Eigen::Vector3d point = X_TH * line_H.p_PF;
   const Eigen::Vector3d direction = X_TH.linear() * line_H.direction;
   return [this, point, direction](const perception::Handle& handle, double along) {
-    // About where the palm lies on the handle: of one that leans, that is not level with its axis.
+    // About where the palm lies on the handle: on an inclined handle, that is not level with its axis.
     const Eigen::Vector3d n_C = seen.plane.n_C - seen.plane.n_C.dot(handle.axis_C) * handle.axis_C;
     const Eigen::Vector3d palm_C = handle.p_CM + along * handle.axis_C + handle.radius * n_C.normalized();
     return wrench::torque_about({point, direction}, 1, Eigen::Vector3d(X_TC * palm_C));
@@ -574,14 +573,14 @@ Report Regrasp::run() {
     return (handle.p_CM + along * handle.axis_C - r.seen.object().p_CCm).norm();
   };
   Report report;
-  std::vector<Weighing> same;  // of the weighings those of the load as it is now
+  std::vector<Weighing> same;  // the weighings of the present load
   Eigen::Isometry3d X_TH_released = Eigen::Isometry3d::Identity();
   bool nearest = false;  // the grasp is the nearest to the CoM line that the handles allow
-  int no_nearer = 0;     // how often it was not nearer than the one before
-  int given_up = 0;      // lifts, one after the other
+  int no_nearer = 0;     // number of grasps no nearer than the one before
+  int given_up = 0;      // lifts given up in a row
   double nearer_than = std::numeric_limits<double>::infinity();
-  std::string why;  // the last of them
-  // What comes after a lift that was given up does not hide why it was.
+  std::string why;  // reason of the last of them
+  // A later failure must not hide why a lift was given up.
   const auto with_reason = [&](const RunStopped& stopped) {
     return RunStopped(fmt::format("{}; then: {}", why, stopped.what()));
   };
@@ -606,7 +605,7 @@ Report Regrasp::run() {
       try {
         r.manipulator.scale().require_of_object(refusal.F_Ho_T);
       } catch (const Refused&) {
-        r.lower_for(refusal);  // what the sensor says leads nowhere
+        r.lower_for(refusal);  // the sensor's readings are of no use
       }
       why = fmt::format("{}; the object was lowered", refusal.what());
       X_TH_released = r.lower_again();
@@ -623,8 +622,8 @@ Report Regrasp::run() {
     nearer_than = std::numeric_limits<double>::infinity();
     why.clear();
     if (!report.weighings.empty()) {
-      // Nothing that can be grasped is nearer by more than what counts; from where the hand comes next time
-      // there may be.
+      // No possible grasp is nearer by more than the displacement threshold; from where the hand comes next
+      // time there may be one.
       const double last = std::abs(report.weighings.back().displacement);
       if (grasp.cost > last - limits.displacement_threshold) ++no_nearer;
       nearest =

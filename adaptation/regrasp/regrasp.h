@@ -17,13 +17,14 @@ namespace walkman::regrasp {
 /// What the robot does while a cloud is evaluated, which takes longer than a cycle.
 enum class Thinking {
   kBetweenCycles,  ///< nothing: the clock stands still meanwhile, as under emulation in lock-step
-  kWhileHolding,   ///< it holds its posture, cycle by cycle; the evaluation has a thread of its own
+  kWhileHolding,   ///< holds its posture, cycle by cycle; the evaluation runs in its own thread
 };
 
 struct Report {
-  std::vector<Weighing> weighings;  ///< one per lift, and one more when the load changed in the hand
+  std::vector<Weighing> weighings;  ///< one per lift, plus one whenever the load changed in the hand
   Ending ending = Ending::kMinimumTorque;
-  /// What keeps the hands off a place that would be nearer by more than d_thres, one sentence; else empty.
+  /// What keeps the hands from a place that would be nearer by more than d_thres, in one sentence; empty if
+  /// nothing does.
   std::string hindrance;
 };
 
@@ -39,7 +40,7 @@ class Regrasp {
           Thinking thinking = Thinking::kBetweenCycles);
   ~Regrasp();
 
-  /// Runs from power-on to the last weighing. Throws RunStopped with one sentence when it has to stop.
+  /// Runs from power-on to the last weighing. Throws RunStopped with one sentence if it has to stop.
   [[nodiscard]] Report run();
 
  private:

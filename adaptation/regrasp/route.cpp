@@ -6,12 +6,12 @@
 namespace walkman::regrasp {
 namespace {
 
-// A motion with so much room needs no better one: rad, m. The guards keep 12 mm off obstacles and 6 mm off
-// the robot itself, of which turning takes some.
+// A motion with this much room is good enough: rad, m. The guards keep 12 mm from obstacles and 6 mm from the
+// robot itself, part of which is taken up by turning.
 constexpr double kEnoughLimit = 0.05, kEnoughRoom = 0.009, kEnoughOwnRoom = 0.005;
 
-constexpr double kPlannedRoom = 0.004;  // m; between the robot's own links half of it
-constexpr double kOver = 0.15;          // m over where the hand is going, with open fingers
+constexpr double kPlannedRoom = 0.004;  // m; half of it between the robot's own links
+constexpr double kOver = 0.15;          // m above the hand's target, with open fingers
 
 Eigen::Isometry3d moved(const Eigen::Isometry3d& X_T, const Eigen::Vector3d& by) {
   Eigen::Isometry3d out = X_T;
@@ -19,7 +19,7 @@ Eigen::Isometry3d moved(const Eigen::Isometry3d& X_T, const Eigen::Vector3d& by)
   return out;
 }
 
-/// Via points from here to there, shortest detour first. `side`: 1 for an arm on the left, −1 on the right.
+/// Via points between two poses, shortest detour first. `side`: 1 for an arm on the left, −1 on the right.
 std::vector<std::vector<Eigen::Isometry3d>> detours(const Eigen::Isometry3d& X_TFrom,
                                                     const Eigen::Isometry3d& X_TTo, double side) {
   std::vector<std::vector<Eigen::Isometry3d>> out;
@@ -37,7 +37,7 @@ std::vector<std::vector<Eigen::Isometry3d>> detours(const Eigen::Isometry3d& X_T
     };
     out.push_back({out_there(X_TTo)});
     out.push_back({out_there(X_TFrom), out_there(X_TTo)});
-    // Out, up and in: round the near corner of a table as high as the hand.
+    // Out, up and in: around the near corner of a table as high as the hand.
     const Eigen::Isometry3d over = moved(X_TTo, {0, 0, kOver});
     const Eigen::Isometry3d beside = out_there(X_TFrom);
     out.push_back({beside, moved(beside, {0, 0, over.translation().z() - beside.translation().z()}), over});
@@ -45,7 +45,7 @@ std::vector<std::vector<Eigen::Isometry3d>> detours(const Eigen::Isometry3d& X_T
   return out;
 }
 
-/// How wide the way is, as a share of what needs not be wider.
+/// Width of the way, as a share of what is sufficient.
 double width_of(const motion::HandMotion::Reach& reach) {
   return std::clamp(std::min(reach.own_clearance / kEnoughOwnRoom, reach.obstacle_clearance / kEnoughRoom),
                     0.0, 1.0);

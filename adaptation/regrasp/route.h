@@ -9,28 +9,26 @@
 
 namespace walkman::regrasp {
 
-/// Poses of the hand, one after the other in straight lines.
+/// Hand poses joined by straight lines.
 struct Route {
   std::vector<Eigen::Isometry3d> way;
-  motion::HandMotion::Reach reach;  ///< kReached when all of them are
+  motion::HandMotion::Reach reach;  ///< kReached if all of them are
 };
 
-/// How much room a motion leaves to joints' limits and to what is near, as a share of what needs no more:
-/// 0 .. 1.
+/// Clearance of a motion from joint limits and nearby objects, as a share of what is sufficient: 0 .. 1.
 [[nodiscard]] double room_of(const motion::HandMotion::Reach& reach);
 
-/// With what a way is looked for first: more than the motions have to keep at least, which may come another
-/// way.
+/// Margins with which a way is sought first: larger than motions must keep, because they may deviate from it.
 [[nodiscard]] motion::GuardMargins wider(motion::GuardMargins least);
 
-/// From where the hand is through the poses `way`, run ahead. Moves nothing; not for cyclic code.
+/// Route from the hand's present pose through the poses `way`, run ahead. Moves nothing; not for cyclic code.
 [[nodiscard]] Route straight_route(motion::HandMotion& hand, std::span<const Eigen::Isometry3d> way,
                                    const motion::MotionLimits& limits);
 
-/// The same; straight to the first of them if nothing comes nearer on the way than that share of what needs
-/// no more, `enough`; otherwise by the via points that keep farthest away: those that `led` nearby before
-/// (none if empty), up, across and down, or round to the arm's own side, away from the trunk. The route's
-/// reach is that of the straight way when none of them helps.
+/// As `straight_route`, going straight to the first pose if the clearance on the way is at least the share
+/// `enough` of what is sufficient; otherwise through the via points with the most clearance: those of `led`,
+/// which led nearby before (none if empty), up, across and down, or around on the arm's own side, away from
+/// the trunk. If none of them helps, the route's reach is that of the straight way.
 [[nodiscard]] Route find_route(motion::HandMotion& hand, std::span<const Eigen::Isometry3d> way,
                                const motion::MotionLimits& limits, double enough,
                                std::span<const Eigen::Isometry3d> led = {});

@@ -21,7 +21,7 @@ void SelfFilter::remove(const motion::KinematicTree& measured, const Eigen::Isom
     const Eigen::Vector3f middle_C = X_CS.translation();
     const Eigen::Isometry3f X_SC = X_CS.inverse();
     for (Eigen::Vector3f& p_C : cloud.points) {
-      // False for what is NaN already.
+      // False for points that are already NaN.
       if (!((p_C - middle_C).squaredNorm() < within * within)) continue;
       const Eigen::Vector3d p_S = (X_SC * p_C).cast<double>();
       if ((p_S - shape.nearest_S(p_S)).norm() - shape.rounding < kOff)

@@ -10,15 +10,15 @@
 
 namespace walkman::regrasp {
 
-/// Takes what the camera sees of the robot itself out of a cloud, by the collision shapes of the URDF: a hand
-/// beside a table as high as itself would otherwise be more of that table.
+/// Removes the robot itself from a cloud, using the collision shapes of the URDF: a hand beside a table as
+/// high as itself would otherwise be taken for part of that table.
 class SelfFilter {
  public:
   explicit SelfFilter(const RobotModel& model);
 
-  /// Makes points on the robot as `measured` has it, or within 3 cm of it, NaN: as far as the zeros of its
-  /// joints, the camera's mounting and a matcher's fattened edges can put them. `X_TC` is the camera in the
-  /// frame of `measured`, at the cloud's exposure.
+  /// Sets points on the robot as posed in `measured`, or within 3 cm of it, to NaN: joint zero errors, the
+  /// camera's mounting and a matcher's edge fattening can displace them that far. `X_TC`: pose of the camera
+  /// in the frame of `measured` at the cloud's exposure.
   void remove(const motion::KinematicTree& measured, const Eigen::Isometry3d& X_TC,
               camera::OrganizedCloud& cloud) const;
 

@@ -9,29 +9,29 @@
 namespace walkman::regrasp {
 namespace {
 
-// Between a hanging robot's feet and a standing one's there is all its weight.
+// The loads on a hanging robot's feet and on a standing one's differ by all of its weight.
 constexpr double kStandingShare = 0.5;
-constexpr double kFallen = 0.25;     // rad between what the inertial unit and the feet call upright
+constexpr double kFallen = 0.25;  // rad between the upright directions by the inertial unit and by the feet
 constexpr double kEffortTime = 0.2;  // s, time constant of the mean
-// Of the continuous torque: with a fifth more heat than a motor can give off it lasts for a minute, which is
-// what a lift, the turns and the weighing take.
+// Share of the continuous torque: with a fifth more heat than a motor can dissipate, it lasts for a minute,
+// which is how long a lift, the turns and the weighing take.
 constexpr double kForAMinute = 1.1;
 
-// rad that a joint may be away from its set-point after a recovery: about what the softest spring of an arm
-// gives under its peak torque. The set-points go on from where they were; up to here they are led back to, at
-// no more than 0.1 rad/s, for a jump would be a blow to a standing robot's feet.
+// rad that a joint may be off its set-point after a recovery: about the deflection of an arm's softest spring
+// under its peak torque. The set-points continue from where they were; offsets up to this are led back, at no
+// more than 0.1 rad/s, because a jump would be a shock to a standing robot's feet.
 constexpr double kStillThere = 0.1;
 constexpr double kLedBackIn = 2;  // s
 
-// rad that an encoder may be off: it moves the hand of a stretched arm by the 2 cm that the method tells
-// grasps apart by.
+// rad that an encoder may be off: this moves the hand of a stretched arm by 2 cm, the distance by which the
+// method tells grasps apart.
 constexpr double kSoundEncoder = 0.03;
 
-constexpr int kMostRecoveries = 3;    // per run; what fails more often is broken
+constexpr int kMostRecoveries = 3;    // per run; anything that fails more often is broken
 constexpr int kRecoveryAttempts = 2;  // each as long as a boot may take
 
-/// Recovered from is what a device, a bus or a link has lost and may have again. What was commanded, computed
-/// or measured wrong would come again.
+/// Recoverable faults are those in which a device, a bus or a link has lost something that it may regain.
+/// Wrong commands, computations or measurements would recur.
 bool recoverable(robot::FaultKind kind) noexcept {
   using enum robot::FaultKind;
   switch (kind) {
@@ -46,7 +46,7 @@ bool recoverable(robot::FaultKind kind) noexcept {
     case kDataStale:
     case kSensorInvalid:
       return true;
-    case kInterfaceDown:  // of the host: somebody took it away
+    case kInterfaceDown:  // of the host: someone took it down
     case kBusFlooded:
     case kCycleLate:
     case kNotFinite:
@@ -68,7 +68,7 @@ std::size_t place_of(const std::vector<std::string>& names, const std::string& n
 }  // namespace
 
 Reaction reaction_to(robot::FaultKind kind, bool holding) noexcept {
-  // A boot would let go of what the drives carry.
+  // A boot would make the drives let go of their load.
   return recoverable(kind) && !holding ? Reaction::kRecover : Reaction::kStop;
 }
 
@@ -226,7 +226,7 @@ void Session::tick(const std::vector<robot::JointCommand>& commands) {
 
 void Session::read() {
   while (!robot_.read(now_)) {
-    tell_warnings();  // before the fault that may follow from it
+    tell_warnings();  // before the fault that may result from it
     recover();
   }
   tell_warnings();
@@ -253,7 +253,7 @@ void Session::recover() {
     try {
       return robot_.recover(now_);
     } catch (const std::runtime_error& e) {
-      // A boot-up message that was lost with the rest does not come again by itself.
+      // A boot-up message that was lost in the fault is not repeated by itself.
       if (++attempts < kRecoveryAttempts) return false;
       throw RunStopped(fmt::format("{}; not recovered: {}", fault.text, e.what()));
     }

@@ -18,39 +18,39 @@
 
 namespace walkman::regrasp {
 
-/// What is done about a fault of the drivers. In the cycle in which they latch it every drive holds its last
-/// set-point; this follows.
+/// Reaction to a fault of the drivers. In the cycle in which they latch it, every drive holds its last
+/// set-point; the reaction follows.
 enum class Reaction {
-  kRecover,  ///< `Robot::recover`, up to three times per run, and on with the task
+  kRecover,  ///< `Robot::recover`, up to three times per run; the task continues
   kStop,     ///< safe stop: quick stop, brakes; the run ends with the fault's sentence
 };
 
-/// docs/driver_faults.md has the table. `holding`: there is an object in the hand.
+/// Returns the reaction as in the table of docs/driver_faults.md. `holding`: there is an object in the hand.
 [[nodiscard]] Reaction reaction_to(robot::FaultKind kind, bool holding) noexcept;
 
-/// By when a reaction has done its part, s after the fault was latched. A recovery: its attempts, and the
-/// time in which the joints are led back. A stop: standstill; a quick stop at 40 rad/s² (6085h) ends a
-/// joint's own motion within 0.1 s, and the body's swing on its springs, whose slowest sway has a period of
-/// 0.8 s, falls under what counts (0.02 rad) within about one.
+/// Time within which a reaction is complete, s after the fault was latched. Recovery: its attempts, and the
+/// time in which the joints are led back. Stop: standstill; a quick stop at 40 rad/s² (6085h) ends a joint's
+/// own motion within 0.1 s, and the body's swing on its springs, whose slowest sway has a period of 0.8 s,
+/// falls below the relevant level (0.02 rad) within about one second.
 [[nodiscard]] double reacted_within(Reaction reaction) noexcept;
 
-/// The robot over the wire, one cycle at a time, with its kinematics posed by what the drives report.
+/// The robot on its buses, one cycle at a time, with its kinematics posed from the drives' readings.
 class Session {
  public:
-  /// References are kept. Works with the first of the robot's hands until `use`. Throws std::runtime_error
-  /// when it has none, or one without mass.
+  /// Keeps references. Works with the first of the robot's hands until `use`. Throws std::runtime_error if it
+  /// has none, or one without mass.
   Session(const KnownRobot& known, robot::Robot& robot, robot::Cycle& cycle, Observer& observer);
 
-  /// Boots every node, and finds out whether the robot stands: its feet's sensors then carry most of its
-  /// weight. Throws RunStopped with the reason.
+  /// Boots every node and determines whether the robot stands: its feet's sensors then carry most of its
+  /// weight. Throws RunStopped with the reason on failure.
   void boot();
 
-  /// Works with another hand; to be called while neither holds anything.
+  /// Switches to another hand. Call only while neither holds anything.
   void use(const HandParts& hand);
 
-  /// One cycle: sends the commands, waits, reads. When the drivers latch a fault that `Robot::recover` can
-  /// undo while nothing is held, it first gets back what was lost, which takes many cycles. Throws RunStopped
-  /// for every other fault, when that does not succeed, and when the robot falls.
+  /// Runs one cycle: sends the commands, waits, reads. If the drivers latch a fault that `Robot::recover` can
+  /// undo while nothing is held, recovers first, which takes many cycles. Throws RunStopped for every other
+  /// fault, if the recovery fails, and if the robot falls.
   void tick(const std::vector<robot::JointCommand>& commands);
 
   /// The hand's set-point from the next cycle on: closure 0 open .. 1 closed, torque limit as a share of the
@@ -59,42 +59,43 @@ class Session {
     closure_ = closure;
     grip_torque_ = torque_limit;
   }
-  /// Tells the observer.
+  /// Notifies the observer.
   void enter(Phase phase);
 
-  /// Whether the hand is closing on an object, or has one: a fault then ends the run, for the arm would let
-  /// go or sag.
+  /// Sets whether the hand is closing on an object or holds one: a fault then ends the run, because the arm
+  /// would let go or sag.
   void set_holding(bool holding) { holding_ = holding; }
-  /// How often something was got back so far. What was measured across one is not to be used.
+  /// Number of recoveries so far. Measurements that span one must not be used.
   [[nodiscard]] int recoveries() const { return recoveries_; }
 
   [[nodiscard]] Time now() const { return now_; }          ///< of the last cycle
   [[nodiscard]] double period() const { return period_; }  ///< s
-  /// Of a robot that stands on its feet, since `boot`; none for one whose base is held.
+  /// Stance of a robot that stands on its feet, set by `boot`; empty for one whose base is held.
   [[nodiscard]] const std::optional<motion::Stance>& stance() const { return stance_; }
-  /// Posed in the stance T, or in the base where that is held.
+  /// Measured kinematics, posed in the stance frame T, or in the base frame if the base is held.
   [[nodiscard]] const motion::KinematicTree& measured() const { return measured_; }
-  /// Of a robot that stands, of the last cycle.
+  /// Balance of a standing robot in the last cycle.
   [[nodiscard]] motion::BalanceReading balance() const;
   [[nodiscard]] const std::vector<std::string>& joint_names() const { return robot_.joint_names(); }
   /// Measured, rad, joint_names order.
   [[nodiscard]] const Eigen::VectorXd& link_positions() const { return q_; }
-  /// A joint of the arm that gives more torque than its motor can for a minute.
+  /// A joint of the arm that gives more torque than its motor can sustain for a minute.
   struct Overload {
     std::string_view joint;
     double torque = 0, most = 0;  ///< N·m
   };
-  /// By the mean torque of the last tenths of a second.
+  /// Returns an overload by the mean torque of the last tenths of a second.
   [[nodiscard]] std::optional<Overload> overload() const { return overload(mean_torques_); }
-  /// By torques of all joints, N·m, joint_names order.
+  /// Returns an overload by torques of all joints, N·m, joint_names order.
   [[nodiscard]] std::optional<Overload> overload(const Eigen::VectorXd& torques) const;
-  /// Of a robot at rest: throws RunStopped when a joint's spring carries another torque than the posture and
-  /// the ground make. Both of the joint's encoders make that torque, so one of them is off.
+  /// For a robot at rest: throws RunStopped if the torque of a joint's spring differs from that caused by
+  /// posture and ground. The spring's torque is computed from both of the joint's encoders, so one of them is
+  /// off.
   void require_sound_encoders() const;
-  /// Of a robot at rest that nothing touches.
+  /// Call with the robot at rest and nothing touching it.
   void begin_to_watch_arms();
-  /// One sentence when something touches an arm, in use or not, other than at its hand; told again when it
-  /// grows.
+  /// Returns one sentence if something touches an arm, in use or not, anywhere but at its hand; reports it
+  /// again if it grows.
   [[nodiscard]] std::optional<std::string> new_touch();
   [[nodiscard]] const Wrench& F_So_S() const;  ///< raw reading of the wrist sensor S
   [[nodiscard]] double hand_closure() const;   ///< of the fingers, 0 open .. 1 closed
@@ -107,8 +108,8 @@ class Session {
  private:
   void read();
   void recover();
-  /// After a recovery: set-points begin where the joints are now and come back to what is commanded. Throws
-  /// RunStopped when a joint is too far from there.
+  /// After a recovery: set-points start at the present joint positions and return to the commanded ones.
+  /// Throws RunStopped if a joint is too far from there.
   void begin_to_lead_back(const std::string& fault);
   void lead_back();
   void tell_warnings();
@@ -119,7 +120,7 @@ class Session {
   [[nodiscard]] Eigen::Vector3d up_by_unit_T() const;
   void watch_tilt() const;
   [[nodiscard]] std::array<motion::FootLoad, motion::Stance::kFeet> foot_loads() const;
-  /// Throws RunStopped when the feet's sensors contradict the robot's weight or their soles.
+  /// Throws RunStopped if the feet's sensors contradict the robot's weight or their soles.
   void watch_feet();
   void watch_arms();
 
@@ -129,19 +130,19 @@ class Session {
   HandParts parts_;
   motion::KinematicTree measured_;
   std::optional<motion::Stance> stance_;
-  std::optional<motion::FeetCheck> feet_check_;  // with it
-  /// An arm that works, in use or not, and its wrist's sensor.
+  std::optional<motion::FeetCheck> feet_check_;  // set with the stance
+  /// A working arm, in use or not, and its wrist sensor.
   struct Arm {
     wrench::ArmCheck check;
     std::size_t sensor = 0;
   };
   std::vector<Arm> arms_;
-  std::vector<std::size_t> foot_sensors_;                // none when the robot has no such sensors
-  const cia404::InertialUnit* inertial_unit_ = nullptr;  // none when the robot has no such sensor
+  std::vector<std::size_t> foot_sensors_;                // empty if the robot has no such sensors
+  const cia404::InertialUnit* inertial_unit_ = nullptr;  // null if the robot has no such sensor
   std::vector<int> foot_sensor_links_;
   int inertial_link_ = -1;
   Eigen::VectorXd q_;
-  /// A joint of the arm in use, and what it may give in the mean, N·m.
+  /// A joint of the arm in use, and the mean torque it may give, N·m.
   struct Effort {
     std::size_t joint = 0;
     double most = 0;
@@ -154,9 +155,9 @@ class Session {
   int grasp_link_ = -1, sensor_link_ = -1, camera_link_;
   double hand_travel_ = 1;                      // rad of the synergy motor
   std::vector<robot::JointCommand> commanded_;  // of the last cycle
-  std::vector<robot::JointCommand> sent_;       // the same, led back to
-  std::vector<double> away_;                    // rad, of each joint from its set-point when it was recovered
-  double away_for_ = 0;                         // s until that is made up
+  std::vector<robot::JointCommand> sent_;       // the same, with the offsets that are led back
+  std::vector<double> away_;  // rad, offset of each joint from its set-point when it was recovered
+  double away_for_ = 0;       // s until that is gone
   bool holding_ = false;
   int recoveries_ = 0;
   double closure_ = 0, grip_torque_ = 0.1;

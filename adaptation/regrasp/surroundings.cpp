@@ -10,20 +10,20 @@
 namespace walkman::regrasp {
 namespace {
 
-constexpr double kUnseenEdge = 0.01;  // m by which a table may reach beyond its points
-constexpr double kUnseenSide = 0.4;   // m by which it may go on where it is hidden: as far as an elbow swings
-constexpr double kFacing = 0.7;       // cosine: a table is turned by less than that
+constexpr double kUnseenEdge = 0.01;  // m by which a table may extend beyond its points
+constexpr double kUnseenSide = 0.4;   // m by which it may continue where hidden: as far as an elbow swings
+constexpr double kFacing = 0.7;       // cosine: a table is turned by less than this
 constexpr double kShortEdge = 0.1;    // m
 constexpr double kHandRoom =
-    0.09;  // m along a handle from the middle of a hand: half a palm and what arms keep off
-constexpr double kOverHandle = 0.02;  // m over a handle; what is lower is passed over
-// In the image of the plane at 1 m: what is in one row; what belongs to an edge, of which the sampling leaves
-// a point every 2 cm; and how far beside an edge there is something to see, for left of what is 0.6 m away a
-// stereo camera with 7 cm between its eyes is blind so far.
+    0.09;  // m along a handle from the middle of a hand: half a palm plus the margin of arms
+constexpr double kOverHandle = 0.02;  // m above a handle; the hand passes over anything lower
+// In the image plane at 1 m: extent of a row; extent of an edge, of which the sampling leaves a point every
+// 2 cm; and how far beside an edge something is visible, since a stereo camera with a baseline of 7 cm is
+// blind that far to the left of an object 0.6 m away.
 constexpr float kRow = 0.01F, kOfEdge = 0.03F, kInSight = 0.15F;
 
-/// Where the edge of a table that faces the camera runs to, to the right, in C: the way the table goes on
-/// beside the image. The camera's own right is not, where the head is turned.
+/// Direction, to the right, of the table's edge that faces the camera, in C: the way in which the table
+/// continues beyond the image. With the head turned, it is not the camera's own right.
 Eigen::Vector3d along_near_edge(const perception::Plane& table, const Eigen::Vector3d& middle_C) {
   const Eigen::Vector3d right_C = (Eigen::Vector3d::UnitX() - table.n_C.x() * table.n_C).normalized();
   const Eigen::Vector3d away_C = (Eigen::Vector3d::UnitZ() - table.n_C.z() * table.n_C).normalized();
@@ -39,10 +39,10 @@ Eigen::Vector3d along_near_edge(const perception::Plane& table, const Eigen::Vec
   return along_C.norm() > kShortEdge ? along_C.normalized() : right_C;
 }
 
-/// The hull of a table, in C, as far as it may reach.
+/// Hull of a table, in C, as far as it may extend.
 std::vector<Eigen::Vector3d> whole_table(const perception::Plane& table,
                                          const camera::OrganizedCloud& cloud) {
-  std::vector<Eigen::Vector2f> image;  // of the plane at 1 m, to the right and down
+  std::vector<Eigen::Vector2f> image;  // image plane at 1 m, right and down
   image.reserve(cloud.points.size());
   for (const Eigen::Vector3f& p : cloud.points)
     if (std::isfinite(p.x())) image.emplace_back(p.head<2>() / p.z());
@@ -67,8 +67,8 @@ std::vector<Eigen::Vector3d> whole_table(const perception::Plane& table,
   return out;
 }
 
-/// A column from the table, which is `ground` (m) along up_T, as high as the highest of the points and as
-/// wide as all; none where they are too few, or seen edge on: too narrow to be in the way.
+/// Adds a column on the table, which is at `ground` (m) along up_T, as high as the highest of the points and
+/// as wide as all of them; none if they are too few, or seen edge-on: too narrow to be in the way.
 void add_column(std::vector<Eigen::Vector3d> points_T, const Eigen::Vector3d& up_T, double ground,
                 const char* name, std::vector<motion::NamedObstacle>& out) {
   double highest = -std::numeric_limits<double>::infinity();

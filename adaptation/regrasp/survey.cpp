@@ -8,7 +8,7 @@ namespace {
 
 constexpr double kTurn = 0.25;        // rad; the object moves by a quarter of the image
 constexpr double kSpindleRate = 0.6;  // rad/s: a scan every 0.9 degrees
-constexpr double kSweepTimeout = 15;  // s, three times as long as half a turn takes
+constexpr double kSweepTimeout = 15;  // s, three times the duration of half a turn
 constexpr double kWait = 0.05;        // s
 
 }  // namespace

@@ -12,27 +12,27 @@
 
 namespace walkman::regrasp {
 
-/// Looks at an object from further poses of the head, and with the camera's laser where it has one (the
-/// paper's future work: several clouds of an object, registered).
+/// Looks at an object from further head poses, and with the camera's laser if it has one (the paper's future
+/// work: several registered clouds of an object).
 class Survey {
  public:
-  /// A cloud without the robot in it, from where it was taken.
+  /// A cloud without the robot in it, and the camera pose it was taken from.
   struct View {
     camera::OrganizedCloud outside;
     Eigen::Isometry3d X_TC;
   };
   struct Found {
     std::vector<View> views;
-    /// Of the laser, from where the head was at first, the robot in it; empty without a laser.
+    /// Cloud of the laser from the initial head pose, with the robot in it; empty without a laser.
     camera::OrganizedCloud sweep;
   };
 
-  /// References are kept. `take` takes a view with the robot at rest.
+  /// Keeps references. `take` takes a view with the robot at rest.
   Survey(Manipulator& manipulator, camera::RangeCamera& camera, std::function<View()> take)
       : manipulator_(manipulator), camera_(camera), take_(std::move(take)) {}
 
-  /// What is seen of `object`, first seen by a camera at X_TC, from around it. The head ends where it was, to
-  /// within what it is made to turn by.
+  /// Returns views of `object`, first seen by a camera at X_TC, from around it. The head ends where it was,
+  /// to within the smallest turn it makes.
   [[nodiscard]] Found around(const Eigen::Isometry3d& X_TC, const perception::SeenObject& object);
 
  private:

@@ -11,17 +11,17 @@
 namespace walkman::regrasp {
 namespace {
 
-constexpr double kMostMisfit = 2;  // sensors of their data sheet come to 0.9, at worst to 1.5
-// How the hand sits on its sensor: screws of both have 0.2 mm of clearance on 45 mm.
+constexpr double kMostMisfit = 2;  // sensors within their data sheet reach 0.9, at worst 1.5
+// Mounting error of the hand on its sensor: the screws of both have 0.2 mm of clearance on 45 mm.
 constexpr double kMountingTurn = 0.005;     // rad
 constexpr double kMountingOrigin = 0.0006;  // m
-// Of a bar: how many radii from its handle's axis it reaches at most; how well its radius is seen; and how
-// straight it is: a tube bends by 0.2 % of its length at most (EN 10219-2), which takes the centre of mass a
-// third as far off the axis in its middle.
+// For a bar: its largest extent from its handle's axis, in radii; the accuracy with which its radius is seen;
+// and its straightness: a tube bends by at most 0.2 % of its length (EN 10219-2), which moves the centre of
+// mass a third of that off the axis at its middle.
 constexpr double kBar = 2;
 constexpr double kRadiusError = 0.001;  // m
 constexpr double kBend = 0.002 / 3;     // of its length
-constexpr double kLongest = 2.0;        // m, of one that goes on where the image ends: more than a hand lifts
+constexpr double kLongest = 2.0;        // m, of one that continues beyond the image: more than a hand lifts
 constexpr double kDensest = 7850;       // kg/m³, steel
 
 wrench::LoadEstimator::DataSheet sensor_of(const StageTwoParameters& parameters) {
@@ -175,7 +175,7 @@ WristScale::Load WristScale::weigh(const MeanReading& level) const {
   const Eigen::Isometry3d &X_TS = session_.X_TS(), &X_TH = session_.X_TH();
   const Eigen::Vector3d down_T = -Eigen::Vector3d::UnitZ();
   const Eigen::Vector3d p_SoHo_T = X_TH.translation() - X_TS.translation();
-  Eigen::Matrix4d slope = Eigen::Matrix4d::Zero();  // over weight and moment
+  Eigen::Matrix4d slope = Eigen::Matrix4d::Zero();  // with respect to weight and moment
   slope.topLeftCorner<3, 1>() = -p_SoHo_T.cross(down_T);
   for (int i = 0; i < 3; ++i) slope.block<3, 1>(0, 1 + i) = X_TS.linear().col(i).cross(down_T);
   slope(3, 0) = 1;
@@ -185,7 +185,7 @@ WristScale::Load WristScale::weigh(const MeanReading& level) const {
 }
 
 void WristScale::require_of_object(const Wrench& F_Ho_T) const {
-  // The gains of force and torque, each as its data sheet has it, over the lever from the sensor.
+  // Gains of force and torque, each by the data sheet, over the lever from the sensor.
   const double lever = (session_.X_TH().translation() - session_.X_TS().translation()).norm();
   require_of_object(F_Ho_T, std::numbers::sqrt2 * parameters_.sensor_gain * lever * F_Ho_T.force.norm());
 }

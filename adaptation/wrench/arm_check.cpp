@@ -9,7 +9,7 @@ namespace walkman::wrench {
 namespace {
 
 constexpr double kMeanTime = 0.25;  // s
-constexpr double kSettled = 0.5;    // s, for a mean that began with one reading
+constexpr double kSettled = 0.5;    // s, settling time of a mean that started from one reading
 
 }  // namespace
 
@@ -40,7 +40,7 @@ void ArmCheck::take(const motion::KinematicTree& posed, const Eigen::VectorXd& t
                     double dt) {
   const double share = taken_for_ == 0 ? 1 : std::min(1.0, dt / kMeanTime);
   taken_for_ += dt;
-  // What the sensor reads beside the hand's own weight, which the arm's already has in it.
+  // Sensor reading without the hand's own weight, which the arm's gravity torques already include.
   const Wrench hand = hand_.F_So_S(posed);
   const Eigen::Matrix3d& R_WS = posed.X_WL(sensor_link_).linear();
   posed.gravity_torques(gravity_);

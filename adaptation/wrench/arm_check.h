@@ -13,37 +13,39 @@
 
 namespace walkman::wrench {
 
-/// Whether something touches an arm between its shoulder and its wrist's force/torque sensor: its joints'
-/// springs then carry more than the arm's weight and what that sensor reads, which is all that hand and
-/// object make. By means over a quarter of a second, and beside what there was at rest: De Luca and
-/// Mattone's residual (ICRA 2005) without its inertial terms, for arms that move slowly.
+/// Detects contact with an arm between its shoulder and its wrist's force/torque sensor: its joints' springs
+/// then carry more than the arm's weight and the load read by that sensor, which is all that hand and object
+/// contribute. Uses means over a quarter of a second, relative to the state at rest: De Luca and Mattone's
+/// residual (ICRA 2005) without its inertial terms, for slowly moving arms.
 class ArmCheck {
  public:
-  /// Of a joint, N·m, without a touch: 4 of the damping that the URDF has at 1.3 rad/s, 4 of accelerating
-  /// an arm of 2 kg·m² by 2 rad/s², 3 of a wrist sensor that is 4 N off at the arm's whole length, 1 of the
+  /// Of a joint's torque without contact, N·m: 4 for the damping in the URDF at 1.3 rad/s, 4 for accelerating
+  /// an arm of 2 kg·m² at 2 rad/s², 3 for a wrist sensor that is 4 N off at the arm's full length, 1 for the
   /// arm's masses.
   static constexpr double kTolerance = 12;
-  /// Of what a joint carries more or less than at rest: how well the constant of its spring is known.
+  /// Fraction of the change of a joint's load since rest: how well its spring constant is known.
   static constexpr double kSpringShare = 0.125;
 
-  /// `arm`: joints, of which those between the root and the sensor are watched. `joint_names`: all that
-  /// torques are told of, in their order. Keeps a reference to `model`. Throws std::runtime_error when
-  /// nothing with mass hangs below the sensor.
+  /// `arm`: joints, of which those between the root and the sensor are monitored. `joint_names`: names of the
+  /// joints whose torques are passed to take(), in the same order. Keeps a reference to `model`. Throws
+  /// std::runtime_error if no link with mass hangs below the sensor.
   ArmCheck(const RobotModel& model, const std::string& sensor_frame, const std::vector<std::string>& arm,
            const std::vector<std::string>& joint_names);
 
-  /// The next reading, `dt` s after the last: joint torques (N·m, joint_names order) of the kinematics
-  /// `posed` upright, and the raw wrench of the wrist's sensor. Allocates nothing.
+  /// Processes the next reading, `dt` s after the last: joint torques (N·m, joint_names order), the
+  /// kinematics `posed` upright, and the raw wrench of the wrist's sensor. Does not allocate.
   void take(const motion::KinematicTree& posed, const Eigen::VectorXd& torques, const Wrench& F_So_S,
             double dt);
-  /// The arm is at rest, and nothing touches it: what its torques are off by now is their zero.
+  /// Call with the arm at rest and free of contact: takes the present deviation of its torques as their zero.
   void take_zero();
-  /// After cycles without a reading: the means begin anew, the zero stays.
+  /// Call after cycles without a reading: restarts the means and keeps the zero.
   void restart() noexcept { taken_for_ = 0; }
 
-  /// One sentence about the joint that carries what cannot be explained; nothing before there is a zero.
+  /// Returns one sentence about a joint with an unexplained load; std::nullopt if there is none, before there
+  /// is a zero, and while the means settle (half a second) or a contact is being accepted.
   [[nodiscard]] std::optional<std::string> touch() const;
-  /// A touch as it is within the next half second is known: told is what comes in addition.
+  /// Accepts the present contact, at its maximum over the next half second, as known: only an increase beyond
+  /// it is reported.
   void accept() noexcept;
 
  private:
@@ -51,7 +53,7 @@ class ArmCheck {
     std::string name;
     Eigen::Index place = 0;
     double carried = 0, expected = 0;       // N·m, means
-    double zero = 0, expected_at_zero = 0;  // N·m: carried less expected
+    double zero = 0, expected_at_zero = 0;  // N·m: carried minus expected
     double accepted = 0;                    // N·m
     [[nodiscard]] double beyond() const { return carried - expected - zero; }
     [[nodiscard]] double most() const;

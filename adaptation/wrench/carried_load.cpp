@@ -1,5 +1,7 @@
 #include "adaptation/wrench/carried_load.h"
 
+#include <cmath>
+
 #include <Eigen/Geometry>
 
 namespace walkman::wrench {
@@ -32,7 +34,7 @@ Wrench shift(const Wrench& F_Po_E, const Eigen::Vector3d& p_PQ_E) {
 
 std::optional<ComLine> com_line(const Wrench& F_Po_E, double min_force) {
   const double norm = F_Po_E.force.norm();
-  if (!(norm >= min_force)) return std::nullopt;
+  if (!(norm >= min_force) || !std::isfinite(norm) || !F_Po_E.torque.allFinite()) return std::nullopt;
   return ComLine{F_Po_E.force.cross(F_Po_E.torque) / (norm * norm), F_Po_E.force / norm};
 }
 
@@ -40,7 +42,7 @@ double distance_of(const ComLine& line, const Eigen::AlignedBox3d& box) {
   const auto at = [&](double along) {
     return box.exteriorDistance(Eigen::Vector3d(line.p_PF + along * line.direction));
   };
-  // The distance is convex along the line, so a third of what is left falls away each time.
+  // The distance is convex along the line, so each iteration discards a third of the remaining interval.
   constexpr double kLength = 100;
   constexpr int kThirds = 60;
   double from = -kLength, to = kLength;

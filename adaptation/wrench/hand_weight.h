@@ -9,17 +9,17 @@
 
 namespace walkman::wrench {
 
-/// The load a hand's own weight puts on the wrist's force/torque sensor, from the URDF's masses and the
-/// present posture. Fingers are where the synergy motor's transmission has them in the mean (the URDF's mimic
-/// joints), or around a handle: a SoftHand's make 0.02 N·m of difference.
+/// Load of a hand's own weight on the wrist's force/torque sensor, from the URDF's masses and the present
+/// posture. The fingers are where the synergy motor's transmission puts them on average (the URDF's mimic
+/// joints), or around a handle: for a SoftHand the difference is 0.02 N·m.
 class HandWeight {
  public:
-  /// Everything the URDF hangs below `sensor_frame`. Keeps a reference to `model`. Throws std::runtime_error
-  /// when that has no mass.
+  /// The hand is everything below `sensor_frame` in the URDF. Keeps a reference to `model`. Throws
+  /// std::runtime_error if it has no mass.
   HandWeight(const RobotModel& model, const std::string& sensor_frame);
 
-  /// From now on the fingers are where they lie around a handle, fixed to the link `hand_link`; none: where
-  /// the motor has them.
+  /// From now on the fingers are placed as they lie around a handle, fixed to the link `hand_link`; if
+  /// `fingers` is empty, where the motor puts them.
   void hold(const std::string& hand_link, std::vector<motion::Grip::Phalanx> fingers);
 
   /// Weight of the hand about So in sensor axes, for posed kinematics of the same model; W has z up.

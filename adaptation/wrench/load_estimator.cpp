@@ -12,12 +12,12 @@ using Eigen::Matrix3d, Eigen::MatrixXd, Eigen::Vector3d, Eigen::VectorXd;
 using Vector6 = Eigen::Matrix<double, 6, 1>;
 using Matrix6 = Eigen::Matrix<double, 6, 6>;
 
-// Places of the unknowns. The last two groups belong to a series.
+// Indices of the unknowns. The last two groups belong to a series.
 constexpr int kCrossTalk = 0;           // 36, by rows
-constexpr int kHandMass = 36;           // of the mass
+constexpr int kHandMass = 36;           // relative error of the mass
 constexpr int kHandCentre = 37;         // 3, m
-constexpr int kTilt = 40;               // 3, rad: by which gravity in S is turned from the model's
-constexpr int kStaying = 43;            // all before
+constexpr int kTilt = 40;               // 3, rad: rotation of gravity in S from the model's
+constexpr int kStaying = 43;            // all of the above
 constexpr int kResidual = kStaying;     // 6
 constexpr int kWeight = kResidual + 6;  // N
 constexpr int kMoment = kWeight + 1;    // 3, N·m
@@ -27,12 +27,13 @@ constexpr int kUnknowns = kMoment + 3;
 constexpr double kMassError = 0.017;    // 20 g of 1.2 kg: cables
 constexpr double kCentreError = 0.003;  // m
 constexpr double kDownError = 0.002;    // rad between two postures: joint zeros of 2.5 mrad
-// rad, per axis, in all postures: a third of the squares of ten joint zeros of 2.5 mrad, and the mountings of
-// the sensor (3.5 mrad, one of seven 10 to 17) and of the inertial unit (2.6 mrad, one of seven 8 to 13).
+// rad, per axis, common to all postures: a third of the squares of ten joint zeros of 2.5 mrad, and the
+// mountings of the sensor (3.5 mrad, one in seven 10 to 17) and of the inertial unit (2.6 mrad, one in seven
+// 8 to 13).
 constexpr double kTiltError = 0.007;
-constexpr double kResidualError = 0.1;  // of the range: next to no information
-constexpr double kMostWeight = 1e4;     // N, and N·m: likewise
-constexpr int kIterations = 4;          // E is small, so the second one hardly moves
+constexpr double kResidualError = 0.1;  // fraction of the range: hardly any information
+constexpr double kMostWeight = 1e4;     // N, and N·m: hardly any information
+constexpr int kIterations = 4;          // E is small, so even the second one changes little
 
 Matrix3d cross(const Vector3d& v) {
   Matrix3d m;
@@ -52,14 +53,14 @@ Matrix6 cross_talk(const VectorXd& unknowns) {
   return E;
 }
 
-/// How the load by weight and moment turns with gravity: over its turn in S, rad.
+/// Derivative of the load of a weight and moment with respect to the rotation of gravity in S, per rad.
 Eigen::Matrix<double, 6, 3> turning(double weight, const Vector3d& moment_S, const Vector3d& down_S) {
   Eigen::Matrix<double, 6, 3> out;
   out << -weight * cross(down_S), -cross(moment_S) * cross(down_S);
   return out;
 }
 
-/// The load by weight and moment.
+/// Derivative of the load with respect to weight and moment.
 Eigen::Matrix<double, 6, 4> hanging(const Vector3d& down_S) {
   Eigen::Matrix<double, 6, 4> out = Eigen::Matrix<double, 6, 4>::Zero();
   out.topLeftCorner<3, 1>() = down_S;
@@ -85,7 +86,7 @@ LoadEstimator::LoadEstimator(const DataSheet& sheet) : sheet_(sheet), deviation_
 
 void LoadEstimator::begin_series() {
   if (!series_.empty()) {
-    // What the series tells of the unknowns that stay: its own ones are eliminated.
+    // Information from the series on the lasting unknowns: its own are eliminated.
     const Fit last = fit();
     constexpr int kOwn = kUnknowns - kStaying;
     const MatrixXd gain = last.information.bottomRightCorner(kOwn, kOwn)
@@ -113,7 +114,7 @@ void LoadEstimator::change_load() {
   std::erase_if(series_, [](const Reading& reading) { return reading.loaded; });
 }
 
-/// Over the readings with the object.
+/// Mean over the readings with the object.
 Vector3d LoadEstimator::mean_down() const {
   Vector3d sum = Vector3d::Zero();
   int count = 0;
@@ -125,7 +126,7 @@ Vector3d LoadEstimator::mean_down() const {
   return count > 0 ? Vector3d(sum / count) : sum;
 }
 
-/// Of the hand by the model, m from So: what fits the series' postures best.
+/// Centre of mass of the hand from the model, m from So: the best fit over the series' postures.
 Vector3d LoadEstimator::hand_centre() const {
   Matrix3d squares = Matrix3d::Zero();
   Vector3d products = Vector3d::Zero();
@@ -137,7 +138,8 @@ Vector3d LoadEstimator::hand_centre() const {
   return squares.completeOrthogonalDecomposition().solve(products);
 }
 
-/// Of the torque, when an object gives way in the hand along what its weight has turned by: N·m, per axis.
+/// Deviation of the torque, N·m per axis, if an object yields in the hand in the direction in which its
+/// weight has turned.
 Vector3d LoadEstimator::swing_of(double weight, const Vector3d& level_S, const Vector3d& down_S) const {
   const Vector3d turn = level_S.cross(down_S);
   if (turn.norm() < 1e-9) return Vector3d::Zero();
@@ -212,7 +214,7 @@ LoadEstimator::Object LoadEstimator::object() const {
 
 LoadEstimator::Object near_plane(LoadEstimator::Object object, const Vector3d& n_S, double offset,
                                  double deviation, double contradiction) {
-  Eigen::Vector4d slope;  // of the weight times the distance from the plane
+  Eigen::Vector4d slope;  // gradient of the weight times the distance from the plane
   slope << -offset, n_S;
   const double off = n_S.dot(object.moment_S) - offset * object.weight;
   const Eigen::Vector4d shared = object.covariance * slope;

@@ -8,61 +8,61 @@
 
 namespace walkman::wrench {
 
-/// Weighs what hangs in a hand by readings of a force/torque sensor that has cross-talk, gain errors and
-/// residuals.
+/// Estimates the load in a hand from the readings of a force/torque sensor that has cross-talk, gain errors
+/// and residuals.
 ///
-/// The sensor S is taken to read (1 + E) load + residual, the load to be the hand's weight and the object's.
-/// The hand's is known from the model, within an error of its mass and centre of mass, and so is where
-/// gravity points in S, within the tilt that joints' zeros and mountings make: readings with the empty hand
-/// in several orientations tell E and tilt; the same object in several orientations tells it apart from what
-/// they make of it. All unknowns are found together, by least squares over the readings (Gauss-Newton: E
-/// times load is a product of two, and so is a weight's turn), with the data sheet as the prior of E, and
-/// what is known of E is kept from one series of readings to the next. The residual is not: it drifts, and a
-/// sensor that booted anew has another.
+/// The sensor S is modelled as reading (1 + E) load + residual, with the load being the hand's weight plus
+/// the object's. The hand's weight is known from the model, up to an error of its mass and centre of mass,
+/// and so is the direction of gravity in S, up to a tilt due to joint zeros and mountings: readings with the
+/// empty hand in several orientations determine E and the tilt; the same object in several orientations can
+/// be told apart from their effects. All unknowns are estimated together, by least squares over the readings
+/// (Gauss-Newton: E times load is a product of two unknowns, and so is the rotation of a weight), with the
+/// data sheet as the prior of E, and what is known of E is kept from one series of readings to the next. The
+/// residual is not: it drifts, and is different after the sensor reboots.
 class LoadEstimator {
  public:
   struct DataSheet {
-    // Standard deviations of E's entries, of a sensor that was calibrated and mounted with care.
+    // Standard deviations of E's entries, for a sensor that was calibrated and mounted with care.
     double gain = 0.015;             ///< of an axis
     double axial_gain = 0.007;       ///< of the force along z
-    double cross_talk = 0.01;        ///< of a force on another, of a torque on another
+    double cross_talk = 0.01;        ///< from one force to another, or one torque to another
     double force_per_torque = 0.3;   ///< 1/m
-    double torque_per_force = 5e-4;  ///< m; its origin's place, too
+    double torque_per_force = 5e-4;  ///< m; includes the position of its origin
     double force_range = 1500;       ///< N
     double torque_range = 35;        ///< N·m
     double force_noise = 0.25;       ///< N, standard deviation of a reading
     double torque_noise = 0.005;     ///< N·m
-    /// With which the hand holds an object, N/m: its own weight moves it in the hand when the hand is turned.
+    /// Of the hand's hold, N/m: when the hand is turned, the object's own weight moves it in the hand.
     double grasp_stiffness = 5000;
   };
 
   explicit LoadEstimator(const DataSheet& sheet);
 
-  /// A new residual, and nothing in the hand.
+  /// Starts a series: with a new residual, and nothing in the hand.
   void begin_series();
 
-  /// Mean of so many readings at rest, and the weight of the hand at that posture by the model; about So in
-  /// S. `down_S`: unit vector of gravity.
+  /// Adds the mean of `count` readings at rest, and the weight of the hand in that posture from the model;
+  /// both about So in S. `down_S`: unit vector of gravity.
   void add_empty(const Wrench& reading_So_S, int count, const Wrench& hand_So_S,
                  const Eigen::Vector3d& down_S);
-  /// The same with the object in the hand, in which it must not slip during a series.
+  /// The same with the object in the hand, where it must not slip during a series.
   void add_loaded(const Wrench& reading_So_S, int count, const Wrench& hand_So_S,
                   const Eigen::Vector3d& down_S);
 
-  /// What is in the hand is another object from now on: readings with the last one go.
+  /// Call when the hand holds another object from now on: discards the readings with the previous one.
   void change_load();
 
   struct Object {
     double weight = 0;  ///< N
-    /// Weight times the centre of mass seen from So, N·m.
+    /// Weight times the centre of mass relative to So, N·m.
     Eigen::Vector3d moment_S = Eigen::Vector3d::Zero();
-    /// How far readings and data sheet are from what the fit makes of them: root of the sum of squares per
-    /// value read, in their standard deviations. About 1 at most when the sensor is what its data sheet says.
+    /// Deviation of readings and data sheet from the fit: root of the sum of squares per value read, in
+    /// standard deviations. At most about 1 if the sensor is as in its data sheet.
     double misfit = 0;
-    /// Of weight (N) and moment (N·m), by data sheet, model and readings.
+    /// Of weight (N) and moment (N·m), from data sheet, model and readings.
     Eigen::Matrix4d covariance = Eigen::Matrix4d::Zero();
   };
-  /// The object of this series; needs readings with and without it.
+  /// Returns the object of this series; needs readings with and without it.
   [[nodiscard]] Object object() const;
 
  private:
@@ -85,17 +85,17 @@ class LoadEstimator {
                                          const Eigen::Vector3d& down_S) const;
 
   DataSheet sheet_;
-  // Of what stays from series to series: E by rows, the hand's relative error of mass, that of its centre of
-  // mass, the tilt. Information matrix, and that times the mean.
+  // Unknowns kept from series to series: E by rows, the hand's relative mass error, the error of its centre
+  // of mass, the tilt. Information matrix, and its product with the mean.
   Eigen::VectorXd deviation_;  // standard deviations before any reading
   Eigen::MatrixXd information_;
   Eigen::VectorXd weighted_;
   std::vector<Reading> series_;
 };
 
-/// The object when its centre of mass is known to lie near the plane n·p = `offset` (m) in S, within the
-/// standard deviation `deviation` (m): the weighted mean of both. The object as it is when they are apart by
-/// more than `contradiction` of their common standard deviations.
+/// Returns the object given that its centre of mass lies near the plane n·p = `offset` (m) in S, with
+/// standard deviation `deviation` (m): the weighted mean of both. Returns it unchanged if they differ by more
+/// than `contradiction` of their combined standard deviations.
 [[nodiscard]] LoadEstimator::Object near_plane(LoadEstimator::Object object, const Eigen::Vector3d& n_S,
                                                double offset, double deviation, double contradiction);
 

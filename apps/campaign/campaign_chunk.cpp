@@ -23,7 +23,7 @@
 namespace walkman::apps {
 namespace {
 
-constexpr double kWallPerCpu = 6;  // other processes want the cores as well
+constexpr double kWallPerCpu = 6;  // other processes need the cores as well
 
 using How = ChildEnd::How;
 
@@ -39,14 +39,14 @@ RepetitionOptions options_of(const CampaignPlan& plan, const Twin& twin, const s
   return options;
 }
 
-/// Thrown in the parent when nothing is left to fork: the twin has done its part. No std::exception, for it
-/// is no error.
+/// Thrown in the parent when nothing is left to fork: the twin has done its part. Not a std::exception,
+/// because it is not an error.
 struct AllForked {};
 
-/// The twin, and in a child of it the run.
+/// The watch of the twin and, in a forked child, of the run.
 class ForkingWatch : public TruthWatch {
  public:
-  /// `write_end` writes the record of a run whose child did not come to its end.
+  /// `write_end` writes the record of a run whose child did not finish.
   ForkingWatch(const GoldenTrace& golden, const std::filesystem::path& sensors,
                std::vector<const CampaignRun*> waiting, const ChildLimits& limits,
                std::function<void(const CampaignRun&, const ChildEnd&)> write_end)
@@ -80,7 +80,7 @@ class ForkingWatch : public TruthWatch {
     throw AllForked{};
   }
 
-  /// Which run this process is; null: the twin.
+  /// Returns the run that this process executes; null for the twin.
   [[nodiscard]] const CampaignRun* run() const { return run_; }
 
  private:
@@ -109,7 +109,7 @@ class ChunkRunner {
     settle_without_running(waiting);
     if (!waiting.empty()) run_twin(waiting);
     waiting = missing();
-    // What the golden twin came to and this one did not.
+    // The golden twin reached the phases of these runs, and this one did not.
     for (const CampaignRun* run : waiting) invalid(*run, "the golden twin was not the same once more");
   }
 
@@ -145,7 +145,7 @@ class ChunkRunner {
     throw std::logic_error(what);
   }
 
-  /// Ends this process, which is a child.
+  /// Runs `job` and ends this process, which is a child.
   template <typename Job>
   [[noreturn]] static void end_child(const Job& job) {
     try {
@@ -157,7 +157,8 @@ class ChunkRunner {
     _exit(kOk);
   }
 
-  /// Runs whose class is known: the golden twin cannot be compared with, or never comes to the phase.
+  /// Settles the runs whose class is known beforehand: the golden twin is unfit for comparison, or never
+  /// reaches the phase.
   void settle_without_running(std::vector<const CampaignRun*>& waiting) const {
     const auto unfit = unfit_golden(golden_);
     std::erase_if(waiting, [&](const CampaignRun* run) {
@@ -204,7 +205,7 @@ class ChunkRunner {
         write_record(*watch.run(), checked, {});
       });
     }
-    if (watch.run() == nullptr) return;  // not the same as before
+    if (watch.run() == nullptr) return;  // the twin did not repeat the golden run
     end_child([&] {
       const CampaignRun& run = *watch.run();
       write_record(run, check_run(watch.observation(), golden_, run.fault, bus_of(run.fault.target)),
@@ -225,7 +226,7 @@ class ChunkRunner {
                to_json(record_of(folder_.plan(), run, checked, std::move(observation))).dump(2) + "\n");
   }
 
-  /// The interface of the bus that a device is on, or that is called so.
+  /// Returns the interface of the bus that the device is on, or of the bus of that name.
   [[nodiscard]] std::string bus_of(const std::string& target) const {
     for (const Bus& bus : robot_.devices.buses) {
       if (bus.name == target) return bus.interface;

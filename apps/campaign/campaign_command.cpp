@@ -41,7 +41,7 @@ std::string time_text(double seconds) {
   return seconds < 90 ? fmt::format("{:.0f} s", seconds) : fmt::format("{:.0f} min", seconds / 60);
 }
 
-/// Writes the report of what there is and prints it.
+/// Writes and prints the report of the results so far.
 void report(const CampaignFolder& folder, bool as_json) {
   const CampaignReport report = campaign_report(folder);
   const std::string json = to_json(report).dump(2) + "\n";
@@ -55,10 +55,10 @@ void report(const CampaignFolder& folder, bool as_json) {
   }
 }
 
-/// First one of each twin: what runs at the same time then has not the same golden run to do.
+/// The first chunk of each twin comes first, so that concurrent processes do not run the same golden twin.
 std::vector<std::size_t> chunks_to_do(const CampaignFolder& folder) {
   const std::vector<CampaignChunk>& all = folder.plan().chunks;
-  std::vector<std::pair<std::size_t, std::size_t>> places;  // among those of its twin, and its number
+  std::vector<std::pair<std::size_t, std::size_t>> places;  // place within its twin, and chunk number
   std::size_t place = 0;
   for (std::size_t i = 0; i < all.size(); ++i) {
     place = i > 0 && all[i].twin == all[i - 1].twin ? place + 1 : 0;
@@ -103,7 +103,7 @@ int run_campaign(const CampaignCommandLine& options) {
     std::string rate;
     if (fresh > 0) {
       rate = fmt::format(": {:.0f} an hour", 3600 * static_cast<double>(fresh) / std::max(1.0, taken()));
-      if (options.engine != "slurm" && !interrupted)  // else it has not waited for all of them
+      if (options.engine != "slurm" && !interrupted)  // otherwise not all of them have been waited for
         rate += fmt::format(", {:.1f} s of CPU time each", cpu / static_cast<double>(fresh));
     }
     say(fmt::format("{} of {} runs done, {} of them now in {}{}", folder.done(), folder.all(), fresh,

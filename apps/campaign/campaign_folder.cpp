@@ -27,7 +27,7 @@ std::string text_of(const fs::path& file) {
   return {std::istreambuf_iterator<char>(in), {}};
 }
 
-/// What its results depend on: this program, its data and the plan with its scenes.
+/// What the results depend on: this program, its data and the plan with its scenes.
 std::string inputs_of(const fs::path& plan_file, const CampaignPlan& plan, const fs::path& data) {
   std::vector<fs::path> places = {data / "urdf", data / "adaptation", data / "emulator"};
   for (const Twin& twin : plan.twins) places.push_back(twin.scene);

@@ -10,18 +10,18 @@
 
 namespace walkman::apps {
 
-/// The folder of a campaign: its plan, its golden twins, and a folder for each run with the fault as a plan
-/// of its own and, once the run is done, its record. Every file comes whole under its name, and is written by
-/// whoever is first; another who does the same writes the same.
+/// The folder of a campaign: its plan, its golden twins, and a folder for each run with its fault as a
+/// separate fault plan and, once the run is done, its record. Every file appears under its name only when
+/// complete, written by whichever process is first; another process doing the same work writes the same.
 class CampaignFolder {
  public:
-  /// Puts a campaign there, unless the same is there already. Throws EnvironmentError when nothing can be
-  /// written, and std::runtime_error as load_campaign_plan, or when another campaign is there, or one of
-  /// another program.
+  /// Creates a campaign in `folder` unless the same one exists already. Throws EnvironmentError if nothing
+  /// can be written, and std::runtime_error as load_campaign_plan does or if the folder holds another
+  /// campaign or one created by another program.
   [[nodiscard]] static CampaignFolder prepare(const std::filesystem::path& folder,
                                               const std::filesystem::path& plan_file);
-  /// Opens one. Throws std::runtime_error when there is none, or it is another program's. A campaign's report
-  /// alone may be of another program: `for_report`.
+  /// Opens a campaign. Throws std::runtime_error if there is none, or if it was created by another program.
+  /// `for_report`: also accept one of another program, only to report on it.
   [[nodiscard]] static CampaignFolder open(const std::filesystem::path& folder, bool for_report = false);
 
   [[nodiscard]] const std::filesystem::path& path() const { return folder_; }
@@ -33,13 +33,13 @@ class CampaignFolder {
   [[nodiscard]] std::filesystem::path trace(std::size_t twin) const;
 
   [[nodiscard]] bool done(const CampaignChunk& chunk) const;
-  /// How many runs and golden runs have come to an end.
+  /// Number of runs and golden runs that have finished.
   [[nodiscard]] std::size_t done() const;
-  /// How many there are to be.
+  /// Number of runs and golden runs planned.
   [[nodiscard]] std::size_t all() const { return plan_.runs.size() + plan_.twins.size(); }
-  /// Throws std::runtime_error with the file's name when a file is no record.
+  /// Throws std::runtime_error with the file's name if a file is not a record.
   [[nodiscard]] std::vector<RunRecord> records() const;
-  /// Of each twin, if there is one.
+  /// The observation of each twin, if it exists.
   [[nodiscard]] std::vector<std::optional<RunObservation>> goldens() const;
 
  private:
@@ -52,8 +52,8 @@ class CampaignFolder {
   CampaignPlan plan_;
 };
 
-/// Writes a file whole, under a name that nobody else has meanwhile, and gives it its own. Makes its folder.
-/// Throws EnvironmentError.
+/// Writes a complete file under a unique temporary name, then renames it. Creates its folder. Throws
+/// EnvironmentError.
 void write_once(const std::filesystem::path& file, std::string_view text);
 
 }  // namespace walkman::apps

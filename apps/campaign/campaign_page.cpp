@@ -27,7 +27,7 @@ code{font-size:12px;background:#f4f4f4;padding:.1rem .3rem;overflow-wrap:anywher
 .quiet{color:#777}
 )";
 
-/// From what is well to what must not be.
+/// Listed from good to unacceptable.
 struct ClassColour {
   RunClass run_class;
   const char* colour;
@@ -56,7 +56,7 @@ std::string colour_bar(const RunGroup& group) {
   return bar + "</div>\n" + keys + "</p>\n";
 }
 
-/// The colour of the worst class that a group has.
+/// The colour of the worst class in a group.
 const char* worst_colour(const RunGroup& group) {
   const char* colour = "#ffffff";
   for (const ClassColour& one : kColours)
@@ -70,7 +70,7 @@ bool is_dark(const RunGroup& group) {
          0;
 }
 
-/// Most of what a cell has is well: what is not stands out by its number.
+/// Shows how many runs have the worst class: most runs of a cell end well, so the others stand out.
 std::string heat_cell(const RunGroup& group) {
   std::string title, text;
   for (const ClassColour& one : kColours)

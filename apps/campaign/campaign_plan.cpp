@@ -22,8 +22,8 @@ namespace walkman::apps {
 namespace {
 
 constexpr double kLongestFault = 1e6;      // s
-constexpr double kDefaultTimeLimit = 600;  // s of CPU time: some twenty times what a whole run takes
-constexpr int kDefaultChunk = 40;          // runs: some minutes
+constexpr double kDefaultTimeLimit = 600;  // s of CPU time: about twenty times that of a whole run
+constexpr int kDefaultChunk = 40;          // runs: a few minutes
 constexpr int kMostRuns = 1'000'000;
 
 const std::vector<std::string> kDirections = {"both", "from", "to"};
@@ -35,8 +35,8 @@ struct FaultEntry {
   std::vector<std::vector<double>> values;  // of each parameter
   faults::Direction direction = faults::Direction::kBoth;
   std::vector<std::optional<double>> lasts;
-  std::vector<PhaseBegin> phases;        // with the times after their beginning
-  std::vector<std::string> experiments;  // that it is for; none: all
+  std::vector<PhaseBegin> phases;        // including the delays after their start
+  std::vector<std::string> experiments;  // to which it applies; none: all
   std::string where;
 };
 
@@ -149,8 +149,8 @@ std::vector<std::vector<double>> sizes_of(const FaultEntry& entry) {
   return out;
 }
 
-/// How many runs `expand` makes of an entry. A number with a fraction: a short plan can ask for more than
-/// integers count.
+/// Number of runs into which `expand` expands an entry. Floating-point, because a short plan can ask for more
+/// than integers can count.
 double count_of(const FaultEntry& entry) {
   double count = static_cast<double>(entry.targets.size()) * static_cast<double>(entry.lasts.size()) *
                  static_cast<double>(entry.phases.size());
@@ -158,7 +158,7 @@ double count_of(const FaultEntry& entry) {
   return count;
 }
 
-/// All of an entry on one twin, without numbers.
+/// Appends all faults of an entry for one twin, not yet numbered.
 void expand(const FaultEntry& entry, std::uint64_t seed, std::vector<faults::Injection>& out) {
   for (const std::string& target : entry.targets)
     for (const std::vector<double>& size : sizes_of(entry))
@@ -213,7 +213,7 @@ Seeds read_seeds(const YamlMap& root) {
   return out;
 }
 
-/// Before anything is made of it.
+/// Checks the size before anything is expanded.
 void require_size(const YamlMap& root, const std::vector<std::string>& experiments, const Seeds& seeds,
                   const std::vector<FaultEntry>& entries) {
   double runs = 0;
@@ -225,8 +225,8 @@ void require_size(const YamlMap& root, const std::vector<std::string>& experimen
   if (runs > kMostRuns) root.fail("faults", fmt::format("more than {} runs in all", kMostRuns));
 }
 
-/// By name alone: the plan is read again from the campaign's folder, where a file's path would lead
-/// elsewhere.
+/// Accepts a layout by name only: the plan is read again from the campaign's folder, where a file path would
+/// point elsewhere.
 void require_layout(const YamlMap& root, const std::string& layout, const KnownRobot& robot) {
   if (layout.empty()) return;
   std::vector<std::string> names;
@@ -298,7 +298,7 @@ CampaignPlan load_campaign_plan(const std::filesystem::path& file, const std::fi
       for (const FaultEntry& entry : entries)
         if (i < seeds.count && is_for(entry, experiment)) expand(entry, plan.twins.back().seed, all);
       for (const faults::Injection& one : all) faults::require_target(one, targets);
-      // As a run comes to them, so that what runs together has most of its way in common.
+      // In the order in which a run reaches them, so that the runs of a chunk share most of their course.
       std::stable_sort(all.begin(), all.end(), [](const auto& a, const auto& b) {
         return std::pair(a.phase->occurrence, place_of(a.phase->phase)) <
                std::pair(b.phase->occurrence, place_of(b.phase->phase));

@@ -12,7 +12,7 @@
 namespace walkman::apps {
 namespace {
 
-constexpr double kTail = 0.025;  // either side of 95 %
+constexpr double kTail = 0.025;  // on either side of 95 %
 
 /// From worst to best.
 constexpr std::array kSeverity = {RunClass::kSilentWrong,  RunClass::kDamage,    RunClass::kCrash,
@@ -22,7 +22,7 @@ constexpr std::array kSeverity = {RunClass::kSilentWrong,  RunClass::kDamage,   
 
 std::size_t rank(const RunRecord& record) {
   const auto place = std::find(kSeverity.begin(), kSeverity.end(), record.checked.run_class);
-  // Of runs that went worse, those first in which nobody noticed.
+  // Within a class, the runs in which nothing was shown come first.
   return 2 * static_cast<std::size_t>(place - kSeverity.begin()) + (record.checked.shown ? 1 : 0);
 }
 
@@ -66,7 +66,7 @@ std::size_t fault_place(const std::string& name) {
       kinds.begin());
 }
 
-/// Groups by the text that `key` takes from a record, in the order of `place`.
+/// Groups records by the text that `key` returns, in the order of `place`.
 template <typename Key, typename Place>
 std::vector<std::pair<std::string, std::vector<const RunRecord*>>> grouped(
     const std::vector<const RunRecord*>& records, Key key, Place place) {
@@ -162,7 +162,7 @@ Proportion Proportion::of(std::size_t k, std::size_t n) {
   Proportion out{k, n, 0, 1};
   if (n == 0) return out;
   const auto trials = static_cast<double>(n), successes = static_cast<double>(k);
-  // Exact, as the library's default is.
+  // The library's default method is exact.
   out.low = Binomial::find_lower_bound_on_p(trials, successes, kTail);
   out.high = Binomial::find_upper_bound_on_p(trials, successes, kTail);
   return out;

@@ -9,11 +9,11 @@
 
 namespace walkman::apps {
 
-/// What a run without faults was like, cycle by cycle: a number that changes with any bit of the plant or of
-/// any frame so far, and where things were.
+/// Trace of a run without faults, cycle by cycle: a hash that changes with any bit of the plant or of any
+/// frame so far, and the positions in the plant.
 class GoldenTrace {
  public:
-  /// `positions` as many in every cycle.
+  /// `positions`: the same number in every cycle.
   void add(std::uint64_t hash, std::span<const float> positions);
 
   [[nodiscard]] std::size_t cycles() const { return hashes_.size(); }
@@ -23,9 +23,9 @@ class GoldenTrace {
     return {positions_.data() + cycle * width, width};
   }
 
-  /// As bytes of this machine's own, for this machine's programs.
+  /// Serialises to this machine's native representation, for programs on this machine.
   [[nodiscard]] std::string bytes() const;
-  /// Reads what `bytes` has made. Throws std::runtime_error with the file's name.
+  /// Reads the output of `bytes`. Throws std::runtime_error with the file's name.
   [[nodiscard]] static GoldenTrace load(const std::filesystem::path& file);
 
  private:

@@ -12,7 +12,7 @@
 namespace walkman::apps {
 namespace {
 
-constexpr double kMoreTorque = 0.1;  // N·m at the wrist, as the judge of a weighing allows
+constexpr double kMoreTorque = 0.1;  // N·m at the wrist, the tolerance of the judge of a weighing
 constexpr double kSlower = 1.1;      // times the golden twin's time
 
 constexpr std::array<std::string_view, kRunClasses> kWords = {
@@ -45,7 +45,7 @@ const PassedLimit* new_limit(const RunObservation& run, const RunObservation& go
   return nullptr;
 }
 
-/// Why a task that was done was done worse; empty: it was not.
+/// Returns why a task was done worse than by the golden twin; empty if it was not.
 std::string worse(const RunObservation& run, const RunObservation& golden) {
   const RepetitionResult &had = run.result, &should = golden.result;
   if (had.outcome == Outcome::kRegraspLimit) return "the method ended at its limit of regrasps";
@@ -60,7 +60,7 @@ std::string worse(const RunObservation& run, const RunObservation& golden) {
   return "";
 }
 
-/// Why it is not as the method says; none: it is.
+/// Returns why the method's claim is wrong; nullopt if it is right.
 std::optional<std::string> contradicted(const RunObservation& run, const RunObservation& golden) {
   const RepetitionResult& result = run.result;
   if (!says_done(result.outcome)) return std::nullopt;

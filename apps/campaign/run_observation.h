@@ -10,36 +10,36 @@
 
 namespace walkman::apps {
 
-/// Something that was shown on the robot's own side. Times are s of the emulated clock, here and below.
+/// An event shown on the robot's side. Times are s of the emulated clock, here and below.
 struct ShownEvent {
   enum class By { kDriver, kWarning, kMethod };
 
   By by = By::kDriver;
   double time = 0;
-  std::string device;  ///< that it blames, by its joint or frame, or an interface; empty: none
+  std::string device;  ///< blamed device, by its joint or frame, or blamed interface; empty: none
   std::string text;    ///< one sentence
 };
 
-/// A limit of the hardware that the plant has passed.
+/// A hardware limit that the plant has exceeded.
 struct PassedLimit {
-  std::string what;  ///< "torque of RElbj", N·m: the same for every run
+  std::string what;  ///< "torque of RElbj, N·m": the same in every run
   double time = 0;
   double value = 0, limit = 0;  ///< in the unit that `what` names
 };
 
-/// What a run was, by ground truth, buses and what the drivers and the method showed: all that a checker
-/// reads.
+/// Observation of a run by ground truth, bus traffic and what the drivers and the method showed: everything
+/// that a checker reads.
 struct RunObservation {
   RepetitionResult result;
   std::vector<ShownEvent> events;
   std::vector<PassedLimit> limits;
-  std::vector<std::string> phases;  ///< as they began
-  std::string object;               ///< that the robot worked on
-  std::optional<double> differs;    ///< frames or plant were not those of the golden twin any more
-  std::optional<double> off;        ///< and the plant was off by what counts: see `TruthWatch`
-  double ended = 0;                 ///< the drives were told to stop
-  std::optional<double> still;      ///< since when the robot stood still then; none: it did not
-  std::string moving;               ///< then: the joint that left its band last, one word
+  std::vector<std::string> phases;  ///< in the order in which they began
+  std::string object;               ///< on which the robot worked
+  std::optional<double> differs;    ///< when frames or plant first differed from those of the golden twin
+  std::optional<double> off;        ///< when the plant was first off by enough to count: see `TruthWatch`
+  double ended = 0;                 ///< when the drives were told to stop
+  std::optional<double> still;      ///< start of the standstill after that; none: there was none
+  std::string moving;               ///< if there was none: the joint that left its band last, one word
 };
 
 [[nodiscard]] std::string_view to_word(ShownEvent::By by);
@@ -47,10 +47,10 @@ struct RunObservation {
 [[nodiscard]] nlohmann::json to_json(const ShownEvent& event);
 [[nodiscard]] ShownEvent event_from_json(const nlohmann::json& json);
 [[nodiscard]] nlohmann::json to_json(const RunObservation& observation);
-/// What `to_json` made.
+/// Reads the output of `to_json`.
 [[nodiscard]] RunObservation observation_from_json(const nlohmann::json& json);
 
-/// To a microsecond, a micrometre and so on, as result files have numbers.
+/// Rounds to a microsecond, a micrometre and so on, as in the result files.
 [[nodiscard]] double to_micro(double value);
 /// The same, or null.
 [[nodiscard]] nlohmann::json optional_json(const std::optional<double>& value);

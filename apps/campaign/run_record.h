@@ -10,23 +10,23 @@
 
 namespace walkman::apps {
 
-/// What a campaign keeps of one run.
+/// The record that a campaign keeps of one run.
 struct RunRecord {
   int number = 0;
   std::string experiment;
   std::uint64_t seed = 0;
   std::string fault, target, size, phase;
   CheckedRun checked;
-  std::optional<RunObservation> observation;  ///< none of a run that did not come to an end
+  std::optional<RunObservation> observation;  ///< none for a run that did not finish
 };
 
-/// Of a run of the plan.
+/// Makes the record of a run of the plan.
 [[nodiscard]] RunRecord record_of(const CampaignPlan& plan, const CampaignRun& run, CheckedRun checked,
                                   std::optional<RunObservation> observation);
 
-/// The same from run to run, to the byte.
+/// Gives the same output from run to run, byte for byte.
 [[nodiscard]] nlohmann::json to_json(const RunRecord& record);
-/// What `to_json` made. Throws nlohmann::json::exception or std::runtime_error for anything else.
+/// Reads the output of `to_json`. Throws nlohmann::json::exception or std::runtime_error for anything else.
 [[nodiscard]] RunRecord record_from_json(const nlohmann::json& json);
 
 }  // namespace walkman::apps

@@ -60,7 +60,7 @@ ChildEnd end_of(int status, const ChildLimits& limits) {
   }
 }
 
-/// Until the child has closed its end of the pipe, which it does by ending; false at the limit.
+/// Waits until the child has closed its end of the pipe, which it does by ending. Returns false at the limit.
 bool closed_in_time(int pipe_end, double wall) {
   const Time until = pacing::host_now() + Time(static_cast<std::int64_t>(wall * 1e9));
   while (true) {

@@ -9,9 +9,9 @@ struct ChildEnd {
   enum class How {
     kClean,      ///< exit code 0
     kCrashed,    ///< another exit code or a signal
-    kHung,       ///< it was ended at a limit
-    kKilled,     ///< SIGKILL, by none of the limits: somebody's, or the system's for want of memory
-    kEndedFrom,  ///< SIGTERM, SIGINT or SIGHUP: whoever ends the campaign
+    kHung,       ///< it was killed at a limit
+    kKilled,     ///< SIGKILL, but not at a limit: sent by somebody, or by the system when out of memory
+    kEndedFrom,  ///< SIGTERM, SIGINT or SIGHUP: sent by whoever ends the campaign
   };
   How how = How::kClean;
   std::string text;  ///< "signal 11 (Segmentation fault)"
@@ -22,10 +22,10 @@ struct ChildLimits {
   double wall = 0;  ///< s
 };
 
-/// Forks. Returns true in the child, which goes on from here with all that the parent has, by copy on write,
-/// and must end by `_exit`; it dies with its parent, and at the limit of its CPU time. Returns false in the
-/// parent when the child has ended, which `end` then says. Throws EnvironmentError when there is no process
-/// to be had, and std::logic_error when the parent has more than one thread: a child would have only the one.
+/// Forks. Returns true in the child, which continues with a copy-on-write copy of the parent's memory and
+/// must end by `_exit`; it dies with its parent, and at its CPU time limit. Returns false in the parent once
+/// the child has ended; `end` tells how. Throws EnvironmentError if no process can be created, and
+/// std::logic_error if the parent has more than one thread: a child would have only one of them.
 [[nodiscard]] bool fork_and_wait(const ChildLimits& limits, ChildEnd& end);
 
 }  // namespace walkman::apps

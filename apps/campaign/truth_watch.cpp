@@ -14,15 +14,15 @@ namespace {
 
 constexpr double kJointOff = 0.01;  // rad
 constexpr double kPlaceOff = 0.01;  // m
-// Cycles in which a run that is earlier or later than its golden twin is looked for on its path.
+// Window on the golden twin's path, cycles, in which a run that is earlier or later is searched for.
 constexpr std::size_t kPathBehind = 20, kPathAhead = 200;
 constexpr double kMomentaryPeak = 2;
 constexpr double kAtStop = 0.001;      // rad
 constexpr double kHardStop = 0.1;      // rad/s
 constexpr double kFallen = 0.5;        // rad
 constexpr double kFallingSpeed = 0.5;  // m/s, after 13 mm of free fall; the method lowers at a fifth of it
-// s that the robot is watched after its drives were told to stop, and of these it has to stand still: more
-// than half a period of its slowest sway, 1.24 Hz.
+// Time, s, for which the robot is watched after its drives were told to stop, and for which it has to stand
+// still within that: more than half a period of its slowest sway, 1.24 Hz.
 constexpr double kWatched = 1.5, kStillFor = 0.45;
 
 void mix(std::uint64_t& hash, std::uint64_t value) {
@@ -104,7 +104,7 @@ bool TruthWatch::off_path() {
   const std::size_t end = std::min(golden_->cycles(), std::max(place_on_path_, cycle_) + kPathAhead);
   for (std::size_t cycle = from; cycle < end && least > 0; ++cycle) {
     const auto golden = golden_->positions(cycle);
-    double most = 0;  // of what is allowed
+    double most = 0;  // relative to the allowed deviation
     for (std::size_t i = 0; i < golden.size() && most < least; ++i) {
       const double allowed = i < joints_.size() ? kJointOff : kPlaceOff;
       most = std::max(most, std::abs(static_cast<double>(positions_[i] - golden[i])) / allowed);
@@ -190,7 +190,7 @@ void TruthWatch::watch_faults() {
     show(ShownEvent::By::kDriver, std::chrono::duration<double>(fault->time).count(), fault->device,
          fault->text);
   }
-  // One that was undone in the cycle in which it was latched.
+  // A fault that was cleared in the same cycle in which it was latched.
   const std::vector<std::string>& recovered = judge_->recovered_from();
   for (; recoveries_ < recovered.size(); ++recoveries_) {
     const auto is_it = [&](const ShownEvent& event) { return event.text == recovered[recoveries_]; };

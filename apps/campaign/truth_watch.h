@@ -10,24 +10,24 @@
 
 namespace walkman::apps {
 
-/// Observes a run from the emulator's side: what its plant does and its buses carry, beside what the drivers
-/// and the method show.
+/// Observes a run from the emulator's side: the motion of its plant and the traffic on its buses, as well as
+/// what the drivers and the method show.
 ///
-/// The plant is off by what counts when it leaves the path of the golden twin: when, whether it is earlier or
-/// later, a joint is 0.01 rad, or the base or an object 10 mm, from every place that the golden twin was at
-/// about then. As much the drivers let a drive be from its set-point, and that makes it at the end of an arm.
-/// A limit of the hardware is passed when
-/// - an actuator gives more than twice its joint's effort limit (a harmonic drive's momentary peak torque is
-///   about twice its limit for repeated peaks, by its maker's catalogue), or a joint comes into its
-///   mechanical stop faster than 0.1 rad/s,
-/// - a force/torque sensor's load leaves its range,
+/// The plant counts as off when it leaves the path of the golden twin: when, regardless of whether it is
+/// early or late, a joint is 0.01 rad, or the base or an object 10 mm, away from every position of the golden
+/// twin around that time. The drivers let a drive deviate as much from its set-point, which results in that
+/// distance at the end of an arm. A hardware limit is exceeded when
+/// - an actuator exerts more than twice its joint's effort limit (a harmonic drive's momentary peak torque is
+///   about twice its limit for repeated peaks, by its maker's catalogue), or a joint runs into its mechanical
+///   stop faster than 0.1 rad/s,
+/// - the load on a force/torque sensor leaves its range,
 /// - the robot touches itself or its surroundings (`TouchWatch`), leans by half a radian, or an object falls.
-/// All are looked at once a cycle. The robot stands still from when on no joint leaves a band of 0.02 rad: a
-/// body on springs swings for long after a stop, and is where it is.
+/// All are checked once a cycle. The robot stands still from the time after which no joint leaves a band of
+/// 0.02 rad: a body on springs swings for a long time after a stop without leaving its place.
 class TruthWatch : public RepetitionWatch {
  public:
-  /// `golden`: the twin to compare with, which must outlive this; null: this is the golden run itself.
-  /// `sensors`: folder of the force/torque sensors' kinds.
+  /// `golden`: the twin to compare with, which must outlive this object; null if this is the golden run
+  /// itself. `sensors`: folder with the kinds of force/torque sensor.
   TruthWatch(const GoldenTrace* golden, std::filesystem::path sensors)
       : golden_(golden), sensor_folder_(std::move(sensors)) {}
 
@@ -38,7 +38,7 @@ class TruthWatch : public RepetitionWatch {
   void over(const RepetitionResult& result, robot::Cycle& cycle) override;
 
   [[nodiscard]] const RunObservation& observation() const { return observation_; }
-  /// Of a golden run.
+  /// The trace of a golden run.
   [[nodiscard]] const GoldenTrace& trace() const { return trace_; }
 
  protected:
@@ -49,11 +49,11 @@ class TruthWatch : public RepetitionWatch {
     int joint = -1;
     std::string name;
     double lower = 0, upper = 0, effort = 0;
-    double speed = 0;  // rad/s, in the cycle before
+    double speed = 0;  // rad/s, in the previous cycle
   };
   struct WatchedSensor {
     std::string name;
-    Eigen::Matrix<double, 6, 1> range;  // of torque, then force
+    Eigen::Matrix<double, 6, 1> range;  // torque, then force
   };
 
   void watch_devices();

@@ -34,7 +34,7 @@ struct CaptureArguments {
   double spindle = 0.6;  // rad/s
 };
 
-/// The next frame, through the camera's protocol.
+/// Returns the next frame, received through the camera's protocol.
 camera::OrganizedCloud next_cloud(EmulatedWorld& world, EmbeddedCamera& camera) {
   const Time from = world.emulator.now();
   camera::OrganizedCloud cloud;
@@ -46,7 +46,7 @@ camera::OrganizedCloud next_cloud(EmulatedWorld& world, EmbeddedCamera& camera) 
   return cloud;
 }
 
-/// Where the camera was at each step, in W.
+/// Pose of the camera at each step, in W.
 class CameraPath {
  public:
   explicit CameraPath(const EmulatedWorld& world)
@@ -54,7 +54,7 @@ class CameraPath {
     note();
   }
   void note() { path_.emplace_back(world_.emulator.now(), world_.emulator.plant().X_WL(link_)); }
-  /// Between two steps it moved evenly.
+  /// Assumes uniform motion between two steps.
   [[nodiscard]] Eigen::Isometry3d X_WC(Time at) const {
     const auto after = std::upper_bound(path_.begin(), path_.end(), at,
                                         [](Time t, const auto& step) { return t < step.first; });
@@ -73,8 +73,8 @@ class CameraPath {
   std::vector<std::pair<Time, Eigen::Isometry3d>> path_;
 };
 
-/// Half a turn of the spindle, which shows every direction once, in the left optical frame at its end: a
-/// robot without a master sways meanwhile.
+/// Sweeps half a turn of the spindle, which covers every direction once. The points are in the left optical
+/// frame at the end of the sweep, because a robot without a master sways meanwhile.
 std::vector<multisense::Sweep::Point> next_sweep(EmulatedWorld& world, EmbeddedCamera& camera, double rate) {
   camera.client.spin(rate);
   multisense::Sweep sweep(camera.client.laser_calibration());
@@ -96,7 +96,8 @@ std::vector<multisense::Sweep::Point> next_sweep(EmulatedWorld& world, EmbeddedC
   return points_C;
 }
 
-/// The frame that the camera's client gets, and what Stage I makes of it.
+/// Writes the frame that the camera's client receives, and the result of Stage I on it. Returns the files'
+/// names.
 std::vector<std::string> capture_frame(const CaptureArguments& options, EmulatedWorld& world,
                                        EmbeddedCamera& camera) {
   camera.client.also_stream(multisense::source::kLumaRectifiedLeft | multisense::source::kLumaRectifiedRight);

@@ -16,7 +16,7 @@ namespace {
 
 using multisense::Disparity;
 
-constexpr float kMostDepth = 65.535F;  // m, in 16 bits of mm
+constexpr float kMostDepth = 65.535F;  // m, limit of 16 bits of mm
 
 picture::Picture coloured(const Disparity& disparity) {
   picture::Picture picture;
@@ -47,9 +47,9 @@ void write_ply(const std::filesystem::path& file, const std::vector<LitPoint>& p
     throw std::runtime_error(file.string() + ": cannot be written");
 }
 
-// The assembled sweep is seen from above and behind the head, which looks along z of its optical frame.
+// View of the assembled sweep: from above and behind the head, which looks along z of its optical frame.
 constexpr double kBehind = 0.1, kAbove = 0.5, kDown = 0.6;  // m, m, rad
-constexpr float kLowest = -1, kHighest = 2;                 // m below the head, of the colours
+constexpr float kLowest = -1, kHighest = 2;                 // m below the head, range of the colours
 
 picture::Picture sweep_picture(const std::vector<multisense::Sweep::Point>& points,
                                const Eigen::Vector3d& up_C) {

@@ -9,8 +9,8 @@
 
 namespace walkman::apps {
 
-/// Writes the frame that `cloud` was made of, as its client got it, into `folder`: cloud.pcd (organized,
-/// binary, left optical frame, m), cloud.ply (the points there are, with the left image's intensity),
+/// Writes the frame from which `cloud` was made, as its client received it, into `folder`: cloud.pcd
+/// (organized, binary, left optical frame, m), cloud.ply (the valid points, with the left image's intensity),
 /// left.png, right.png, disparity.png (colours from blue, far, to red, near; black: no match), depth.png (16
 /// bits, mm, 0: no match). Returns the files' names. Throws std::runtime_error with the file that cannot be
 /// written.
@@ -19,7 +19,8 @@ namespace walkman::apps {
                                                       const camera::OrganizedCloud& cloud);
 
 /// Writes a sweep of the laser in the left optical frame: sweep.pcd, sweep.ply with intensity (device units),
-/// sweep.png, seen from above and behind the head, coloured by height. `up_C`: unit vector. As above.
+/// sweep.png, seen from above and behind the head, coloured by height. `up_C`: unit vector. Returns and
+/// throws as above.
 [[nodiscard]] std::vector<std::string> write_sweep(const std::filesystem::path& folder,
                                                    const std::vector<multisense::Sweep::Point>& sweep,
                                                    const Eigen::Vector3d& up_C);

@@ -39,13 +39,13 @@ struct EmulateArguments {
   std::optional<int> ready_descriptor;
   bool free_run = false;
   std::string faults, only, without;
-  std::optional<std::string> fault_socket;  ///< empty: where `fault` looks for it
+  std::optional<std::string> fault_socket;  ///< empty: the default path, where `fault` looks for it
   bool faults_on_hardware = false;
-  MasterOptions master;            ///< of a free run
-  std::vector<std::string> given;  ///< of the options, those that are not for every pacing
+  MasterOptions master;            ///< for a free run
+  std::vector<std::string> given;  ///< of the options not allowed with every pacing, those that were given
 };
 
-constexpr double kLongestDuration = 1e9;  // s, in nanoseconds a Time
+constexpr double kLongestDuration = 1e9;  // s; fits into a Time in nanoseconds
 
 constexpr const char* kFooter =
     "Ends at SIGINT or SIGTERM and prints what each bus carried. A master, another program or candump then\n"
@@ -54,7 +54,7 @@ constexpr const char* kFooter =
     "One hour of standing, as fast as the machine goes:  walkman-hil emulate --free-run --duration 3600\n"
     "Bus names are those of the scene's device table: torso, rarm, larm, rleg, lleg.";
 
-/// What is not for every pacing, and why a free run has no use for it; none: a free run alone has.
+/// An option not allowed with every pacing, and why a free run cannot use it; null: only a free run can.
 struct Contradiction {
   const char* option;
   const char* reason;
@@ -112,13 +112,13 @@ EmulationOptions emulation_options(const EmulateArguments& options) {
   return out;
 }
 
-/// Tells people, and the program that started this one, that the robot can be spoken to.
+/// Tells the user, and the program that started this one, that the robot is ready for communication.
 void tell_booted(const Emulation& emulation, std::optional<int> descriptor) {
   std::size_t nodes = 0;
   for (const BusSummary& bus : emulation.summary().buses) nodes += bus.nodes;
   say(fmt::format("ready, {} nodes have booted", nodes));
   if (!descriptor) return;
-  // Nobody may be listening any more.
+  // There may be no reader any more.
   constexpr std::string_view kReady = "ready\n";
   static_cast<void>(!write(*descriptor, kReady.data(), kReady.size()));
   close(*descriptor);
@@ -157,7 +157,8 @@ int run_free(const EmulateArguments& options, StopSignals& signals) {
   return summary.ending == FreeRunEnding::kStopped ? kTaskFailed : kOk;
 }
 
-/// What waits for a phase of a task that nobody tells of would never happen, nor what is another program's.
+/// Rejects faults that would never begin: those that wait for a phase of a task, which an emulator is not
+/// told of, and those that only another program can inject.
 void require_plan(const std::string& plan) {
   if (plan.empty()) return;
   for (const faults::Injection& injection : faults::load_fault_plan(plan)) {
@@ -170,7 +171,7 @@ void require_plan(const std::string& plan) {
 }
 
 int run_emulate(const EmulateArguments& options) {
-  StopSignals signals;  // before any thread
+  StopSignals signals;  // before any thread starts
   require_free_of_contradictions(options);
   require_plan(options.faults);
   if (options.free_run) return run_free(options, signals);
@@ -202,7 +203,7 @@ int run_emulate(const EmulateArguments& options) {
   }
   const EmulationSummary summary = emulation.summary();
   options.as_json ? print_json(to_json_text(summary)) : print(to_text(summary));
-  emulation.finish_log();  // a full device does not take the summary with it
+  emulation.finish_log();  // last, so that a full disk does not prevent the summary
   return kOk;
 }
 

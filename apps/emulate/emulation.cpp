@@ -20,7 +20,7 @@ constexpr Time kHousekeeping = std::chrono::milliseconds(200);
 
 double seconds(Time time) { return std::chrono::duration<double>(time).count(); }
 
-/// Everything the emulated buses carry, written to a file as it passes.
+/// Writes everything that the emulated buses carry to a file as it passes.
 class FrameLog {
  public:
   FrameLog(const std::filesystem::path& file, Emulator& emulator, bool live_faults)
@@ -30,7 +30,7 @@ class FrameLog {
     }
   }
 
-  /// What has passed, in order of time; to be called when all buses have reached one instant.
+  /// Writes the frames so far, in order of time; to be called when all buses have reached the same instant.
   void commit() { log_->commit(); }
   void finish() { log_->flush(); }
 
@@ -43,7 +43,7 @@ class FrameLog {
 struct Emulation::Impl {
   explicit Impl(const EmulationOptions& given);
 
-  /// One bus that is plugged into an interface of the kernel.
+  /// A bus that is connected to a kernel interface.
   struct Port {
     Port(bus::CanBus& bus, std::unique_ptr<can::SocketCan> opened)
         : socket(std::move(opened)), bridge(bus, *socket) {}
@@ -71,7 +71,7 @@ struct Emulation::Impl {
   EmulatedWorld world;
   pacing::EventLoop loop;
   std::vector<std::unique_ptr<Port>> ports;
-  std::vector<std::function<void()>> listeners;  // told when the buses have moved
+  std::vector<std::function<void()>> listeners;  // called when the buses have advanced
   std::unique_ptr<FrameLog> log;
   std::unique_ptr<gateways::CameraServer> camera;
   std::unique_ptr<pacing::LockstepPacer> lockstep;
@@ -99,7 +99,7 @@ void Emulation::Impl::open_ports() {
   for (const CanAssignment& assignment : parse_can_map(options.can, world.robot.devices)) {
     ports.push_back(std::make_unique<Port>(*buses[assignment.bus],
                                            open_can(assignment.interface_name, can::device_side_options())));
-    // Programs on a virtual interface see the controller's state, and have no `ip link` to restart it.
+    // Programs on a virtual interface see the controller's state, but have no `ip link` to restart it.
     bus::ControllerOptions controller;
     controller.reports = bus::ErrorReports::kStates;
     controller.restart_after = kRestartAfter;
@@ -127,7 +127,7 @@ void Emulation::Impl::watch(Port& port) {
   loop.add(port.watched, [&port] { port.readable = true; });
 }
 
-/// An interface that is down or gone is looked at now and then; one that came back has a new socket.
+/// Polls an interface that is down or gone; one that came back has a new socket.
 void Emulation::Impl::keep_house(Time wall) {
   housekept = wall;
   for (const auto& port : ports) {
@@ -156,7 +156,8 @@ pacing::PacerEvents Emulation::Impl::events() {
   return events;
 }
 
-/// Every bus has carried a frame for each of its nodes: they boot before they do anything else.
+/// Returns true when every bus has carried a frame for each of its nodes: they boot before they do anything
+/// else.
 bool Emulation::Impl::all_booted() {
   const std::vector<bus::CanBus*> buses = world.emulator.buses();
   for (std::size_t i = 0; i < buses.size(); ++i) {
@@ -189,12 +190,12 @@ void Emulation::Impl::run_lockstep(const Events& told) {
       lockstep->receive(i, wall);
       arrived = true;
     }
-    // The quiet is over only if nothing came since it was waited for.
+    // The quiet period is over only if nothing arrived while waiting for its end.
     lockstep->run(arrived ? Time{} : wall);
     tell(wall, told);
   }
-  // What a master has sent until the signal is still carried. At the end of a set duration it is not: how
-  // much of the next cycle's frames has come by then is a matter of the host's pace.
+  // Frames that a master sent before the signal are still carried. At the end of a set duration they are not:
+  // how many of the next cycle's frames have arrived by then depends on the host's speed.
   if (!stop) return;
   for (std::size_t i = 0; i < ports.size(); ++i) lockstep->receive(i, wall);
   lockstep->finish();

@@ -22,7 +22,7 @@ std::string clock_text(const EmulationSummary& s) {
     text += fmt::format("; {} stall{} of together {:.3f} s left out", s.lateness.stalls,
                         s.lateness.stalls == 1 ? "" : "s", milliseconds(s.lateness.dropped) * 1e-3);
   }
-  // Within a step of the present is where the clock belongs.
+  // The clock is normally within one step of the present.
   if (s.behind_seconds > 0.01) text += fmt::format("; {:.2f} s behind at the end", s.behind_seconds);
   return text;
 }

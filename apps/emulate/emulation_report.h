@@ -6,13 +6,13 @@
 
 namespace walkman::apps {
 
-/// One line while it runs: time, clock, load of every plugged bus.
+/// Status line during a run: time, clock, load of every connected bus.
 [[nodiscard]] std::string status_line(const EmulationSummary& summary);
 
-/// What happened, for people.
+/// Human-readable summary.
 [[nodiscard]] std::string to_text(const EmulationSummary& summary);
 
-/// The same for programs; seconds, shares of 1.
+/// The same as JSON, for programs; seconds, shares of 1.
 [[nodiscard]] std::string to_json_text(const EmulationSummary& summary);
 
 }  // namespace walkman::apps

@@ -37,7 +37,7 @@ T at(Bytes bytes) {
   return out;
 }
 
-/// What the first attribute of this type holds; empty without one (netlink(7), rtnetlink(7)).
+/// Returns the payload of the first attribute of this type; empty without one (netlink(7), rtnetlink(7)).
 Bytes attribute(Bytes attributes, int type) {
   while (attributes.size() >= sizeof(rtattr)) {
     const auto head = at<rtattr>(attributes);
@@ -48,8 +48,8 @@ Bytes attribute(Bytes attributes, int type) {
   return {};
 }
 
-/// Kind of a network interface as the driver that made it calls it (IFLA_INFO_KIND): "vcan" or "vxcan" for
-/// CAN buses without a wire, "can" for controllers and serial adapters; empty when the driver has no name for
+/// Kind of a network interface as named by the driver that created it (IFLA_INFO_KIND): "vcan" or "vxcan" for
+/// CAN buses without a wire, "can" for controllers and serial adapters; empty if the driver has no name for
 /// it.
 std::string interface_kind(const std::string& name) {
   const auto fail = [&](const char* what) -> std::runtime_error {
@@ -130,10 +130,10 @@ FaultSocket::FaultSocket(Emulation& emulation, const std::filesystem::path& path
   const sockaddr_un address = address_of(path);
   socket_ = gateways::Descriptor(socket(AF_UNIX, SOCK_DGRAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0));
   const auto* const named = reinterpret_cast<const sockaddr*>(&address);
-  // One that was left behind by an emulator that is gone answers nobody.
+  // A socket left behind by an emulator that is gone refuses connections.
   if (connect(socket_.get(), named, sizeof address) != 0 && errno == ECONNREFUSED) unlink(address.sun_path);
   socket_ = gateways::Descriptor(socket(AF_UNIX, SOCK_DGRAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0));
-  const mode_t before = umask(S_IXUSR | S_IRWXG | S_IRWXO);  // its owner alone
+  const mode_t before = umask(S_IXUSR | S_IRWXG | S_IRWXO);  // accessible to its owner only
   const int bound = bind(socket_.get(), named, sizeof address);
   const int error = errno;
   umask(before);
@@ -202,7 +202,7 @@ std::string ask_emulator(const std::filesystem::path& path, const std::vector<st
     return EnvironmentError(
         fmt::format("{}: {}; expected an emulator that was started with --fault-socket", path.string(), why));
   };
-  // Without a name of its own the answer would not find it: the kernel gives it one.
+  // The client needs an address to receive the answer: the kernel assigns one.
   if (!client.valid() ||
       bind(client.get(), reinterpret_cast<const sockaddr*>(&own), sizeof own.sun_family) != 0 ||
       connect(client.get(), reinterpret_cast<const sockaddr*>(&address), sizeof address) != 0 ||

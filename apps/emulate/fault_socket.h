@@ -8,12 +8,12 @@
 
 namespace walkman::apps {
 
-/// Where `walkman-hil fault` speaks with an emulation without being told: in XDG_RUNTIME_DIR, else in /tmp.
+/// Default path on which `walkman-hil fault` reaches an emulation: in XDG_RUNTIME_DIR, else in /tmp.
 [[nodiscard]] std::filesystem::path default_fault_socket();
 
-/// Takes faults while an emulation runs, from programs of the same user: a local datagram socket. A request
-/// is a word and its arguments, a line each: inject, with the words of `faults::parse_fault`; clear, with
-/// names or all; active. The answer is ok or error, and behind it a line or more.
+/// Takes faults while an emulation runs, from programs of the same user, over a local datagram socket. A
+/// request is a word and its arguments, one per line: inject, with the words of `faults::parse_fault`; clear,
+/// with names or all; active. The answer is ok or error, followed by one or more lines.
 class FaultSocket {
  public:
   /// Opens the socket and attaches it to `emulation`, which must outlive it. Throws EnvironmentError.
@@ -28,13 +28,13 @@ class FaultSocket {
   gateways::OwnedPath path_;
 };
 
-/// Faults are for emulated buses: what else is on a wire could be somebody's robot. Asks the kernel
-/// (rtnetlink) what the interfaces of `emulation` are, and throws std::runtime_error for one that is no vcan
-/// or vxcan, and when the kernel does not tell.
+/// Faults are only for emulated buses: anything else on a wire could be somebody's robot. Asks the kernel
+/// (rtnetlink) what kind the interfaces of `emulation` are, and throws std::runtime_error for one that is
+/// neither vcan nor vxcan, and if the kernel does not tell.
 void require_virtual(const Emulation& emulation);
 
-/// Sends a request and waits for its answer. Throws EnvironmentError when nobody answers, and
-/// std::runtime_error with what the emulation has against it.
+/// Sends a request and waits for its answer. Throws EnvironmentError if nobody answers, and
+/// std::runtime_error with the reason if the emulation rejects it.
 [[nodiscard]] std::string ask_emulator(const std::filesystem::path& path,
                                        const std::vector<std::string>& request);
 

@@ -20,8 +20,8 @@ namespace walkman::apps {
 namespace {
 
 constexpr int kRootLink = 0;
-constexpr Time kWindow = std::chrono::seconds(1);  // over which poses are averaged
-constexpr double kSettling = 5;                    // s after the last motion, until its sway is gone
+constexpr Time kWindow = std::chrono::seconds(1);  // averaging time for poses
+constexpr double kSettling = 5;                    // s after the last motion, until its sway has decayed
 constexpr Time kProgress = std::chrono::milliseconds(200);
 
 double seconds(Time time) { return std::chrono::duration<double>(time).count(); }
@@ -33,7 +33,7 @@ long resident_bytes() {
   return resident * sysconf(_SC_PAGESIZE);
 }
 
-/// FNV-1a of what one bus has carried.
+/// FNV-1a of the frames carried by one bus.
 class FrameHash {
  public:
   void add(const can::StampedFrame& stamped) noexcept {
@@ -89,7 +89,7 @@ class Wire {
   std::uint64_t frames_ = 0;
 };
 
-/// Where the robot is, by ground truth.
+/// Position of the robot, by ground truth.
 struct Place {
   Eigen::Isometry3d X_WB = Eigen::Isometry3d::Identity();
   Eigen::Vector3d p_Wcm = Eigen::Vector3d::Zero();
@@ -118,7 +118,7 @@ class MeanPlace {
     p_Wcm_ += place.p_Wcm;
     for (std::size_t i = 0; i < p_WF_.size(); ++i) p_WF_[i] += place.p_WF[i];
   }
-  /// Of at least one.
+  /// Requires at least one place.
   [[nodiscard]] Place mean() const {
     Place out;
     const Eigen::Vector3d turn = turned_ / count_;
@@ -177,7 +177,7 @@ struct FreeRun::Impl : robot::Cycle, regrasp::Observer {
   StopSignals* signals = nullptr;
   bool settled = false;
   std::optional<Place> reference;
-  std::optional<MeanPlace> window;  // under way
+  std::optional<MeanPlace> window;  // in progress
   Time window_ends{}, settled_at{}, fingerprint_at = kInterval;
   Time began{}, told{};
 };
@@ -298,11 +298,11 @@ void FreeRun::run(StopSignals& signals) {
     self.manipulator.start();
     self.manipulator.hold(kSettling);
     self.settled = true;
-    while (true) self.manipulator.hold(seconds(kWindow));  // until the cycle ends it
+    while (true) self.manipulator.hold(seconds(kWindow));  // until the cycle throws
   } catch (const robot::Interrupted&) {
-    // The duration is over, or a signal came.
+    // The duration is over, or a signal arrived.
   } catch (const regrasp::RunStopped& stop) {
-    // The boot makes a stop of every exception.
+    // The boot turns every exception into a stop.
     const bool ended =
         self.summary.ending == FreeRunEnding::kSignal || self.world.emulator.now() >= self.options.duration;
     if (!ended) {

@@ -19,24 +19,24 @@ class StopSignals;
 struct FreeRunOptions {
   WorldOptions world;
   MasterOptions master;
-  std::filesystem::path log;    ///< of every bus; none when empty
-  Time duration = Time::max();  ///< emulated, from power-on; without end by default
+  std::filesystem::path log;    ///< log file of all buses; none when empty
+  Time duration = Time::max();  ///< emulated time from power-on; unlimited by default
 };
 
-/// How far the robot is from where it was, by ground truth.
+/// Displacement of the robot from an earlier place, by ground truth.
 struct Drift {
   double base = 0;    ///< origin of the root link, m
-  double turned = 0;  ///< the root link, rad
-  double com = 0;     ///< centre of mass, by the model's masses, m
-  double feet = 0;    ///< the sole that has gone farther, m; 0 of a robot that does not stand
+  double turned = 0;  ///< rotation of the root link, rad
+  double com = 0;     ///< centre of mass, from the model's masses, m
+  double feet = 0;    ///< the sole that has moved farthest, m; 0 for a robot that does not stand
 };
 
-/// What two runs have to have in common up to an instant, and where the robot is then.
+/// Values that two runs of the same input must share up to an instant, and the robot's drift at that time.
 struct Fingerprint {
   double seconds = 0;
   std::uint64_t state = 0;  ///< `plant::Plant::state_hash`
   std::uint64_t wire = 0;   ///< FNV-1a of every frame up to then, bus by bus: time, identifier, kind, payload
-  std::uint64_t frames = 0;    ///< how many those are
+  std::uint64_t frames = 0;    ///< number of those frames
   std::optional<Drift> drift;  ///< mean of the last whole second; none before the robot has settled
 };
 
@@ -48,46 +48,46 @@ enum class FreeRunEnding {
 
 struct FreeRunSummary {
   FreeRunEnding ending = FreeRunEnding::kDuration;
-  std::string reason;  ///< of kStopped, one sentence
+  std::string reason;  ///< for kStopped, one sentence
   std::uint64_t seed = 0;
   double emulated_seconds = 0;
   bool stands = false;                ///< on its feet; otherwise its base is held, or it did not boot
-  std::optional<double> settled_for;  ///< since the second that the drift counts from, s; none: not reached
-  Drift most, last;                   ///< at any cycle; mean of the last whole second
+  std::optional<double> settled_for;  ///< since the second from which drift is measured, s; none: not reached
+  Drift most, last;                   ///< maximum over all cycles; mean of the last whole second
   std::vector<Fingerprint> fingerprints;  ///< every `FreeRun::kInterval`, and at the end
   int recoveries = 0;
   std::vector<std::string> warnings;
   std::vector<BusSummary> buses;
 };
 
-/// What the run took from the machine: another in every run.
+/// Host resources used by a run; they differ from run to run.
 struct FreeRunCosts {
   double wall_seconds = 0;
   long memory_at_first = 0;  ///< resident, bytes: when the world was built
-  long memory_settled = 0;   ///< when the drift begins to count; 0 before
+  long memory_settled = 0;   ///< when the drift measurement begins; 0 before
   long memory_at_last = 0;
 };
 
-/// The emulated robot on its embedded buses as fast as the machine goes. A master of its own in the same
-/// process boots the nodes and holds the robot, balanced if it stands, with the drivers and the motion of an
+/// The emulated robot on its embedded buses, as fast as the machine allows. A master in the same process
+/// boots the nodes and holds the robot, balanced if it stands, with the drivers and the motion control of an
 /// experiment: a robot without a master falls.
 class FreeRun {
  public:
   static constexpr Time kInterval = std::chrono::seconds(60);
 
-  /// Throws std::runtime_error for input that does not fit.
+  /// Throws std::runtime_error for invalid input.
   explicit FreeRun(const FreeRunOptions& options);
   ~FreeRun();
   FreeRun(const FreeRun&) = delete;
   FreeRun& operator=(const FreeRun&) = delete;
 
-  /// Told about five times a second of the host's.
+  /// Called about five times a second of host time.
   std::function<void(double emulated_seconds, double real_time_factor)> progress;
   std::function<void(const std::string&)> warned;
 
-  /// Until a signal comes, the duration is over, or the robot is lost. To be called once.
+  /// Runs until a signal arrives, the duration is over, or the robot is lost. To be called only once.
   void run(StopSignals& signals);
-  /// Brings the log to its file. Throws EnvironmentError when any of it could not be written.
+  /// Writes the log out to its file. Throws EnvironmentError if any part of it could not be written.
   void finish_log();
 
   [[nodiscard]] const FreeRunSummary& summary() const;
@@ -98,13 +98,13 @@ class FreeRun {
   std::unique_ptr<Impl> impl_;
 };
 
-/// What happened, for people. The same of every run of the same input.
+/// Human-readable summary. Identical for every run of the same input.
 [[nodiscard]] std::string to_text(const FreeRunSummary& summary);
 
-/// The same for programs; SI units, shares of 1.
+/// The same as JSON, for programs; SI units, shares of 1.
 [[nodiscard]] std::string to_json_text(const FreeRunSummary& summary);
 
-/// What it took from the machine, one sentence.
+/// Host resources used by the run, one sentence.
 [[nodiscard]] std::string to_text(const FreeRunCosts& costs, const FreeRunSummary& summary);
 
 }  // namespace walkman::apps

@@ -51,7 +51,7 @@ std::string drift_text(const FreeRunSummary& s) {
 double rounded(double value, double digits) { return std::round(value * digits) / digits; }
 
 nlohmann::json json_of(const Drift& drift) {
-  constexpr double kNano = 1e9;  // digits that mean something
+  constexpr double kNano = 1e9;  // significant digits
   return {{"base_m", rounded(drift.base, kNano)},
           {"base_rad", rounded(drift.turned, kNano)},
           {"centre_of_mass_m", rounded(drift.com, kNano)},

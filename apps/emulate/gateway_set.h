@@ -12,19 +12,19 @@
 namespace walkman::apps {
 
 struct GatewayOptions {
-  std::optional<std::uint16_t> socketcand;  ///< port on 127.0.0.1; 0: any free one
-  bool beacon = false;                      ///< socketcand tells of itself by UDP broadcasts
+  std::optional<std::uint16_t> socketcand;  ///< port on 127.0.0.1; 0: any free port
+  bool beacon = false;                      ///< socketcand announces itself by UDP broadcasts
   std::vector<std::string> slcan;           ///< "rarm=/tmp/ttyRARM"; without "=...": no symbolic link
 };
 
-/// The ways into an emulation's buses for tools without CAN support in the kernel.
+/// Access to an emulation's buses for tools without CAN support in the kernel.
 class GatewaySet {
  public:
   /// Opens the gateways and attaches them to `emulation`, which must outlive them. Throws std::runtime_error
-  /// for a bus that is not there, EnvironmentError for a port or terminal that cannot be had.
+  /// for an unknown bus, EnvironmentError for a port or terminal that is not available.
   GatewaySet(Emulation& emulation, const GatewayOptions& options);
 
-  /// Where they are, a line each.
+  /// Addresses of the gateways, one per line.
   [[nodiscard]] const std::string& addresses() const noexcept { return addresses_; }
 
  private:

@@ -24,9 +24,9 @@ namespace {
 constexpr const char* kAll = "all";
 
 struct ExperimentArguments {
-  std::string experiment;  // a number, or all; empty: the scene's own
+  std::string experiment;  // a number, or all; empty: a scene of the user
   int repeat = 1;
-  std::optional<std::int64_t> seed;  // the scene's own if not given
+  std::optional<std::int64_t> seed;  // the scene's if not given
   int jobs = static_cast<int>(std::max(1U, std::thread::hardware_concurrency()));
   std::string out, parameters, faults;
   SceneCommandLine scene;
@@ -34,7 +34,7 @@ struct ExperimentArguments {
   bool state_log = false, as_json = false;
 };
 
-/// The numbers that the command line asks for; 0: a scene of the user's own.
+/// The experiment numbers given on the command line; 0: a scene of the user.
 std::vector<int> numbers_of(const ExperimentArguments& options) {
   if (options.experiment.empty()) {
     if (options.scene.scene.empty())
@@ -77,7 +77,7 @@ ExperimentPlan plan_of(int number, const ExperimentArguments& options, const std
   return plan;
 }
 
-/// All that the results of a plan depend on but the seeds.
+/// All inputs on which the results of a plan depend, except the seeds.
 std::string inputs_of(const ExperimentPlan& plan, const ExperimentArguments& options,
                       const std::filesystem::path& data) {
   std::vector<std::filesystem::path> places = {data / "urdf", data / "adaptation", data / "emulator",
@@ -92,7 +92,7 @@ std::string inputs_of(const ExperimentPlan& plan, const ExperimentArguments& opt
       places);
 }
 
-/// All results as one.
+/// All results in one document.
 std::string all_json(const std::vector<ExperimentResult>& results) {
   nlohmann::json json;
   json["experiments"] = nlohmann::json::array();
@@ -100,7 +100,7 @@ std::string all_json(const std::vector<ExperimentResult>& results) {
   return json.dump(2) + "\n";
 }
 
-/// What is done so far, and where it is.
+/// Reports how much was done before an interruption, and where it is kept.
 void say_interrupted(const std::vector<ExperimentResult>& results, int repeat,
                      const std::filesystem::path& out) {
   std::size_t done = 0;
@@ -127,7 +127,7 @@ int run_experiment(const ExperimentArguments& options) {
     plan.out = all ? out / fmt::format("experiment-{}", plan.number) : out;
     if (all) plan.inputs = inputs_of(plan, options, data);
   }
-  StopSignals signals;  // before any child
+  StopSignals signals;  // before any child process
   const std::vector<ExperimentResult> results = run_series(plans, {options.repeat, options.jobs}, signals);
   if (all) {
     write_whole(out / "result.json", all_json(results));

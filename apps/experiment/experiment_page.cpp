@@ -22,14 +22,14 @@ img{max-width:22rem;border:1px solid #ddd}
 svg text{font:11px system-ui,sans-serif;fill:#444}
 )";
 
-/// An axis from values to pixels.
+/// Maps values to pixels along an axis.
 struct Axis {
   double from, to;
   int begin, end;
   [[nodiscard]] double at(double value) const { return begin + (value - from) / (to - from) * (end - begin); }
 };
 
-/// Round numbers between the ends of an axis, about five.
+/// About five round numbers between the ends of an axis.
 std::vector<double> ticks(const Axis& axis) {
   const double raw = (axis.to - axis.from) / 5;
   const double power = std::pow(10, std::floor(std::log10(raw)));
@@ -62,7 +62,7 @@ std::string chart(const std::string& inside, const std::string& caption) {
       kHeight, inside, caption);
 }
 
-/// d_v, d_v + d and d_r of each repetition, as the paper's figure has them.
+/// d_v, d_v + d and d_r of each repetition, as in the paper's figure.
 std::string com_chart(const ExperimentResult& result) {
   std::vector<const RepetitionResult*> weighed;
   for (const RepetitionResult& r : result.repetitions)
@@ -102,7 +102,7 @@ std::string com_chart(const ExperimentResult& result) {
 
 struct Trace {
   std::vector<double> time, torque;
-  std::vector<std::pair<double, std::string>> phases;  // begin
+  std::vector<std::pair<double, std::string>> phases;  // time of begin and name
 };
 
 Trace read_trace(const std::filesystem::path& file) {
@@ -122,7 +122,7 @@ Trace read_trace(const std::filesystem::path& file) {
   return trace;
 }
 
-/// The paper's three labels, and what is between.
+/// The paper's three labels; empty for the phases in between.
 const char* label_of(const std::string& phase) {
   if (phase == "approach" || phase == "tare" || phase == "grasp") return "approach/grasp";
   if (phase == "lift" || phase == "turn" || phase == "weigh" || phase == "watch") return "lift";
@@ -198,7 +198,7 @@ std::string cell(double value, int decimals) {
   return std::isnan(value) ? "<td></td>" : fmt::format("<td>{:.{}f}</td>", value, decimals);
 }
 
-/// Standard deviation over the repetitions of what `value` takes from each.
+/// Standard deviation of `value` over the repetitions.
 template <typename Value>
 double spread(const ExperimentResult& result, Value value) {
   double sum = 0, squares = 0;

@@ -22,14 +22,14 @@ namespace walkman::apps {
 namespace {
 
 constexpr int kRootLink = 0;              // parents come before their children
-constexpr std::size_t kExposures = 1000;  // a minute of them, more than a survey takes
-constexpr double kLiftedClear = 0.03;     // m above where it lay
+constexpr std::size_t kExposures = 1000;  // about a minute of them, longer than a survey
+constexpr double kLiftedClear = 0.03;     // m above its initial position
 
 constexpr double kTorqueTolerance = 0.1;  // N·m
 constexpr double kTorqueShare = 0.1;      // of the reported torque
-constexpr double kDeviations = 3;         // reported with it
+constexpr double kDeviations = 3;         // reported with the torque
 
-/// Which of the device table's devices of a kind has a name.
+/// Index of a named device among the device table's devices of the same kind.
 int place_of(const std::string& name, DeviceKind kind, const DeviceTable& devices) {
   int place = 0;
   for (const Bus& bus : devices.buses) {
@@ -127,7 +127,7 @@ void Judge::on_phase(std::string_view phase, Time) {
 
 void Judge::on_cycle(Time now, const Wrench& F, const Eigen::Isometry3d& X_TH) {
   if (phase_ == "weigh") {
-    // A weighing takes a cycle's reading before it waits for the next, so the last one is not in it.
+    // A weighing takes a cycle's reading before it waits for the next, so it does not include the last one.
     load_.add(newest_load_);
     newest_load_ = object_load();
   }
@@ -159,7 +159,7 @@ void Judge::on_located(const camera::OrganizedCloud& cloud, const perception::St
     write_png(seen_picture(cloud, seen), partial(picture_file_));
     publish(picture_file_);
   } catch (const std::runtime_error& e) {
-    cloud_error_ = e.what();  // the run goes on without
+    cloud_error_ = e.what();  // the run continues without them
   }
   cloud_file_.clear();
 }
@@ -211,7 +211,7 @@ int Judge::object_at(const Eigen::Vector3d& p_W) const {
   return nearest;
 }
 
-/// What the wrist truly carries beside the hand: about the true Ho, in W.
+/// The true load on the wrist other than the hand: about the true Ho, in W.
 Wrench Judge::object_load() const {
   const plant::Plant& plant = emulator_.plant();
   const Eigen::Isometry3d X_WS = plant.X_WL(sensor_link_);

@@ -17,53 +17,53 @@
 
 namespace walkman::apps {
 
-/// What one weighing should have reported: by the plant, over the same cycles, with the paper's definitions
-/// (sec. 3.2) in the plant's own poses.
+/// What a weighing should have reported: computed from the plant over the same cycles, by the paper's
+/// definitions (sec. 3.2), with the plant's own poses.
 struct TrueWeighing {
   double torque = 0;        ///< norm of the load's torque about the true grasp frame, N·m, signed like d
   double displacement = 0;  ///< d from the true grasp frame to the object's true centre of mass, m
-  double com_error = 0;     ///< reported less true centre of mass along the handle, m: where the hand was
-                            ///< thought to be is in it
+  double com_error = 0;     ///< reported minus true centre of mass along the handle, m: includes the error of
+                            ///< the assumed hand position
   Eigen::Vector3d p_HCm = Eigen::Vector3d::Zero();  ///< the object's true centre of mass from the true Ho, m
   double torque_about_handle = 0;                   ///< the part of the torque about the handle's axis, N·m
-  double slip = 0;  ///< path of the object in the hand since the first lift, while nothing else held it, m
-  double slip_turn = 0;  ///< and the angle it has turned there by, whichever way, rad
+  double slip = 0;  ///< path of the object in the hand since the first lift, while held by nothing else, m
+  double slip_turn = 0;  ///< angle turned along that path, in any direction, rad
   double d_r = 0;        ///< centre of mass along the object's x axis from its left end, m
-  double d_v = 0;        ///< the same of the grasp frame when it was chosen
+  double d_v = 0;        ///< the same for the grasp frame when it was chosen
 };
 
-/// Why what was reported is not so, one sentence; none when it is: the centre of mass within
-/// `displacement_threshold` (m) of where it was reported, the torque within 0.1 N·m, 10 % of the reported, or
-/// three of the standard deviations reported with it, whichever is most.
+/// Returns why a report is wrong, one sentence; nullopt if it is right: the centre of mass within
+/// `displacement_threshold` (m) of the reported one, the torque within 0.1 N·m, 10 % of the reported, or
+/// three of the standard deviations reported with it, whichever is largest.
 [[nodiscard]] std::optional<std::string> contradiction(const regrasp::Weighing& reported,
                                                        const TrueWeighing& truth,
                                                        double displacement_threshold);
 
-/// Centroid of the volume that an object's collision shapes take up together, in its own frame, m: on a grid
-/// of 4 mm. Not its centre of mass: that depends on what it is made of.
+/// Centroid of the volume occupied by all of an object's collision shapes together, in the object's frame, m,
+/// on a grid of 4 mm. It is not the centre of mass, which depends on the object's materials.
 [[nodiscard]] Eigen::Vector3d volume_centroid(const RobotModel& object);
 
-/// Watches a run from both sides of the wire: notes what the pipeline believes, and what the plant knows.
+/// Observes a run from both sides of the buses: records what the pipeline assumes, and what the plant knows.
 ///
-/// Where a grasp lies on the object, what it weighs and whether it is held is ground truth; nothing of it
-/// goes back.
+/// The position of a grasp on the object, the object's weight and whether it is held are ground truth; none
+/// of it is fed back.
 class Judge : public regrasp::Observer {
  public:
-  /// `phase_changed` is told every phase as it begins, `each_cycle` every cycle's time, `warned` every
-  /// warning of the drivers and the method.
+  /// `phase_changed` is called with every phase as it begins, `each_cycle` with every cycle's time, `warned`
+  /// with every warning of the drivers and the method.
   Judge(const Emulator& emulator, const Scene& scene, const KnownRobot& robot,
         std::function<void(std::string_view)> phase_changed, std::function<void(Time)> each_cycle,
         std::function<void(std::string_view)> warned = {});
 
-  /// Writes the wrench trace from now on, as CSV. Throws EnvironmentError.
+  /// Starts writing the wrench trace, as CSV. Throws EnvironmentError.
   void trace_to(const std::filesystem::path& csv_file);
-  /// Writes the first cloud as PCD, and what was seen in it as a picture.
+  /// Writes the first cloud as PCD, and what was detected in it as a picture.
   void keep_cloud(std::filesystem::path pcd_file, std::filesystem::path picture) {
     cloud_file_ = std::move(pcd_file);
     picture_file_ = std::move(picture);
   }
 
-  /// Brings the trace to its file. Throws EnvironmentError when any of it, or the cloud, could not be
+  /// Writes the trace out to its file. Throws EnvironmentError if any part of it, or the cloud, could not be
   /// written.
   void finish();
 
@@ -77,26 +77,26 @@ class Judge : public regrasp::Observer {
   void on_grasp(const Eigen::Isometry3d& X_TG) override;
   void on_weighed(const regrasp::Weighing& weighing) override;
 
-  /// Where each chosen grasp frame lay on the object, m from its left end, when it was chosen.
+  /// Position of each chosen grasp frame on the object, m from its left end, when it was chosen.
   [[nodiscard]] const std::vector<double>& grasp_positions() const { return grasp_positions_; }
   [[nodiscard]] const std::vector<regrasp::Weighing>& weighings() const { return weighings_; }
   /// One for each of `weighings`.
   [[nodiscard]] const std::vector<TrueWeighing>& true_weighings() const { return true_weighings_; }
-  /// The faults that the drivers got over, one sentence each.
+  /// The faults from which the drivers recovered, one sentence each.
   [[nodiscard]] const std::vector<std::string>& recovered_from() const { return recovered_from_; }
-  /// Of the visual centre of mass that the first grasp was chosen by, from the centroid of the object's
-  /// volume, m: both from the true camera. 0 until then.
+  /// Distance from the centroid of the object's volume to the visual centre of mass used to choose the first
+  /// grasp, m: both from the true camera. 0 until then.
   [[nodiscard]] double visual_com_error() const { return visual_com_error_; }
-  /// Of the drivers and the method, one sentence each.
+  /// Warnings of the drivers and the method, one sentence each.
   [[nodiscard]] const std::vector<std::string>& warnings() const { return warnings_; }
-  /// At each weighing the object hung free of everything but the hand.
+  /// Whether the object hung free of everything but the hand at each weighing.
   [[nodiscard]] bool always_held() const { return always_held_; }
-  /// Which of the scene's objects the robot works on: the one whose surface the first grasp is on; the first
-  /// until then.
+  /// Index of the scene's object that the robot works on: the one whose surface the first grasp is on; the
+  /// first object until then.
   [[nodiscard]] int object() const { return object_; }
-  /// What the robot has touched that it should not have.
+  /// Contacts that the robot should not have had.
   [[nodiscard]] const std::vector<UnwantedTouch>& touches() const { return touch_watch_.touches(); }
-  /// The object hangs free now.
+  /// Whether the object hangs free now.
   [[nodiscard]] bool held_now() const;
 
  private:
@@ -106,13 +106,13 @@ class Judge : public regrasp::Observer {
   [[nodiscard]] const SceneObject& object_in_scene() const {
     return scene_.objects[static_cast<std::size_t>(object_)];
   }
-  /// The object whose surface is nearest to a point, m in W.
+  /// Index of the object whose surface is nearest to a point, m in W.
   [[nodiscard]] int object_at(const Eigen::Vector3d& p_W) const;
 
   const Emulator& emulator_;
   const Scene& scene_;
   const RobotModel& robot_;  // as it truly is
-  const RobotModel& model_;  // as the driver side knows it
+  const RobotModel& model_;  // as the drivers know it
   const DeviceTable& devices_;
   int object_ = 0;
   int sensor_ = -1, hand_ = -1, sensor_link_ = -1, grasp_link_ = -1;
@@ -126,7 +126,7 @@ class Judge : public regrasp::Observer {
   std::filesystem::path trace_file_;
   std::ofstream trace_;
   std::string phase_;
-  Eigen::Isometry3d X_WT_ = Eigen::Isometry3d::Identity();  // where the stance is in the plant's world
+  Eigen::Isometry3d X_WT_ = Eigen::Isometry3d::Identity();  // pose of the stance frame in the plant's world
   std::vector<double> grasp_positions_;
   std::vector<regrasp::Weighing> weighings_;
   std::vector<TrueWeighing> true_weighings_;
@@ -138,7 +138,7 @@ class Judge : public regrasp::Observer {
   TouchWatch touch_watch_;
   std::vector<std::string> recovered_from_;
   std::deque<std::pair<std::uint64_t, Eigen::Isometry3d>> X_WC_;  // of the last exposures
-  std::optional<Eigen::Vector3d> p_WCm_seen_;                     // of the first look
+  std::optional<Eigen::Vector3d> p_WCm_seen_;                     // from the first look
   double visual_com_error_ = 0;
 };
 

@@ -19,11 +19,12 @@ namespace {
 constexpr double kGravity = 9.81;     // m/s²
 constexpr double kGrid = 0.006;       // m between points of a surface
 constexpr double kPlace = 0.01;       // m between places on a handle
-constexpr double kLevel = 0.7;        // of a handle's axis, sine of its slope
-constexpr double kTableTop = 0.01;    // m by which what an object stands on may be beside its lowest point
+constexpr double kLevel = 0.7;        // sine of the largest slope of a handle's axis
+constexpr double kTableTop = 0.01;    // m, largest distance of a supporting face from an object's lowest
+                                      // point
 constexpr double kOnePlane = 0.9998;  // cosine of a degree
 
-/// Points of a collision shape's surface, in its frame.
+/// Points on the surface of a collision shape, in its frame.
 std::vector<Eigen::Vector3d> surface(const LinkGeometry& geometry) {
   std::vector<Eigen::Vector3d> points;
   const auto steps = [](double length) { return std::max(1, static_cast<int>(std::ceil(length / kGrid))); };
@@ -68,7 +69,7 @@ std::vector<Eigen::Vector3d> surface(const LinkGeometry& geometry) {
   return points;
 }
 
-/// A cylinder that a hand can be around.
+/// Returns the shape as a handle if it is a cylinder that a hand can enclose.
 std::optional<perception::Handle> handle_of(const LinkGeometry& geometry, const Eigen::Isometry3d& X_TG,
                                             const StageOneParameters& parameters) {
   const auto* cylinder = std::get_if<CylinderShape>(&geometry.shape);
@@ -78,7 +79,7 @@ std::optional<perception::Handle> handle_of(const LinkGeometry& geometry, const 
   perception::Handle handle;
   handle.p_CM = X_TG.translation();
   handle.axis_C = X_TG.linear().col(2);
-  if (handle.axis_C.y() > 0) handle.axis_C = -handle.axis_C;  // to the right
+  if (handle.axis_C.y() > 0) handle.axis_C = -handle.axis_C;  // points to the right
   if (std::abs(handle.axis_C.z()) > kLevel) return std::nullopt;
   handle.radius = cylinder->radius;
   handle.to = cylinder->length / 2;
@@ -89,7 +90,7 @@ std::optional<perception::Handle> handle_of(const LinkGeometry& geometry, const 
   return handle;
 }
 
-/// What an object stands on.
+/// The surface on which an object stands.
 struct Top {
   Eigen::Vector3d n_T = Eigen::Vector3d::UnitZ();  ///< up
   std::vector<Eigen::Vector3d> corners_T;
@@ -144,7 +145,7 @@ Top top_under(const Scene& scene, const Eigen::Isometry3d& X_TW,
 std::optional<double> least_torque(const Scene& scene, const SceneObject& object, const KnownRobot& robot,
                                    const std::vector<std::string>& joint_names,
                                    const MethodParameters& parameters) {
-  // T is where the robot's base is at the start, C the same.
+  // T is the initial frame of the robot's base; C coincides with it.
   const Eigen::Isometry3d X_TW = scene.X_WB.inverse();
   const std::map<std::string, double> posture =
       load_posture(robot.description.srdf, scene.posture, robot.model);

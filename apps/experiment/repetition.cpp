@@ -94,7 +94,7 @@ class WireTap {
   std::unique_ptr<datasheets::StateLog> states_;
 };
 
-/// The emulated clock, with somebody who looks on.
+/// The emulated clock, with an observer.
 class WatchedCycle : public LockstepCycle {
  public:
   WatchedCycle(Emulator& emulator, const RepetitionOptions& options)
@@ -110,7 +110,7 @@ class WatchedCycle : public LockstepCycle {
   RepetitionWatch* watch_;
 };
 
-/// What the buses have to say to a stop: at full load the lowest priorities never get through.
+/// Names the buses that may have caused a stop: at full load the lowest priorities never get through.
 std::string full_buses(Emulator& emulator) {
   constexpr double kFull = 0.97;
   std::string names;
@@ -137,7 +137,7 @@ double reduction(double torque, double after) {
   return torque == 0 ? 0 : 100 * (1 - std::abs(after) / std::abs(torque));
 }
 
-/// Of the weighings from `first` to before `end`, at least one.
+/// Row of the weighings from `first` to before `end`, at least one.
 JudgedRow judged_row(const Judge& judge, std::size_t first, std::size_t end) {
   const regrasp::Weighing &before = judge.weighings()[first], &after = judge.weighings()[end - 1];
   const TrueWeighing &truth = judge.true_weighings()[first], &truth_after = judge.true_weighings()[end - 1];
@@ -179,8 +179,8 @@ JudgedRow judged_row(const Judge& judge, std::size_t first, std::size_t end) {
 
 double true_com(const SceneObject& object) { return object.p_OOcm().x() - object.left_end; }
 
-/// Of a repetition whose true robot has no room where the scene has it; throws `why` on when that is the
-/// scene's fault, not the draws'.
+/// Result of a repetition whose true robot does not fit where the scene places it; rethrows `why` if that is
+/// due to the scene and not to the draws.
 RepetitionResult not_started(const RepetitionOptions& options, const plant::StartsInside& why) {
   const DrawnWorld world(world_options(options));
   if (world.truth.draws.empty()) throw plant::StartsInside(why);
@@ -207,13 +207,13 @@ void fill_rows(const Scene& scene, const Judge& judge, RepetitionResult& result)
   result.row = first.row;
   result.truth = first.truth;
   if (change < weighings.size()) result.after_change = judged_row(judge, change, weighings.size());
-  // A load that changes in the hand is weighed once more without a regrasp.
+  // A load that changes in the hand is weighed again without a regrasp.
   const auto in_hand = std::count_if(weighings.begin(), weighings.end(),
                                      [](const auto& weighing) { return weighing.changed; });
   result.regrasps = static_cast<int>(weighings.size()) - 1 - static_cast<int>(in_hand);
 }
 
-/// The method came to its end; whether it is what it takes it for, the plant knows.
+/// Settles the outcome of a method that came to its end: the plant decides whether its result is true.
 void settle_outcome(const Judge& judge, double displacement_threshold, RepetitionResult& result) {
   if (!judge.always_held() || !judge.held_now()) {
     result.outcome = Outcome::kDropped;
@@ -230,7 +230,7 @@ void settle_outcome(const Judge& judge, double displacement_threshold, Repetitio
   }
 }
 
-/// Brings every file to its end; returns what kept one from it.
+/// Completes every file; returns why one could not be completed.
 std::string finish_files(WireTap& tap, Judge& judge) {
   std::string unwritten;
   const auto attempt = [&](const std::function<void()>& finish) {
@@ -245,7 +245,7 @@ std::string finish_files(WireTap& tap, Judge& judge) {
   return unwritten;
 }
 
-/// What waits for a phase that the method does not have would never happen.
+/// Rejects phases that the method does not have: what waits for one would never happen.
 template <typename Waiting>
 void require_phases(const std::vector<Waiting>& all, const char* list) {
   const std::vector<std::string> names(regrasp::kPhaseNames.begin(), regrasp::kPhaseNames.end());
@@ -308,7 +308,7 @@ RepetitionResult run_repetition(const RepetitionOptions& options) {
   if (folder_error) throw EnvironmentError(options.out.string() + ": " + folder_error.message());
   require_fit(options.robot, world.robot.devices);
   robot::RobotOptions robot_options = options.robot;
-  robot_options.allow_overload = true;  // the emulated buses show what comes of it
+  robot_options.allow_overload = true;  // the emulated buses show the consequences
   robot::Robot robot(world.robot.model, world.robot.devices, world.emulator.interfaces(), robot_options);
   WatchedCycle cycle(world.emulator, options);
   WireTap tap(world.emulator, options);
@@ -366,7 +366,7 @@ RepetitionResult run_repetition(const RepetitionOptions& options) {
                                        seconds(world.emulator.now()), progress.phase, e.what()));
   }
   if (!options.out.empty()) {
-    // As the master has left the PDOs at boot.
+    // With the PDOs as the master configured them at boot.
     try {
       static_cast<void>(
           datasheets::write_dbc_files(datasheets::wired_buses(world.robot.devices, world.emulator.buses()),
@@ -383,13 +383,13 @@ RepetitionResult run_repetition(const RepetitionOptions& options) {
     publish(options.out / "held.png");
   }
   robot.stop();
-  cycle.next();  // the drives take their quick stop, and their brakes hold
+  cycle.next();  // the drives perform their quick stop, and their brakes hold
   const std::string unwritten = finish_files(tap, judge);
   if (result.unwritten.empty()) result.unwritten = unwritten;
   report_progress(world.emulator.now());
   fill_rows(world.scene, judge, result);
   if (judge.always_held() && result.outcome != Outcome::kStopped) {
-    SceneObject object = world.emulator.plant().object(judge.object());  // with the weights it has now
+    SceneObject object = world.emulator.plant().object(judge.object());  // with its present weights
     result.least_torque = least_torque(world.scene, object, world.robot, robot.joint_names(), parameters);
   }
   for (const faults::InjectionState& state : world.emulator.injections())

@@ -17,7 +17,7 @@ class Emulator;
 
 namespace walkman::apps {
 
-/// One row of the paper's Table 1. Distances along the object from its left end.
+/// One row of the paper's Table 1. Distances are along the object from its left end.
 struct TableRow {
   double d_r = 0;        ///< true centre of mass, m
   double d_v = 0;        ///< visual grasp, m
@@ -27,60 +27,60 @@ struct TableRow {
   double tau_after = 0;  ///< the same two after the last regrasp
   double d_after = 0;
   double reduction_percent = 0;  ///< 100 (1 − |τ'| / |τ|)
-  double tau_about_handle = 0;   ///< the parts of τ and τ' about the handle's axis, N·m
+  double tau_about_handle = 0;   ///< the components of τ and τ' about the handle's axis, N·m
   double tau_about_handle_after = 0;
   double f_g_deviation = 0;  ///< standard deviation of f_g, N
-  double tau_deviation = 0;  ///< standard deviations of τ and τ' in the direction known worst, N·m
+  double tau_deviation = 0;  ///< standard deviations of τ and τ' in the least certain direction, N·m
   double tau_deviation_after = 0;
   double d_deviation = 0;  ///< standard deviations of d and d', m
   double d_deviation_after = 0;
   double com_x = 0, com_y = 0, com_z = 0;  ///< centre of mass from Ho in the hand's axes, last weighing, m
 };
 
-/// How a repetition ended. The first three are the method's own words; the truth may deny them.
+/// How a repetition ended. The first three are the method's own results, which ground truth may contradict.
 enum class Outcome {
   kMinimumTorque,
   kMinimumDisplacement,
   kRegraspLimit,
-  kDropped,   ///< at a weighing the object did not hang free
-  kWrong,     ///< the last weighing is not what the plant says (see `contradiction`)
+  kDropped,   ///< the object did not hang free at a weighing
+  kWrong,     ///< the last weighing does not agree with the plant (see `contradiction`)
   kCollided,  ///< the robot touched what it should not have (see `touches`)
   kStopped,   ///< by regrasp::RunStopped
 };
 
-/// What `tau`, `d` and the others of these names in a row should have been, by the plant.
+/// The true values, by the plant, of `tau`, `d` and the other fields of the same names in a row.
 struct TrueRow {
   double tau = 0;        ///< N·m
   double d = 0;          ///< m
   double tau_after = 0;  ///< N·m
   double d_after = 0;    ///< m
-  double com_error = 0;  ///< reported less true centre of mass along the handle at the last weighing, m
+  double com_error = 0;  ///< reported minus true centre of mass along the handle at the last weighing, m
   double tau_about_handle = 0;  ///< N·m
   double tau_about_handle_after = 0;
   double reduction_percent = 0;  ///< 100 (1 − |τ'| / |τ|)
-  double slip = 0;       ///< until the last weighing, while the object hung free: its path in the hand, m
-  double slip_turn = 0;  ///< and the angle it has turned there by, rad
+  double slip = 0;       ///< path of the object in the hand while it hung free, until the last weighing, m
+  double slip_turn = 0;  ///< angle turned along that path, rad
   double com_x = 0, com_y = 0, com_z = 0;  ///< from the true Ho, in the true hand's axes, m
   double visual_com_error = 0;             ///< of the first look, from the centroid of the object's volume, m
 };
 
 [[nodiscard]] std::string to_string(Outcome outcome);
 
-/// How the true robot came out, as result files hold it.
+/// The true robot as it was drawn, in the form stored in result files.
 struct DrawnRobot {
   /// All draws of one kind of error, by its key in a scene.
   struct Kind {
     std::string key;
     int count = 0;
     double rms = 0, largest = 0;  ///< in the kind's unit
-    std::string of;               ///< which part has the largest
+    std::string of;               ///< the part with the largest draw
   };
-  std::string model_error;  ///< what was asked for
+  std::string model_error;  ///< as requested
   double mass = 0;          ///< of the whole robot, kg
   std::vector<Kind> kinds;
 };
 
-/// A row and what it should have been.
+/// A row and its true values.
 struct JudgedRow {
   TableRow row;
   TrueRow truth;
@@ -90,33 +90,33 @@ struct RepetitionResult {
   std::uint64_t seed = 0;
   DrawnRobot robot;
   TableRow row;
-  TrueRow truth;  ///< means something when `weighed`
-  /// Of the load that became another in the hand: from the first weighing after that.
+  TrueRow truth;  ///< meaningful only if `weighed`
+  /// For a load that changed in the hand: from the first weighing after the change.
   std::optional<JudgedRow> after_change;
-  /// Least torque with which the object as it was at the end can be held level, N·m; see `least_torque`. Only
-  /// of a repetition that ended with the object held.
+  /// Least torque with which the object in its final state can be held level, N·m; see `least_torque`. Only
+  /// for a repetition that ended with the object held.
   std::optional<double> least_torque;
-  bool weighed = false;  ///< at least one lift was; else only d_r and d_v of the row mean anything
+  bool weighed = false;  ///< at least one lift was; otherwise only d_r and d_v of the row are meaningful
   int regrasps = 0;
-  int recoveries = 0;  ///< how often the drivers got back what a fault had taken away
+  int recoveries = 0;  ///< how often the drivers recovered from a fault
   Outcome outcome = Outcome::kStopped;
   std::string
-      reason;  ///< of a stop or a wrong result, or what kept the hand off a better place; one sentence
-  /// What was to break, in the plan's order: how often it began, and what it touched.
+      reason;  ///< of a stop or a wrong result, or what kept the hand from a better place; one sentence
+  /// The injected faults, in the plan's order: how often each began, and what it affected.
   struct Injected {
     std::string name, kind, target;
     int times = 0;
-    std::uint64_t frames = 0;  ///< that were not what they would have been
-    double first = 0;          ///< s, when it began first; 0 when it did not
+    std::uint64_t frames = 0;  ///< frames that it changed
+    double first = 0;          ///< s, when it first began; 0 if it did not
   };
   std::vector<Injected> faults;
   std::vector<std::string> touches;   ///< of the robot with itself or its surroundings, one sentence each
   std::vector<std::string> warnings;  ///< of drivers and method, one sentence each
-  std::string unwritten;  ///< which file could not be written completely, one sentence; empty: all were
+  std::string unwritten;  ///< which file could not be written completely, one sentence; empty: all files were
   double simulated_seconds = 0;
 };
 
-/// What a repetition is doing, for people who wait.
+/// The progress of a repetition, for display.
 struct Progress {
   std::string phase;
   double simulated_seconds = 0;
@@ -129,28 +129,29 @@ struct RepetitionOptions {
   std::filesystem::path scene;
   std::filesystem::path parameters;  ///< both stages' YAML
   std::filesystem::path actuators;
-  std::filesystem::path faults;  ///< plan of what is to break; none when empty
+  std::filesystem::path faults;  ///< fault plan; none when empty
   RobotChoice robot_choice;
-  std::optional<std::string> model_error;  ///< a level in place of the scene's
+  std::optional<std::string> model_error;  ///< a level that replaces the scene's
   robot::RobotOptions robot;
   std::uint64_t seed = 1;  ///< true robot, object pose and sensor noise
   std::filesystem::path
       out;  ///< folder for the CAN log and its DBC files, the cloud, the wrench trace; none when empty
-  bool state_log = false;                         ///< and for what the devices' objects were at every PDO
-  std::function<void(const Progress&)> progress;  ///< every cycle
-  std::function<void(std::string_view sentence)> warned;  ///< of a warning, once each
-  RepetitionWatch* watch = nullptr;                       ///< looks on from the emulator's side
-  /// Told of the emulated robot before it is booted; for tests that lose frames of its buses, or send some.
+  bool state_log = false;                                 ///< log the devices' objects at every PDO, too
+  std::function<void(const Progress&)> progress;          ///< called every cycle
+  std::function<void(std::string_view sentence)> warned;  ///< called once for each warning
+  RepetitionWatch* watch = nullptr;                       ///< observes from the emulator's side
+  /// Called with the emulated robot before it is booted; for tests that lose frames on its buses, or send
+  /// some.
   std::function<void(Emulator&)> prepare;
 };
 
-/// Throws std::runtime_error, one sentence, for files that do not fit: before anything is run or written.
+/// Throws std::runtime_error, one sentence, for invalid files, before anything is run or written.
 void require_valid(const RepetitionOptions& options);
 
-/// Runs the method once, from power-on to the last weighing, against a fresh emulated robot. Files have their
-/// names when they are complete, and ".partial" behind them before. Throws std::runtime_error for files that
-/// do not fit, EnvironmentError when none can be written, and std::logic_error for whatever ends the run but
-/// regrasp::RunStopped: that one is an outcome.
+/// Runs the method once, from power-on to the last weighing, against a fresh emulated robot. Files get their
+/// names when they are complete; until then the names end in ".partial". Throws std::runtime_error for
+/// invalid files, EnvironmentError when none can be written, and std::logic_error for anything that ends the
+/// run except regrasp::RunStopped, which is an outcome.
 [[nodiscard]] RepetitionResult run_repetition(const RepetitionOptions& options);
 
 }  // namespace walkman::apps

@@ -44,9 +44,9 @@ void write_line(int pipe, const nlohmann::json& message) {
   }
 }
 
-/// The child's whole life: one repetition, its messages as JSON lines.
+/// Body of the child process: runs one repetition and sends its messages as JSON lines.
 [[noreturn]] void run_child(const RepetitionOptions& options, int pipe) {
-  prctl(PR_SET_PDEATHSIG, SIGKILL);  // what a killed parent leaves behind would go on writing
+  prctl(PR_SET_PDEATHSIG, SIGKILL);  // otherwise a child of a killed parent would go on writing
   sigset_t none;
   sigemptyset(&none);
   sigprocmask(SIG_SETMASK, &none, nullptr);
@@ -85,7 +85,7 @@ Child start(std::size_t index, const RepetitionOptions& options) {
   return {index, pid, ends[0], {}};
 }
 
-/// Takes whole lines out of what a child has sent.
+/// Takes complete lines out of the data received from a child.
 void take_messages(Child& child, std::optional<RepetitionResult>& result, const PoolEvents& events) {
   std::size_t end = 0;
   while ((end = child.received.find('\n')) != std::string::npos) {
@@ -106,7 +106,7 @@ void take_messages(Child& child, std::optional<RepetitionResult>& result, const 
   }
 }
 
-/// Reads once from a child; false when it has closed its end.
+/// Reads once from a child. Returns false when it has closed its end.
 bool read_from(Child& child) {
   char buffer[4096];
   const ssize_t n = read(child.pipe, buffer, sizeof buffer);
@@ -114,7 +114,7 @@ bool read_from(Child& child) {
   return n > 0 || (n < 0 && errno == EINTR);
 }
 
-/// Children that have not been waited for yet; ends what is left of them.
+/// Children that have not been waited for yet; kills the remaining ones when destroyed.
 class Children {
  public:
   Children() = default;

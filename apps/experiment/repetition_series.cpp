@@ -70,8 +70,7 @@ class Experiment {
   }
 
  private:
-  /// From now on there is a result, of what is done so far: whatever ends this run, it is marked as
-  /// interrupted.
+  /// Writes a result of what is done so far: however this run ends, there is one, marked as interrupted.
   void write() const { folder_.write_result(to_json(result()).dump(2) + "\n"); }
   void take_over() {
     const auto json = nlohmann::json::parse(content(plan_.out / "result.json"), nullptr, false);

@@ -9,22 +9,23 @@
 
 namespace walkman::apps {
 
-/// Looks on while a repetition runs, from both sides of the wire. Nothing that it sees goes back to the
-/// method. What it throws ends the repetition and is passed on, if it is no std::exception.
+/// Observes a running repetition from both sides of the buses. Nothing that it observes is fed back to the
+/// method. Anything it throws ends the repetition and, unless it is a std::exception, is passed on.
 class RepetitionWatch {
  public:
   virtual ~RepetitionWatch() = default;
 
-  /// The emulated robot is there and its clock at zero. All three stay until the repetition has ended.
+  /// The emulated robot exists and its clock is at zero. All three arguments stay valid until the repetition
+  /// has ended.
   virtual void begins(EmulatedWorld& /*world*/, const robot::Robot& /*robot*/, const Judge& /*judge*/) {}
-  /// The method begins a phase; neither emulator nor files have been told of it.
+  /// The method begins a phase; neither the emulator nor the files have been notified yet.
   virtual void phase_begins(std::string_view /*phase*/) {}
-  /// Every cycle, those of booting and recovering among them.
+  /// Every cycle, including those of booting and recovering.
   virtual void cycle() {}
   /// A warning of the drivers or the method.
   virtual void warned(std::string_view /*sentence*/) {}
-  /// The method has ended, by itself or not, and the drives have been told to stop; `cycle` takes the
-  /// emulator on without it.
+  /// The method has ended, by itself or not, and the drives have been told to stop; `cycle` advances the
+  /// emulator without the method.
   virtual void over(const RepetitionResult& /*result*/, robot::Cycle& /*cycle*/) {}
 };
 

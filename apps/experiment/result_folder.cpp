@@ -77,12 +77,12 @@ ResultFolder::ResultFolder(fs::path folder) : folder_(std::move(folder)) {
             : fmt::format("--out {}: cannot be locked ({})", folder_.string(), std::strerror(reason)));
   }
   const std::string me = std::to_string(getpid()) + "\n";
-  // Only for the words of another run's refusal: the lock itself needs no content.
+  // Only for the message that refuses another run: the lock itself needs no content.
   if (ftruncate(lock_, 0) == 0) static_cast<void>(!write(lock_, me.data(), me.size()));
 }
 
 ResultFolder::~ResultFolder() {
-  // What is left is the same to the byte from run to run.
+  // So that the folder is the same from run to run, byte for byte.
   static_cast<void>(ftruncate(lock_, 0) == 0);
   close(lock_);
 }

@@ -5,22 +5,21 @@
 
 namespace walkman::apps {
 
-/// The folder that one run of an experiment writes to, and no other run meanwhile. The first repetition's
-/// files lie in it, the others' in folders of their own.
+/// The folder that one run of an experiment writes to, and no other run at the same time. The first
+/// repetition's files are in it, the others' in separate subfolders.
 class ResultFolder {
  public:
-  /// Makes the folder if it is not there and locks it. Throws EnvironmentError when that cannot be done, or
-  /// when another run has it, naming that run's process.
+  /// Creates the folder if necessary and locks it. Throws EnvironmentError if that fails, or if another run
+  /// has locked it, naming that run's process.
   explicit ResultFolder(std::filesystem::path folder);
   ~ResultFolder();
   ResultFolder(const ResultFolder&) = delete;
   ResultFolder& operator=(const ResultFolder&) = delete;
 
-  /// Removes what an earlier run has left, whole and partial files, and nothing else. Throws
-  /// EnvironmentError.
+  /// Removes the files of an earlier run, complete and partial, and nothing else. Throws EnvironmentError.
   void clear() const;
 
-  /// Where a repetition's files are to lie; `index` from 0.
+  /// Folder for a repetition's files; `index` from 0.
   [[nodiscard]] std::filesystem::path of_repetition(int index) const;
 
   /// Replaces `result.json` as a whole. Throws EnvironmentError.

@@ -13,14 +13,14 @@ namespace walkman::apps {
 namespace {
 
 constexpr double kLeastTorque =
-    0.05;  // N·m, of which an optimality is told: several times what weighing leaves
+    0.05;  // N·m, for which an optimality is reported: several times the residual of weighing
 
 struct Column {
   const char* key;
   double TableRow::*value;
   bool needs_weighing = true;
   bool in_paper = true;
-  bool is_signed = false;  // tells a side: a mean is of magnitudes
+  bool is_signed = false;  // the sign indicates a side: means are of magnitudes
 };
 
 constexpr std::array<Column, 18> kColumns = {
@@ -65,7 +65,8 @@ constexpr std::array<TrueColumn, 14> kTrueColumns = {
      {"com_z_true", &TrueRow::com_z},
      {"visual_com_error", &TrueRow::visual_com_error}}};
 
-/// The kinds of all repetitions' robots, each as one: `of` names the part and the seed of the largest.
+/// The kinds of all repetitions' robots, merged by kind: `of` names the part and the seed of the largest
+/// draw.
 std::vector<DrawnRobot::Kind> all_kinds(const std::vector<RepetitionResult>& repetitions) {
   std::vector<DrawnRobot::Kind> all;
   for (const RepetitionResult& repetition : repetitions) {
@@ -85,7 +86,7 @@ std::vector<DrawnRobot::Kind> all_kinds(const std::vector<RepetitionResult>& rep
   return all;
 }
 
-/// What was drawn in all repetitions; nothing where nothing was.
+/// Summary of the draws of all repetitions; empty if there were none.
 std::string robots_text(const std::vector<RepetitionResult>& repetitions) {
   const std::vector<DrawnRobot::Kind> kinds = all_kinds(repetitions);
   if (kinds.empty()) return "";
@@ -102,10 +103,10 @@ std::string robots_text(const std::vector<RepetitionResult>& repetitions) {
   return text;
 }
 
-/// Six decimals: a micrometre, a micronewton-metre; finer is noise to a reader.
+/// Six decimals: a micrometre, a micronewton-metre; finer digits are noise to a reader.
 double rounded(double value) { return std::round(value * 1e6) / 1e6; }
 
-/// Four digits: enough of a draw to see which it was.
+/// Four digits: enough to identify a draw.
 double four_digits(double value) {
   if (value == 0 || !std::isfinite(value)) return value;
   const double unit = std::pow(10.0, 3 - std::floor(std::log10(std::abs(value))));
@@ -155,7 +156,7 @@ nlohmann::json paper_json(const TableRow& row) {
   return json;
 }
 
-/// What `row_json` made.
+/// Reads the output of `row_json`.
 JudgedRow row_from_json(const nlohmann::json& json) {
   JudgedRow out;
   for (const Column& column : kColumns) {
@@ -179,7 +180,7 @@ std::string row_text(const TableRow& row) {
                      cell(row.d_after, 8, 4), cell(row.reduction_percent, 6, 1));
 }
 
-/// Of the paper's Table 2.
+/// A row of the paper's Table 2.
 PaperRow torques(double tau, double tau_after, double reduction_percent) {
   TableRow row;
   for (const Column& column : kColumns) row.*column.value = std::numeric_limits<double>::quiet_NaN();
@@ -197,8 +198,8 @@ constexpr std::array kOutcomes = {Outcome::kMinimumTorque, Outcome::kMinimumDisp
 }  // namespace
 
 std::optional<PaperRow> paper_row(int experiment) {
-  // As printed, but for the reduction of experiment 5's first row: its torques give 77.2 %, where 22.8
-  // stands.
+  // As printed, except for the reduction of experiment 5's first row: its torques give 77.2 %, where 22.8 is
+  // printed.
   static const std::map<int, PaperRow> kTables = {
       {1, {{0.520, 0.450, 12.0, 0.886, 0.0736, -0.031, -0.0020, 96.5}, {}}},
       {2, {{0.565, 0.480, 13.7, 1.323, 0.0969, 0.090, 0.0069, 93.2}, {}}},

@@ -10,53 +10,53 @@
 
 namespace walkman::apps {
 
-/// What the paper's Tables 1 and 2 (Kanoulas et al., averages of ten repetitions) have for an experiment.
+/// An experiment's entries in the paper's Tables 1 and 2 (Kanoulas et al., averages of ten repetitions).
 struct PaperRow {
-  TableRow row;                          ///< NaN where the table has nothing
+  TableRow row;                          ///< NaN where the table has no entry
   std::optional<TableRow> after_change;  ///< its second row, where the load changes
 };
 
-/// None for an experiment that the tables do not have. Signs as printed.
+/// Returns nullopt for an experiment that is not in the tables. Signs as printed.
 [[nodiscard]] std::optional<PaperRow> paper_row(int experiment);
 
-/// Mean over the repetitions that ran to their end, whatever end: all but the stopped ones. Torques and
-/// displacements by magnitude: signs that tell a side would cancel.
+/// Mean over the repetitions that ran to any end: all but the stopped ones. Torques and displacements are
+/// averaged by magnitude, because signs that indicate a side would cancel.
 struct Mean {
-  int n = 0;  ///< how many these are; 0: the rows mean nothing
+  int n = 0;  ///< number of these repetitions; 0: the rows mean nothing
   JudgedRow whole;
   std::optional<double> optimality;  ///< over those that have one
-  int changed = 0;                   ///< in how many the load changed
+  int changed = 0;                   ///< number of those in which the load changed
   std::optional<JudgedRow> after_change;
 };
 
 struct ExperimentResult {
-  int number = 1;                             ///< the paper's; 0: a scene of the user's own
-  std::string scene;                          ///< its file's name without folder and ending
-  std::vector<RepetitionResult> repetitions;  ///< those that came to a result
+  int number = 1;                             ///< the paper's; 0: a scene of the user
+  std::string scene;                          ///< its file's name without folder and extension
+  std::vector<RepetitionResult> repetitions;  ///< those that have a result
   std::optional<PaperRow> paper;
-  bool interrupted = false;  ///< not every repetition asked for came to a result
+  bool interrupted = false;  ///< not every requested repetition has a result
 
   [[nodiscard]] Mean mean() const;
-  /// Every repetition ended with the object held where the wrist's torque is least.
+  /// Returns true if every repetition ended with the object held where the wrist's torque is least.
   [[nodiscard]] bool succeeded() const;
 };
 
-/// {"experiment" (null for a scene of the user's own), "scene", "interrupted", "repetitions": [...],
-/// "outcomes": {OUTCOME: how many}, "mean" with its "n", "paper"}; SI units, distances along the object from
-/// its left end. The same from run to run, to the byte.
+/// {"experiment" (null for a scene of the user), "scene", "interrupted", "repetitions": [...], "outcomes":
+/// {OUTCOME: how many}, "mean" with its "n", "paper"}; SI units, distances along the object from its left
+/// end. The same from run to run, byte for byte.
 [[nodiscard]] nlohmann::json to_json(const ExperimentResult& result);
 [[nodiscard]] nlohmann::json to_json(const RepetitionResult& result);
-/// True final torque over the least with which the object can be held level; none where that is next to
-/// nothing, so that the quotient means nothing. Below 1 where the object hangs straight, which takes torque
-/// away.
+/// True final torque divided by the least torque with which the object can be held level; nullopt where the
+/// least torque is almost zero, which makes the quotient meaningless. Below 1 where the object hangs
+/// straight, which reduces the torque.
 [[nodiscard]] std::optional<double> optimality(const RepetitionResult& result);
 [[nodiscard]] RepetitionResult repetition_from_json(const nlohmann::json& json);
 
-/// A table for people: one line per repetition, the mean, the paper's row.
+/// Human-readable table: one line per repetition, the mean, the paper's row.
 [[nodiscard]] std::string to_text(const ExperimentResult& result);
 
-/// One line for each repetition of all, with its experiment, comma-separated, after a line of the columns'
-/// names.
+/// Comma-separated: a line with the column names, then a line for each repetition of all experiments, with
+/// its experiment.
 [[nodiscard]] std::string to_csv(const std::vector<ExperimentResult>& results);
 
 /// "Experiment 3", or the scene's name.

@@ -19,7 +19,7 @@ TouchWatch::TouchWatch(const KnownRobot& robot, std::string object) : object_(st
     const HandParts& hand = robot.description.hands[side];
     for (const std::size_t i : below(hand.force_torque))
       parts_[i] = {model.links[i].name, Part::kPalm, static_cast<int>(side)};
-    // What the hand's motor moves, or follows what it moves, are fingers.
+    // The links moved by the hand's motor, or by joints that follow it, are fingers.
     const int motor = model.joint_index(hand.motor);
     for (std::size_t j = 0; j < model.joints.size(); ++j) {
       const Joint& joint = model.joints[j];
@@ -30,7 +30,7 @@ TouchWatch::TouchWatch(const KnownRobot& robot, std::string object) : object_(st
   }
   if (const auto& stance = robot.description.stance) {
     for (const std::string& sensor : stance->feet) {
-      // The sensor's frame is fixed to the foot, which hangs on the ankle.
+      // The sensor's frame is fixed to the foot, which is attached to the ankle.
       const Link* foot = &model.links[static_cast<std::size_t>(model.link_index(sensor))];
       while (foot->parent_joint >= 0) {
         const Joint& joint = model.joints[static_cast<std::size_t>(foot->parent_joint)];

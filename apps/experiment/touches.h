@@ -10,25 +10,25 @@
 
 namespace walkman::apps {
 
-/// Something that the robot has touched and should not have, when it first did.
+/// A contact that the robot should not have had, when it first occurred.
 struct UnwantedTouch {
-  std::string link, other;  ///< a link of the robot; another, or a body of the scene
+  std::string link, other;  ///< a link of the robot; another link, or a body of the scene
   std::string phase;
   double time = 0;   ///< s
-  double force = 0;  ///< along the contact's normal then, N
+  double force = 0;  ///< along the contact's normal at that time, N
 };
 
-/// Watches what the robot touches, by the plant's truth.
+/// Monitors the robot's contacts, by the plant's ground truth.
 ///
-/// The feet stand on the ground, a hand may touch itself and the object. While it closes, lifts and lowers,
-/// its fingers may slide along what the object lies on: that is how a soft hand takes what lies low. All else
-/// is noted, each pair once.
+/// The feet may stand on the ground, and a hand may touch itself and the object. While the hand closes, lifts
+/// and lowers, its fingers may slide along the surface on which the object lies: that is how a soft hand
+/// grasps a low object. All other contacts are recorded, each pair once.
 class TouchWatch {
  public:
-  /// `object` is the name of what is to be grasped.
+  /// `object`: name of the object to be grasped.
   TouchWatch(const KnownRobot& robot, std::string object);
 
-  /// Another is to be grasped.
+  /// Sets another object to be grasped.
   void grasps(std::string object) { object_ = std::move(object); }
 
   void look(const plant::Plant& plant, std::string_view phase);

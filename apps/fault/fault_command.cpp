@@ -17,7 +17,7 @@
 namespace walkman::apps {
 namespace {
 
-/// What a target is called on the command line and in a plan.
+/// Name of a target on the command line and in a plan.
 std::string_view target_of(faults::Target target) {
   switch (target) {
     case faults::Target::kFrames:
@@ -84,7 +84,7 @@ std::string list_text() {
   return out;
 }
 
-/// Where each kind can be: rows of docs/faults.md.
+/// Where each kind can be injected: rows of docs/faults.md.
 std::string list_markdown() {
   std::string out =
       "| fault | of | in an experiment or a campaign | while `emulate` runs |\n|---|---|---|---|\n";
@@ -106,7 +106,7 @@ struct FaultArguments {
   std::string lasts;
 };
 
-/// "2", "2s" or "250ms" in s.
+/// Converts "2", "2s" or "250ms" to s.
 std::string seconds_of(const std::string& text) {
   double value = 0;
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);

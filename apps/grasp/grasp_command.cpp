@@ -47,7 +47,7 @@ int run(const GraspArguments& options) {
   grasp.camera_address = options.camera_address;
   grasp.pacing = options.pacing;
 
-  StopSignals signals;  // before any thread
+  StopSignals signals;  // before any thread starts
   ProgressLine line;
   double shown = -kProgressInterval;
   GraspEvents events;

@@ -10,7 +10,7 @@ namespace {
 
 double rounded(double value) { return std::round(value * 1e6) / 1e6; }
 
-/// Where on the handle's axis the weight hangs, in the frame of the stance.
+/// Point on the handle's axis at which the weight hangs, in the stance frame.
 Eigen::Vector3d centre_of_mass_T(const regrasp::Weighing& weighing) {
   return weighing.X_TH * Eigen::Vector3d(weighing.displacement, 0, 0);
 }

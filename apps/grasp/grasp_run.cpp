@@ -50,7 +50,7 @@ std::unique_ptr<multisense::Camera> open_camera(multisense::DatagramPort& port, 
   }
 }
 
-/// Passes on what the pipeline learns.
+/// Forwards the events of the pipeline.
 class Watcher : public regrasp::Observer {
  public:
   Watcher(const GraspEvents& events, GraspResult& result, Time began)
@@ -92,9 +92,10 @@ std::string what_is_needed(const robot::RobotOptions& options, Pacing pacing) {
              : "--realtime needs a robot, or an emulator without --lockstep on a host that is fast enough";
 }
 
-/// Cycles of a lock-step master. One of the first, when a node already produces heartbeats, is kept waiting:
-/// with time that stands still between two SYNCs, a node then sends at most the heartbeat that was under way.
-/// Intervals alone do not show it: on a fast host the cycles may take just as long as they stand for.
+/// Cycles of a lock-step master. One of the first, once a node produces heartbeats, is made to wait: if time
+/// stands still between two SYNCs, a node then sends at most the heartbeat that was already under way.
+/// Intervals alone do not show it: on a fast host the cycles may take just as long as the time they
+/// represent.
 class ProvenLockstep final : public robot::Cycle {
  public:
   ProvenLockstep(robot::KernelLockstepCycle& inner, const robot::HeartbeatPace& pace,
@@ -112,7 +113,7 @@ class ProvenLockstep final : public robot::Cycle {
     return now;
   }
 
-  /// Throws EnvironmentError when time did not stand still.
+  /// Throws EnvironmentError if time did not stand still.
   void require() const {
     if (came_ <= 1) return;
     throw EnvironmentError(fmt::format("a node sent {} heartbeats in {:g} ms without a SYNC: {}", came_,
@@ -129,7 +130,7 @@ class ProvenLockstep final : public robot::Cycle {
   std::uint64_t came_ = 0;
 };
 
-/// The robot's time does not go with the master's.
+/// Reports that the robot's time does not run at the master's pace.
 [[noreturn]] void throw_other_pace(Time interval, const robot::RobotOptions& options, Pacing pacing) {
   throw EnvironmentError(fmt::format(
       "heartbeats that are due every {:g} ms come every {:g} ms of the master's time: {}",
@@ -151,7 +152,7 @@ GraspResult run_grasp(const KnownRobot& known, const GraspOptions& options, Stop
   std::unique_ptr<robot::KernelRealTimeCycle> real_time;
   const std::string address = options.camera_address.empty() ? kDefaultCamera : options.camera_address;
   multisense::UdpPort port(address);
-  // Before the first cycle no time has passed for the master.
+  // Before the first cycle, no time has passed for the master.
   const auto camera = open_camera(port, address, [&] {
     if (lockstep) return lockstep->now();
     return real_time ? real_time->now() : Time{};
@@ -175,7 +176,7 @@ GraspResult run_grasp(const KnownRobot& known, const GraspOptions& options, Stop
     if (interval) throw_other_pace(*interval, robot_options, options.pacing);
   };
   const auto interrupted = [&] {
-    require_pace();  // once more below: the method may make an ending of its own of it
+    require_pace();  // checked again below: the method may turn the exception into an ending
     return signals.arrived();
   };
   if (is_lockstep) {
@@ -206,11 +207,11 @@ GraspResult run_grasp(const KnownRobot& known, const GraspOptions& options, Stop
   } catch (const std::exception& e) {
     defect = e.what();
   }
-  // Quick stop and NMT stop, and a SYNC behind them: in lock-step it is what makes them happen.
+  // Quick stop and NMT stop, followed by a SYNC, which in lock-step makes them take effect.
   robot.stop();
   robot.sync(lockstep ? lockstep->now() : real_time->now());
-  // A kernel's short transmit queue takes them bit by bit; what it has not taken by then the drives learn
-  // from the missing heartbeat.
+  // A kernel's short transmit queue accepts them gradually; where it has not accepted them in time, the
+  // drives stop because of the missing heartbeat.
   for (const auto& bus : buses) static_cast<void>(bus->socket->flush_all(kStopLimit));
   require_pace();
   if (lockstep) result.incomplete = lockstep->incomplete();

@@ -17,7 +17,7 @@ namespace {
 
 nlohmann::json vector_json(const Eigen::Vector3d& v) { return {v.x(), v.y(), v.z()}; }
 
-/// A result in the frame F of the cloud's file: the sensor is at `X_FC` in it.
+/// A result in the frame F of the cloud's file, in which the sensor has the pose `X_FC`.
 struct Located {
   perception::StageOneResult result;
   Eigen::Isometry3d X_FC;
@@ -101,7 +101,7 @@ std::string handle_text(const Located& located, const perception::Handle& h) {
       1e3 * h.position_deviation, h.axis_deviation * 180 / M_PI);
 }
 
-/// Which clusters other than the chosen one have handles, for a result without any.
+/// Lists the clusters other than the chosen one that have handles, for a result without any.
 std::string others_text(const perception::StageOneResult& result) {
   std::string others;
   for (std::size_t i = 0; i < result.objects.size(); ++i)

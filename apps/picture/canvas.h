@@ -6,8 +6,8 @@
 
 namespace walkman::picture {
 
-/// Points and lines as a camera sees them whose optical frame is C, on a white square; a later one covers an
-/// earlier one.
+/// Draws points and lines as seen by a camera with the optical frame C, on a white square; later ones cover
+/// earlier ones.
 class Canvas {
  public:
   Canvas();
@@ -20,7 +20,7 @@ class Canvas {
   Picture picture_;
 };
 
-/// From blue (0) over green to red (1).
+/// Colour from blue (0) through green to red (1).
 [[nodiscard]] Rgb rainbow(float share);
 
 }  // namespace walkman::picture

@@ -9,14 +9,14 @@
 
 namespace walkman::picture {
 
-/// How a surface looks.
+/// Appearance of a surface.
 struct Paint {
-  Eigen::Vector3f colour{0.5F, 0.5F, 0.5F};  ///< share of red, green and blue light it returns, linear
+  Eigen::Vector3f colour{0.5F, 0.5F, 0.5F};  ///< share of red, green and blue light that it reflects, linear
   float gloss = 0;                           ///< strength of its highlight
-  bool ground = false;                       ///< carries the grid and fades into the background far away
+  bool ground = false;                       ///< has the grid and fades into the background far away
 };
 
-/// Bodies with their colours, where they are at one moment, for a picture.
+/// Coloured bodies in their poses at one moment, for a picture.
 class PaintedScene {
  public:
   /// Adds geometry of a link with the pose X_WL. Throws std::invalid_argument as sensors::RayScene::add_fixed
@@ -29,11 +29,11 @@ class PaintedScene {
 
  private:
   sensors::RayScene rays_;
-  std::vector<std::size_t> end_;  // triangle index behind the last one of each addition
+  std::vector<std::size_t> end_;  // one past the last triangle of each addition
   std::vector<Paint> paints_;
 };
 
-/// The box along the axes of W around `geometry` of a link with the pose X_WL; empty without any.
+/// Returns the box along the axes of W around `geometry` of a link with the pose X_WL; empty without any.
 [[nodiscard]] Eigen::AlignedBox3d bounds_W(const std::vector<LinkGeometry>& geometry,
                                            const Eigen::Isometry3d& X_WL);
 

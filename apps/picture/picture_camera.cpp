@@ -8,8 +8,8 @@
 namespace walkman::picture {
 namespace {
 
-constexpr double kFilled = 0.92;    // part of the picture's width or height that the points may take
-constexpr double kSteepest = 1.55;  // rad, short of straight down, where upright means nothing
+constexpr double kFilled = 0.92;    // largest share of the picture's width or height taken by the points
+constexpr double kSteepest = 1.55;  // rad, less than straight down, where upright is undefined
 
 }  // namespace
 

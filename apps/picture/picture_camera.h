@@ -14,13 +14,13 @@ struct PictureCamera {
   double focal_px = 0;
 };
 
-/// The camera that looks from the direction given, upright in a world whose z points up, placed as near as
-/// lets all `points_W` be seen, m, with a margin around them and in the middle of the picture.
+/// Returns a camera that looks from the given direction, upright in a world whose z points up, placed as near
+/// as possible with all `points_W` (m) in view, a margin around them, and in the middle of the picture.
 ///
-/// `azimuth` turns from W's x axis to its y axis, `elevation` up from the horizontal, rad, both of the
-/// direction towards the camera; `height_angle` is the full angle of view over the picture's height, rad.
-/// Throws std::invalid_argument without finite points, for sizes that are not positive, and for a camera that
-/// would look straight up or down.
+/// `azimuth` is measured from W's x axis towards its y axis, `elevation` up from the horizontal, rad, both
+/// for the direction towards the camera; `height_angle` is the full angle of view over the picture's height,
+/// rad. Throws std::invalid_argument without finite points, for sizes that are not positive, and for a camera
+/// that would look straight up or down.
 [[nodiscard]] PictureCamera camera_around(const std::vector<Eigen::Vector3d>& points_W, double azimuth,
                                           double elevation, double height_angle, int width, int height);
 

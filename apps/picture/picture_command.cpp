@@ -23,7 +23,7 @@
 namespace walkman::apps {
 namespace {
 
-constexpr int kMostPixels = 8192;  // a side
+constexpr int kMostPixels = 8192;  // per side
 constexpr double kDegree = std::numbers::pi / 180;
 
 struct PictureArguments {
@@ -36,7 +36,7 @@ struct PictureArguments {
   int threads = static_cast<int>(std::max(1U, std::thread::hardware_concurrency()));
 };
 
-/// Two numbers with `separator` between them and nothing else; none of them for any other text.
+/// Parses two numbers separated by `separator` and nothing else; nullopt for any other text.
 template <typename Number>
 std::optional<std::pair<Number, Number>> two_numbers(const std::string& text, char separator) {
   std::istringstream in(text);
@@ -73,7 +73,7 @@ void require_phase(const std::string& phase) {
       fmt::format("--phase {}: there is no such phase, expected one of {}", phase, fmt::join(known, ", ")));
 }
 
-/// A run may take a minute: says at once that its picture could not be kept.
+/// Checks in advance that the picture can be written, because a run may take a minute.
 void require_writable(const std::filesystem::path& file) {
   require_regular_output(file);
   const bool existed = std::filesystem::exists(file);
@@ -82,7 +82,7 @@ void require_writable(const std::filesystem::path& file) {
   if (!existed) std::filesystem::remove(file);
 }
 
-/// The world at the moment that the options name.
+/// Takes the world to the moment given by the options.
 void go_to_moment(EmulatedWorld& world, const PictureArguments& options, const std::filesystem::path& data) {
   const double seconds = options.at.value_or(0);
   const Time after = std::chrono::milliseconds(std::llround(1e3 * seconds));

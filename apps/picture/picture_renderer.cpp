@@ -18,7 +18,7 @@ namespace {
 using Colour = Eigen::Vector3f;
 
 constexpr float kPi = std::numbers::pi_v<float>;
-constexpr float kOffSurface = 1e-4F;  // m, keeps a ray from meeting the surface it starts on
+constexpr float kOffSurface = 1e-4F;  // m, keeps a ray from hitting the surface it starts on
 
 const Colour kSun(1.30F, 1.24F, 1.16F);
 const Colour kSkyLight(0.54F, 0.60F, 0.68F);
@@ -32,7 +32,7 @@ constexpr float kGridLine = 0.006F;    // m, wide
 constexpr float kMetreLine = 0.014F;   // m, every fourth line
 constexpr float kGridShade = 0.72F;
 
-/// Where the rays of one sample go within a pixel, on the sun's disc and on the sky, all in [0, 1).
+/// Positions of the rays of one sample within a pixel, on the sun's disc and on the sky, all in [0, 1).
 struct Sample {
   std::array<float, 6> u;
 };
@@ -54,7 +54,7 @@ std::vector<Sample> sample_sequence(int count) {
   return sequence;
 }
 
-/// Two unit vectors that make a right-handed frame with the unit vector `n`.
+/// Two unit vectors that form a right-handed frame with the unit vector `n`.
 std::array<Eigen::Vector3f, 2> tangents(const Eigen::Vector3f& n) {
   const Eigen::Vector3f other = std::abs(n.z()) < 0.9F ? Eigen::Vector3f::UnitZ() : Eigen::Vector3f::UnitX();
   const Eigen::Vector3f t = other.cross(n).normalized();
@@ -66,7 +66,7 @@ float smooth_step(float from, float to, float x) {
   return t * t * (3 - 2 * t);
 }
 
-/// Share of the ground's light on and beside the lines of its grid.
+/// Share of the ground's light reflected on and beside the lines of its grid.
 float grid_shade(const Eigen::Vector3f& p) {
   for (int axis = 0; axis < 2; ++axis) {
     const float line = std::round(p[axis] / kGridSpacing);
@@ -163,7 +163,7 @@ class Renderer {
             .normalized();
     const float facing = n.dot(to_sun);
     const bool lit = facing > 0 && free(start, to_sun, lighting_.shadow_reach);
-    // Directions over the sky in proportion to the cosine with the normal.
+    // Directions over the sky, distributed in proportion to the cosine with the normal.
     const float sine = std::sqrt(sample.u[4]);
     const float around = 2 * kPi * sample.u[5];
     const auto [t, b] = tangents(n);

@@ -13,10 +13,10 @@
 namespace walkman::apps {
 namespace {
 
-/// Ends a run from inside; no error, so nothing on the way takes it for one.
+/// Ends a run from inside; not an error, so nothing on the way handles it as one.
 struct MomentReached {};
 
-/// Paces the method and waits for the moment.
+/// Paces the method and waits for the moment to be reached.
 class PhaseWatch : public robot::Cycle, public regrasp::Observer {
  public:
   PhaseWatch(Emulator& emulator, Time period, std::string phase, Time after)

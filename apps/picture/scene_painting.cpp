@@ -9,7 +9,7 @@ namespace walkman::apps {
 namespace {
 
 constexpr double kHeightAngle = 0.42;   // rad
-constexpr double kSunBeside = -0.6;     // rad, of the sun's azimuth from the camera's
+constexpr double kSunBeside = -0.6;     // rad, the sun's azimuth relative to the camera's
 constexpr double kSunElevation = 0.95;  // rad
 
 using picture::Paint;
@@ -40,7 +40,7 @@ std::vector<std::size_t> depths(const RobotModel& model) {
   return depth;
 }
 
-/// Wants a body in the picture: the box around it along its own axes.
+/// Adds a body to the subject of the picture: the corners of the box around it along its own axes.
 void show(const LinkGeometry& geometry, const Eigen::Isometry3d& X_WL, ScenePainting& painting) {
   LinkGeometry upright = geometry;
   upright.X_LG = Eigen::Isometry3d::Identity();

@@ -6,7 +6,7 @@
 
 namespace walkman::apps {
 
-/// A cloud as its camera sees it, with what Stage I found in it: the plane's hull in purple, the object's
+/// A cloud as seen by its camera, with the results of Stage I: the plane's hull in purple, the object's
 /// points in blue, the axes of its handles in orange, the visual centre of mass as a green dot, and the grasp
 /// frame's axes, x red, y green, z blue.
 [[nodiscard]] picture::Picture seen_picture(const camera::OrganizedCloud& cloud,

@@ -8,12 +8,12 @@
 
 namespace walkman::apps {
 
-/// Where everything in the plant is at one moment.
+/// Poses of everything in the plant at one moment.
 struct Snapshot {
   Time at{};
   std::vector<Eigen::Isometry3d> X_WL;  ///< of each robot link
   std::vector<Eigen::Isometry3d> X_WO;  ///< of each object
-  std::vector<SceneObject> objects;     ///< with the weights they carry at this moment
+  std::vector<SceneObject> objects;     ///< with their weights at this moment
 };
 
 [[nodiscard]] Snapshot take_snapshot(const EmulatedWorld& world);

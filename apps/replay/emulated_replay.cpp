@@ -18,15 +18,15 @@
 namespace walkman::apps {
 namespace {
 
-// Longer than any frame takes; a log is in the order of the frames' ends, they are played in that of their
-// beginnings.
+// Longer than any frame takes: a log is in the order of the frames' ends, but they are played in the order of
+// their beginnings.
 constexpr Time kLookahead = std::chrono::milliseconds(20);
-// Between the last frame of a log and the end of the replay, for the last answers.
+// From the last frame of a log to the end of the replay, for the last answers.
 constexpr Time kEpilogue = std::chrono::milliseconds(5);
 
 struct Played {
   Time begins;
-  std::uint64_t place;  // in the log: the order among equals
+  std::uint64_t place;  // in the log: breaks ties
   std::size_t bus;
   can::Frame frame;
   friend bool operator>(const Played& a, const Played& b) {
@@ -34,14 +34,14 @@ struct Played {
   }
 };
 
-/// From the start of a frame to the end of its last bit, which is what a log's time is of.
+/// Time from the start of a frame to the end of its last bit, which is when the log stamps it.
 Time time_until_end(const can::Frame& frame, const bus::BusOptions& options) {
   bus::WireLength length = bus::wire_length(frame);
   length.nominal -= bus::kIntermissionBits;
   return bus::duration(length, options.bit_rate, options.data_bit_rate);
 }
 
-/// Pairs off what the log and the replay have, one identifier at a time.
+/// Pairs the frames of the log with those of the replay, one identifier at a time.
 class Comparison {
  public:
   Comparison(std::vector<bus::CanBus*> buses, ReplayResult& result)
@@ -50,7 +50,7 @@ class Comparison {
   void logged(std::size_t bus, const can::StampedFrame& frame) { take(bus, frame, true); }
   void replayed(std::size_t bus, const can::StampedFrame& frame) { take(bus, frame, false); }
 
-  /// What is left without a partner, up to a time until which both ends are complete.
+  /// Counts the frames left without a partner, up to a time until which both sides are complete.
   void finish(Time until) {
     for (std::size_t bus = 0; bus < pairs_.size(); ++bus) {
       for (auto& [key, pair] : pairs_[bus]) {
@@ -66,7 +66,7 @@ class Comparison {
  private:
   struct Pair {
     std::deque<can::StampedFrame> waiting;
-    bool of_log = false;  // which end is ahead
+    bool of_log = false;  // which side is ahead
   };
 
   void take(std::size_t bus, const can::StampedFrame& frame, bool of_log) {
@@ -103,7 +103,7 @@ class Comparison {
   std::vector<std::map<std::uint32_t, Pair>> pairs_;  // by bus and identifier
 };
 
-/// Which bus an interface of the log is.
+/// Maps the interfaces of the log to buses.
 class BusNames {
  public:
   BusNames(const ReplayOptions& options, const std::vector<bus::CanBus*>& buses)
@@ -165,7 +165,7 @@ ReplayResult replay_into_emulator(const ReplayOptions& options) {
     while (!waiting.empty() && waiting.top().begins <= known) {
       const Played next = waiting.top();
       waiting.pop();
-      // A nanosecond before it began: it then takes part in that arbitration.
+      // A nanosecond before it began, so that it takes part in that arbitration.
       go_to(next.begins - Time(1));
       if (buses[next.bus]->computer_port().send(next.frame) == can::SendResult::kQueued) ++result.given;
     }

@@ -14,12 +14,12 @@ namespace walkman::apps {
 struct ReplayOptions {
   std::filesystem::path log;
   WorldOptions world;
-  std::map<std::string, std::string> interfaces;  ///< the log's name of an interface → a bus's name
-  GapEvent gap;  ///< told before a stretch without frames is emulated, which may take long
+  std::map<std::string, std::string> interfaces;  ///< interface name in the log → bus name
+  GapEvent gap;  ///< called before a stretch without frames is emulated, which may take long
 };
 
-/// How the answers of the nodes compare with those in the log, each with the n-th of the same identifier on
-/// the same bus.
+/// Comparison of the nodes' answers with those in the log: the n-th answer with an identifier on a bus is
+/// compared with the n-th in the log.
 struct ReplayResult {
   std::uint64_t given = 0;      ///< frames of the master that were played
   std::uint64_t equal = 0;      ///< answers with the same bytes
@@ -27,15 +27,15 @@ struct ReplayResult {
   std::uint64_t missing = 0;    ///< in the log only
   std::uint64_t extra = 0;      ///< in the replay only
   Time latest{};                ///< largest difference in time between equal answers
-  std::string first;            ///< the first difference, for people; empty if there is none
+  std::string first;            ///< the first difference, human-readable; empty if there is none
   double seconds = 0;           ///< emulated
 
   [[nodiscard]] bool same() const { return different == 0 && missing == 0 && extra == 0; }
 };
 
-/// Plays what the computer sent, as a log has it, to a freshly powered-on emulated robot on the embedded bus,
-/// and compares what the robot answers. Each frame is offered to the bus so that it can begin when it began
-/// in the log. Throws std::runtime_error for a log or scene that does not fit: file, line, what was found.
+/// Plays the computer's frames from a log to a freshly powered-on emulated robot on the embedded bus, and
+/// compares the robot's answers. Each frame is offered to the bus in time to begin when it began in the log.
+/// Throws std::runtime_error for an invalid log or scene: file, line, what was found.
 [[nodiscard]] ReplayResult replay_into_emulator(const ReplayOptions& options);
 
 }  // namespace walkman::apps

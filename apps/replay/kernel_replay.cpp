@@ -13,10 +13,10 @@
 namespace walkman::apps {
 namespace {
 
-constexpr Time kLongestSleep = std::chrono::milliseconds(100);  // between two looks for a signal
+constexpr Time kLongestSleep = std::chrono::milliseconds(100);  // between two checks for a signal
 constexpr Time kRetry = std::chrono::milliseconds(1);
 
-/// Only error reports come in, and only reading them tells a socket of bus-off.
+/// Reads the error reports, the only incoming frames: a socket learns of bus-off only by reading them.
 void watch_link(can::SocketCan& socket) {
   can::StampedFrame report;
   while (socket.receive(report)) {
@@ -77,7 +77,7 @@ KernelReplayResult replay_onto_kernel(const KernelReplayOptions& options, StopSi
       watch_link(*socket);
       result.interrupted = signals.arrived();
     }
-    // What was gathered and never got to the kernel was not sent.
+    // Frames that were queued and never reached the kernel were not sent.
     const std::uint64_t lost = socket->statistics().dropped + socket->waiting();
     result.sent -= lost;
     result.refused += lost;

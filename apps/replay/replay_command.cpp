@@ -36,7 +36,7 @@ constexpr const char* kFooter =
     "usage\n"
     "or file; 3 an interface is not there.";
 
-/// "a=b,c=d" as a map.
+/// Parses "a=b,c=d" into a map.
 std::map<std::string, std::string> parse_pairs(const std::string& option, const std::string& text,
                                                const std::string& example) {
   std::map<std::string, std::string> pairs;

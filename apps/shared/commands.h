@@ -6,7 +6,7 @@
 
 namespace walkman::apps {
 
-/// Each adds its verb to the command line; when the verb was given, `run` is set to what it does, returning
+/// Each adds its verb to the command line; if the verb is given, `run` is set to its action, which returns
 /// the exit code.
 void add_campaign_command(CLI::App& app, std::function<int()>& run);
 void add_capture_command(CLI::App& app, std::function<int()>& run);

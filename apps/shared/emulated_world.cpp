@@ -35,7 +35,7 @@ const Scene& placed(Scene& scene, const KnownRobot& robot, const TrueRobot& trut
   return scene;
 }
 
-/// The devices that a list of buses and devices means.
+/// The devices denoted by a list of buses and devices.
 std::set<std::string> devices_of(const std::string& list, const char* option, const DeviceTable& table) {
   std::set<std::string> out;
   std::istringstream stream(list);

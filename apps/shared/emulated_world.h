@@ -17,34 +17,34 @@ struct WorldOptions {
   std::filesystem::path scene;
   RobotChoice robot;
   std::filesystem::path actuators;
-  std::filesystem::path faults;            ///< plan of what is to break; none when empty
-  std::optional<std::string> model_error;  ///< a level in place of the scene's
+  std::filesystem::path faults;            ///< fault plan; none when empty
+  std::optional<std::string> model_error;  ///< a level that replaces the scene's
   std::optional<std::uint64_t>
       seed;  ///< true robot, object pose and sensor noise; the scene's own if not given
   bool bus_timing = true;
   std::string only;     ///< buses and devices that are emulated, separated by commas; all when empty
-  std::string without;  ///< those that are not; not both
-  std::optional<bool> camera_noise;  ///< in place of the scene's
-  bool within_reach = false;         ///< refuse a scene that the right arm cannot work on
+  std::string without;  ///< those that are not emulated; excludes `only`
+  std::optional<bool> camera_noise;  ///< replaces the scene's
+  bool within_reach = false;         ///< refuse a scene that the arms cannot reach to work on
 };
 
-/// What a scene and a seed make of a robot. `robot` is all that the robot's side may know; `truth` was drawn
-/// around it.
+/// A robot as determined by a scene and a seed. `robot` is everything that the robot's side may know; `truth`
+/// was drawn around it.
 struct DrawnWorld {
   Scene scene;
   KnownRobot robot;
   TrueRobot truth;
 
-  /// Throws std::runtime_error for files that do not fit, one sentence.
+  /// Throws std::runtime_error, one sentence, for invalid files.
   explicit DrawnWorld(const WorldOptions& options);
 };
 
-/// The same under emulation, built in order of dependence.
+/// A drawn world under emulation, constructed in order of dependence.
 struct EmulatedWorld : DrawnWorld {
   Emulator emulator;
 
-  /// Throws as DrawnWorld does, and plant::StartsInside for a scene without room for the robot, or for this
-  /// one.
+  /// Throws as DrawnWorld does, and plant::StartsInside for a scene without room for the robot, or for the
+  /// robot as drawn.
   explicit EmulatedWorld(const WorldOptions& options);
 };
 
@@ -65,7 +65,7 @@ class LockstepCycle : public robot::Cycle {
   Time period_;
 };
 
-/// A master's camera client, joined to the emulated camera by datagrams in memory. `emulator` must outlive
+/// A master's camera client, connected to the emulated camera by datagrams in memory. `emulator` must outlive
 /// it.
 struct EmbeddedCamera {
   explicit EmbeddedCamera(Emulator& emulator)

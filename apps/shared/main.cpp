@@ -21,7 +21,7 @@ constexpr const char* kFooter =
     "something;\n"
     "5 internal error.";
 
-/// What CLI11 does not say: the verb that is not one.
+/// Detects an unknown verb, which CLI11 does not report.
 bool is_unknown_verb(const CLI::App& app, int argc, char** argv) {
   if (argc < 2 || argv[1][0] == '-') return false;
   const auto verbs = app.get_subcommands([](const CLI::App*) { return true; });
@@ -29,7 +29,7 @@ bool is_unknown_verb(const CLI::App& app, int argc, char** argv) {
                       [&](const CLI::App* verb) { return verb->get_name() == argv[1]; });
 }
 
-/// An argument may be a path or go into a file, and both are text.
+/// Checks that all arguments are text: one may be a path or be written to a file, and both are text.
 bool arguments_are_text(int argc, char** argv) {
   for (int i = 1; i < argc; ++i) {
     if (!walkman::first_non_utf8(argv[i])) continue;
@@ -39,7 +39,7 @@ bool arguments_are_text(int argc, char** argv) {
   return true;
 }
 
-/// "nan" and "inf" are numbers to the parser, and to no option.
+/// Rejects "nan" and "inf", which are numbers to the parser, but not to any option.
 void refuse_non_finite(CLI::App& app) {
   const auto problem = [](const std::string& text) {
     char* end = nullptr;
@@ -53,7 +53,7 @@ void refuse_non_finite(CLI::App& app) {
   for (CLI::App* verb : app.get_subcommands([](CLI::App*) { return true; })) refuse_non_finite(*verb);
 }
 
-/// The exit code when that was all there was to do: a mistake, or help.
+/// Returns the exit code if nothing is left to do: after a mistake, or help.
 std::optional<int> parse(CLI::App& app, int argc, char** argv) {
   try {
     app.parse(argc, argv);

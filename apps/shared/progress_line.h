@@ -4,7 +4,7 @@
 
 namespace walkman::apps {
 
-/// One line on stderr that is written over and over while work goes on; nothing when stderr is not a
+/// A line on stderr that is overwritten again and again while work goes on; no output if stderr is not a
 /// terminal.
 class ProgressLine {
  public:
@@ -14,7 +14,7 @@ class ProgressLine {
   ProgressLine& operator=(const ProgressLine&) = delete;
 
   void show(const std::string& text);
-  /// Takes it away, for other output in its place.
+  /// Removes the line, for other output in its place.
   void clear();
 
  private:

@@ -19,7 +19,7 @@ namespace {
                   error == 0 ? "no reason given" : std::strerror(error)));
 }
 
-/// Brings a file or a folder to the disk; file systems that know no syncing of folders are left alone.
+/// Syncs a file or a folder to the disk; file systems that do not support syncing folders are tolerated.
 void sync(const std::filesystem::path& path, const std::filesystem::path& named, int flags) {
   const int descriptor = open(path.c_str(), O_RDONLY | O_CLOEXEC | flags);
   if (descriptor < 0) fail(named, errno);

@@ -10,7 +10,7 @@
 
 namespace walkman::apps {
 
-/// What the command line says about the robot, whatever else there is.
+/// The command line's options for the robot alone.
 struct RobotCommandLine {
   std::vector<std::string> packages;
   bool fd = false;
@@ -18,14 +18,14 @@ struct RobotCommandLine {
   [[nodiscard]] RobotChoice choice() const;
 };
 
-/// `--package-path` and `--fd`.
+/// Adds `--package-path` and `--fd`.
 void add_robot_options(CLI::App& command, RobotCommandLine& options);
 
-/// `--robot`, for commands that know the robot and nothing around it.
+/// Adds `--robot`, for commands that know the robot and nothing around it.
 void add_robot_file_option(CLI::App& command, std::string& file);
 
-/// The description named by `--robot`, or WALK-MAN's own in the product's `data` where `file` is empty.
-/// Throws as `load_robot_description`.
+/// Loads the description named by `--robot`, or WALK-MAN's own in the product's `data` if `file` is empty.
+/// Throws as `load_robot_description` does.
 [[nodiscard]] RobotDescription described_robot(const std::string& file, const std::filesystem::path& data);
 
 }  // namespace walkman::apps

@@ -30,8 +30,8 @@ double arm_length(const RobotModel& robot, const HandParts& hand) {
   return length;
 }
 
-/// Distance from a point to the nearest box of a fixed body whose top is at working height; infinite without
-/// one.
+/// Distance from a point to the nearest box of a fixed body whose top is at working height; infinite if there
+/// is none.
 double distance_to_work_surface(const FixedBody& body, const Eigen::Vector3d& p_W) {
   const auto poses = link_poses(body.model, {});
   double nearest = std::numeric_limits<double>::infinity();
@@ -58,7 +58,7 @@ void require_reach(const Scene& scene, const RobotModel& robot) {
                              ": objects: the list is empty, expected an object to grasp");
   }
   const auto poses = link_poses(robot, load_posture(scene.robot.srdf, scene.posture, robot));
-  // What is out of one arm's reach may be in the other's: the nearest shoulder counts.
+  // Something out of one arm's reach may be within the other's: the nearest shoulder counts.
   const auto check = [&](const char* kind, const std::string& name, const std::string& where,
                          const auto& distance_from) {
     double least_beyond = std::numeric_limits<double>::infinity();

@@ -17,7 +17,7 @@ namespace walkman::apps {
 void secure_standard_streams() {
   for (int descriptor = STDIN_FILENO; descriptor <= STDERR_FILENO; ++descriptor) {
     if (fcntl(descriptor, F_GETFD) >= 0 || errno != EBADF) continue;
-    // The lowest free number is this one. Opened the wrong way round, so that using it fails.
+    // The lowest free number is this one. Opened for the wrong direction, so that using it fails.
     static_cast<void>(open("/dev/null", descriptor == STDIN_FILENO ? O_WRONLY : O_RDONLY));
   }
   static_cast<void>(std::signal(SIGPIPE, SIG_IGN));
@@ -27,8 +27,8 @@ void secure_standard_streams() {
 void print(std::string_view text) { std::fputs(printable(text).c_str(), stdout); }
 
 void print_json(std::string_view document) {
-  // Control characters below space are escaped by the library; the rest of them `printable` escapes as JSON
-  // does, but for this one.
+  // The library escapes control characters below space; `printable` escapes the others as JSON does, except
+  // for this one.
   std::string text;
   for (const char c : document) c == '\x7F' ? text += "\\u007F" : text += c;
   print(text);

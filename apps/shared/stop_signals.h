@@ -2,20 +2,20 @@
 
 namespace walkman::apps {
 
-/// SIGINT, SIGTERM and SIGHUP as a file descriptor instead of an end. To be made before any thread is:
+/// SIGINT, SIGTERM and SIGHUP as a file descriptor instead of a termination. To be created before any thread:
 /// threads inherit the blocked signals.
 class StopSignals {
  public:
-  /// Throws std::runtime_error when the system gives no descriptor.
+  /// Throws std::runtime_error if the system provides no descriptor.
   StopSignals();
   ~StopSignals();
   StopSignals(const StopSignals&) = delete;
   StopSignals& operator=(const StopSignals&) = delete;
 
-  /// Becomes readable when a signal has come.
+  /// Becomes readable when a signal has arrived.
   [[nodiscard]] int descriptor() const noexcept { return descriptor_; }
 
-  /// Whether one has come; takes no time.
+  /// Returns whether a signal has arrived; does not block.
   [[nodiscard]] bool arrived() noexcept;
 
  private:

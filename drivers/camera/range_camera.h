@@ -26,26 +26,26 @@ struct OrganizedCloud {
   }
 };
 
-/// A camera that no longer answers, in one sentence.
+/// Thrown if a camera no longer answers; the text is one sentence.
 class Lost : public std::runtime_error {
  public:
   using std::runtime_error::runtime_error;
 };
 
-/// A range camera as the robot's computer sees it: the newest complete cloud.
+/// A range camera as seen by the robot's computer: the newest complete cloud.
 class RangeCamera {
  public:
   virtual ~RangeCamera() = default;
 
-  /// Copies the newest cloud exposed at or after `not_before`, an instant of the reader's clock, on which the
-  /// cloud's stamp then is too. False while there is none. Throws Lost.
+  /// Copies the newest cloud exposed at or after `not_before`, an instant on the reader's clock; the cloud's
+  /// stamp is on that clock, too. Returns false while there is none. Throws Lost.
   [[nodiscard]] virtual bool latest(Time not_before, OrganizedCloud& out) = 0;
 
-  /// Turns the camera's laser at `rate` (rad/s) for a sweep, in which it sees every direction once; false
-  /// when it has none. Throws Lost.
+  /// Starts a sweep: turns the camera's laser at `rate` (rad/s) so that it sees every direction once. Returns
+  /// false if the camera has no laser. Throws Lost.
   [[nodiscard]] virtual bool begin_sweep(double rate) = 0;
-  /// Once the sweep that was begun is complete: its points in the frame of the clouds (m), in no order, of a
-  /// head that has been still. The laser then stops. False until then. Throws Lost.
+  /// Once the sweep is complete, returns its points in the frame of the clouds (m), in no particular order,
+  /// and stops the laser; returns false until then. The head must not have moved. Throws Lost.
   [[nodiscard]] virtual bool swept(std::vector<Eigen::Vector3f>& points) = 0;
 };
 

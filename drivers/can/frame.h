@@ -14,15 +14,14 @@ namespace walkman::can {
 /// Longest payload of a CAN FD data frame, in bytes (ISO 11898-1).
 inline constexpr std::size_t kMaxPayload = 64;
 
-/// One CAN data, remote or error frame as a value. An error frame is what a controller reports to its
-/// computer, not something on the wire: `id` holds the class bits and `data` the details of
-/// linux/can/error.h, 8 bytes.
+/// One CAN data, remote or error frame as a value. An error frame is a controller's report to its computer,
+/// not a frame on the wire: `id` holds the class bits and `data` the details of linux/can/error.h, 8 bytes.
 struct Frame {
   std::uint32_t id = 0;     ///< identifier, 11 or 29 bits, without flag bits
   bool extended = false;    ///< 29-bit identifier
   bool remote = false;      ///< remote transmission request: carries a length but no data
   bool fd = false;          ///< CAN FD frame; `length` may then exceed 8
-  bool error = false;       ///< report of the controller
+  bool error = false;       ///< report from the controller
   std::uint8_t length = 0;  ///< payload bytes
   std::array<std::uint8_t, kMaxPayload> data{};
 
@@ -43,8 +42,8 @@ struct Frame {
   }
 };
 
-/// Shortest length a CAN FD frame can have that holds `bytes`: 0..8, 12, 16, 20, 24, 32, 48 or 64
-/// (ISO 11898-1, DLC of FD frames). More than 64 gives 64.
+/// Length of the shortest CAN FD frame that holds `bytes`: 0..8, 12, 16, 20, 24, 32, 48 or 64 (ISO 11898-1,
+/// DLC of FD frames). More than 64 gives 64.
 [[nodiscard]] constexpr std::uint8_t fd_length(std::size_t bytes) noexcept {
   if (bytes <= 8) return static_cast<std::uint8_t>(bytes);
   for (const std::uint8_t length : {12, 16, 20, 24, 32, 48}) {

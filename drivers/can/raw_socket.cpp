@@ -13,7 +13,7 @@
 namespace walkman::can {
 namespace {
 
-/// Closes a socket that did not come up, and keeps `errno`.
+/// Closes a socket that could not be set up; preserves `errno`.
 const char* give_up(int descriptor, const char* what) noexcept {
   const int error = errno;
   if (descriptor >= 0) close(descriptor);
@@ -82,7 +82,7 @@ RawSocket::Link RawSocket::look() noexcept {
   ifreq request{};
   std::memcpy(request.ifr_name, name_.c_str(), name_.size() + 1);
   if (ioctl(descriptor_, SIOCGIFINDEX, &request) != 0) return Link::kGone;
-  // Another interface that has the name now is not the one this socket is bound to.
+  // A different interface that has the name now is not the one this socket is bound to.
   if (static_cast<unsigned>(request.ifr_ifindex) != index_) return Link::kGone;
   if (ioctl(descriptor_, SIOCGIFMTU, &request) == 0)
     carries_fd_ = request.ifr_mtu >= static_cast<int>(CANFD_MTU);

@@ -10,24 +10,24 @@
 
 namespace walkman::can {
 
-/// A CAN_RAW socket, bound to one interface; opened and opened again with the same settings.
+/// A CAN_RAW socket bound to one interface; can be reopened with the same settings.
 class RawSocket {
  public:
-  /// Does not open anything. Throws std::runtime_error when the name cannot be one.
+  /// Does not open anything. Throws std::runtime_error if the name cannot be an interface name.
   RawSocket(const std::string& interface_name, const SocketCanOptions& options);
   ~RawSocket();
   RawSocket(const RawSocket&) = delete;
   RawSocket& operator=(const RawSocket&) = delete;
 
-  /// Null once open, else what failed; `errno` then says why. An older socket stays when a new one cannot be
-  /// opened. Does not allocate.
+  /// Opens the socket. Returns null on success, otherwise what failed; `errno` then holds the reason. A
+  /// socket already open is kept if a new one cannot be opened. Does not allocate.
   [[nodiscard]] const char* open() noexcept;
 
   [[nodiscard]] int descriptor() const noexcept { return descriptor_; }
   [[nodiscard]] bool carries_fd() const noexcept { return carries_fd_; }
 
   enum class Link { kGone, kDown, kUp };
-  /// Looks at the interface of this name as it is now, and at its MTU.
+  /// Queries the present state and the MTU of the interface of this name.
   [[nodiscard]] Link look() noexcept;
 
  private:

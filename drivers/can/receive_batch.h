@@ -10,30 +10,30 @@
 
 namespace walkman::can {
 
-/// Frames taken from the kernel many at a time, with their stamps and the kernel's count of lost ones.
+/// Frames taken from the kernel in batches, with their stamps and the kernel's count of lost frames.
 class ReceiveBatch {
  public:
-  /// `stamps`: the socket gives every frame its receive time; otherwise frames carry none.
+  /// `stamps`: the socket stamps every frame with its receive time; otherwise frames carry no time.
   explicit ReceiveBatch(bool stamps) noexcept;
   ReceiveBatch(const ReceiveBatch&) = delete;
   ReceiveBatch& operator=(const ReceiveBatch&) = delete;
 
   [[nodiscard]] bool empty() const noexcept { return next_ == count_; }
 
-  /// Whether the last batch emptied the kernel's queue; true once a batch.
+  /// Whether the last batch emptied the kernel's queue; returns true only once per batch.
   [[nodiscard]] bool was_last() noexcept {
     const bool last = last_;
     last_ = false;
     return last;
   }
 
-  /// One recvmmsg. 0, or the error number. Only when `empty`.
+  /// Calls recvmmsg once. Returns 0, or the error number. Call only when `empty`.
   [[nodiscard]] int take(int descriptor) noexcept;
 
-  /// The oldest frame; how many frames the kernel had to drop before it. Only when not `empty`.
+  /// Takes the oldest frame; returns how many frames the kernel dropped before it. Only when not `empty`.
   [[nodiscard]] std::uint32_t next(StampedFrame& out) noexcept;
 
-  /// A new socket counts from zero.
+  /// Call for a new socket, whose count starts at zero.
   void restart() noexcept { dropped_ = 0; }
 
  private:

@@ -4,17 +4,17 @@
 
 namespace walkman::can {
 
-/// An interface whose received frames carry the time of the master's cycle instead of the one they came with.
+/// An interface whose received frames carry the time of the master's cycle instead of their original stamp.
 ///
-/// In lock-step over the kernel's bus a frame's receive stamp is wall-clock time, which has nothing to do
-/// with the emulated one and differs from run to run; the cycle's time is the same in every run. Everything
-/// else is passed on to the interface inside.
+/// In lock-step over the kernel's bus, a frame's receive stamp is wall-clock time, which is unrelated to
+/// emulated time and differs from run to run; the cycle's time is the same in every run. Everything else is
+/// forwarded to the wrapped interface.
 class RestampedInterface final : public Interface {
  public:
   /// `inner` must outlive this.
   explicit RestampedInterface(Interface& inner) noexcept : inner_(&inner) {}
 
-  /// Stamp of every frame received from now on.
+  /// Sets the stamp of every frame received from now on.
   void set_time(Time time) noexcept { time_ = time; }
 
   [[nodiscard]] SendResult send(const Frame& frame) noexcept override { return inner_->send(frame); }

@@ -16,7 +16,7 @@
 namespace walkman::can {
 namespace {
 
-// How often `receive` looks whether an interface that is down or gone is back.
+// How often `receive` checks whether an interface that is down or gone has come back.
 constexpr Time kLookPeriod = std::chrono::milliseconds(100);
 constexpr std::size_t kMaxTransmitQueue = 1024;
 
@@ -52,7 +52,7 @@ bool tells_receive_overflow(const Frame& error_frame) noexcept {
 SocketCanOptions device_side_options() {
   SocketCanOptions options;
   options.error_frames = true;
-  options.stamps = false;  // the bus has a time of its own
+  options.stamps = false;  // the bus has its own time
   options.transmit_queue = kMaxTransmitQueue;
   return options;
 }
@@ -123,7 +123,7 @@ void SocketCan::Impl::flush() noexcept {
   while (!transmit.empty()) {
     const int error = transmit.hand_over(socket.descriptor());
     if (error == 0 || error == EINTR) continue;
-    // The socket tells of a break once, even when it is over by then.
+    // The socket reports a link failure once, even if it is over by then.
     if (is_down(error) && !std::exchange(told, true) && socket.look() == RawSocket::Link::kUp) {
       ++statistics.downs;
       continue;
@@ -133,7 +133,8 @@ void SocketCan::Impl::flush() noexcept {
       ++statistics.queue_full;
       return;
     }
-    // A frame this interface cannot carry must not keep those behind it: its MTU was changed, say.
+    // A frame this interface cannot carry, for instance after a change of its MTU, must not block those
+    // behind it.
     transmit.drop_first();
     ++statistics.dropped;
     static_cast<void>(socket.look());
@@ -145,7 +146,7 @@ bool SocketCan::Impl::refill() noexcept {
     const int error = received.take(socket.descriptor());
     if (error == 0) return true;
     if (!is_gone(error) && !is_down(error)) return false;
-    // The socket tells once that the link broke; frames of before may still be there.
+    // The socket reports once that the link failed; frames received before may still be queued.
     lose_link(error);
   }
   return false;
@@ -199,7 +200,7 @@ bool SocketCan::flush_all(Time limit) noexcept {
 bool SocketCan::receive(StampedFrame& out) noexcept {
   Impl& self = *impl_;
   while (true) {
-    // A batch that was not full emptied the queue: asking again at once would be a system call for nothing.
+    // A batch that was not full has emptied the queue: asking again at once would waste a system call.
     if (self.received.empty() && (self.received.was_last() || !self.refill())) {
       if (self.link == LinkState::kDown && self.time_to_look()) self.look();
       return false;
@@ -209,7 +210,7 @@ bool SocketCan::receive(StampedFrame& out) noexcept {
       if (self.take_report(out.frame)) return true;
       continue;
     }
-    // Frames come from a working link only, whatever was missed.
+    // Frames arrive only over a working link, even if the report of its recovery was missed.
     if (self.link == LinkState::kBusOff) self.link = LinkState::kActive;
     return true;
   }

@@ -6,11 +6,11 @@
 
 namespace walkman::can {
 
-/// Turns the kernel's receive stamps, which are on the wall clock, into the monotonic clock, across steps of
-/// the wall clock.
+/// Converts the kernel's receive stamps from the wall clock to the monotonic clock, even across steps of the
+/// wall clock.
 class StampClock {
  public:
-  /// Both clocks, read together, after the frames to be converted have arrived.
+  /// Takes the time of both clocks, read together after the frames to be converted have arrived.
   void update(Time monotonic_now, Time wall_now) noexcept {
     previous_offset_ = known_ ? offset_ : wall_now - monotonic_now;
     offset_ = wall_now - monotonic_now;
@@ -19,8 +19,8 @@ class StampClock {
   }
 
   /// The monotonic instant of a wall-clock stamp, never later than the last update. A stamp may be from
-  /// before a step of the wall clock or from after it: of the two readings the later one that is not in the
-  /// future is taken.
+  /// before or after a step of the wall clock: of the two interpretations, the later one that is not in the
+  /// future is used.
   [[nodiscard]] Time monotonic(Time wall_stamp) const noexcept {
     const Time by_offset = wall_stamp - offset_;
     const Time by_previous = wall_stamp - previous_offset_;

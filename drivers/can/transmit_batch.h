@@ -10,7 +10,7 @@
 
 namespace walkman::can {
 
-/// Frames on their way to the kernel, in order, handed over many at a time. Allocates when made only.
+/// Frames to be handed to the kernel, in order, many at a time. Allocates only on construction.
 class TransmitBatch {
  public:
   /// Room for `capacity` frames.
@@ -20,16 +20,16 @@ class TransmitBatch {
   [[nodiscard]] bool full() const noexcept { return size() == frames_.size(); }
   [[nodiscard]] std::size_t size() const noexcept { return end_ - begin_; }
 
-  /// Only when not `full`.
+  /// Call only when not `full`.
   void add(const Frame& frame) noexcept;
 
-  /// One sendmmsg over what is there; what the kernel took is gone from here. 0, or the error number with
-  /// which it refused the first.
+  /// Calls sendmmsg once for all frames and removes those the kernel accepted. Returns 0, or the error number
+  /// with which it refused the first.
   [[nodiscard]] int hand_over(int descriptor) noexcept;
 
-  /// Only when not `empty`.
+  /// Call only when not `empty`.
   void drop_first() noexcept;
-  /// How many there were.
+  /// Removes all frames; returns how many there were.
   std::size_t clear() noexcept;
 
  private:

@@ -5,7 +5,7 @@
 namespace walkman::canopen {
 namespace {
 
-constexpr int kExtensionBits = 25;  // of an extended identifier, with stuff bits
+constexpr int kExtensionBits = 25;  // additional bits of an extended identifier, with stuff bits
 
 }  // namespace
 
@@ -39,14 +39,14 @@ void BusTraffic::end_cycle(Time now) noexcept {
   cycles_[next_] = present_;
   next_ = (next_ + 1) % kCycles;
   present_ = Cycle{};
-  votes_ -= votes_ / kCycles;  // what was frequent long ago must not win for ever
+  votes_ -= votes_ / kCycles;  // what was frequent long ago must not win forever
 }
 
 BusTraffic::Foreign BusTraffic::foreign() const noexcept {
   Foreign foreign;
   foreign.id = candidate_;
   foreign.extended = candidate_extended_;
-  // The oldest one tells when the others began.
+  // The end of the oldest cycle is the beginning of the others.
   const Cycle& oldest = cycles_[next_];
   const Cycle& newest = cycles_[(next_ + kCycles - 1) % kCycles];
   const double seconds = std::chrono::duration<double>(newest.ended - oldest.ended).count();

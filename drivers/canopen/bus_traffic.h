@@ -8,32 +8,32 @@
 
 namespace walkman::canopen {
 
-/// What one bus has carried in the last few cycles, as this computer sees it: how much of it nobody asked
-/// for, and under which identifier most of that came. Nothing in it allocates.
+/// Traffic of one bus over the last few cycles as seen by this computer: how much of it is foreign, that is
+/// unsolicited, and the identifier that most of the foreign frames carry. Does not allocate.
 class BusTraffic {
  public:
-  /// Of the last `kCycles` cycles.
+  /// Foreign traffic of the last `kCycles` cycles.
   struct Foreign {
-    double load = 0;        ///< share of the bus time, every frame with all its stuff bits
+    double load = 0;        ///< share of the bus time, all possible stuff bits included
     double rate_hz = 0;     ///< frames per second
-    std::uint32_t id = 0;   ///< the most frequent identifier, or one of several that are about equally so
-    bool extended = false;  ///< that has 29 bits
+    std::uint32_t id = 0;   ///< the most frequent identifier, or one of several about equally frequent ones
+    bool extended = false;  ///< `id` has 29 bits
   };
 
   static constexpr std::size_t kCycles = 4;
 
   explicit BusTraffic(const can::BitRates& rates) noexcept;
 
-  /// A received frame that no device of the bus sends, or that one sends too often.
+  /// Counts a received frame that no device of the bus sends, or that a device sends too often.
   void add_foreign(const can::Frame& frame) noexcept;
 
-  /// A control cycle has ended.
+  /// Marks the end of a control cycle.
   void end_cycle(Time now) noexcept;
 
-  /// Zeros until `kCycles` cycles have ended.
+  /// Load and rate are zero until `kCycles` cycles have ended.
   [[nodiscard]] Foreign foreign() const noexcept;
 
-  /// Begins anew, as after a pause.
+  /// Resets all counts, as after a pause.
   void forget() noexcept;
 
  private:
@@ -44,12 +44,12 @@ class BusTraffic {
   };
   [[nodiscard]] Time time_of(const can::Frame& frame) const noexcept;
 
-  std::array<Time, can::kMaxPayload + 1> times_{};  // of a frame with so many bytes
-  Time extension_{};                                // of 29 bits instead of 11
+  std::array<Time, can::kMaxPayload + 1> times_{};  // of a frame, by payload bytes
+  Time extension_{};                                // additional time for 29 bits instead of 11
   Cycle present_;
   std::array<Cycle, kCycles> cycles_{};
   std::size_t next_ = 0;
-  // The majority vote of Boyer and Moore over the identifiers.
+  // Boyer-Moore majority vote over the identifiers.
   std::uint32_t candidate_ = 0;
   bool candidate_extended_ = false;
   std::uint32_t votes_ = 0;

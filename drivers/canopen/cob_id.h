@@ -13,7 +13,7 @@ enum class NmtCommand : std::uint8_t {
   kResetCommunication = 0x82,
 };
 
-/// NMT states as heartbeat and boot-up carry them (CiA 301, 7.2.8.3.2).
+/// NMT states as reported by heartbeat and boot-up messages (CiA 301, 7.2.8.3.2).
 enum class NmtState : std::uint8_t {
   kBootUp = 0x00,
   kStopped = 0x04,

@@ -9,11 +9,11 @@ namespace {
 
 struct ErrorText {
   std::uint16_t code;
-  std::uint16_t mask;  // 0xFFFF: this code alone
+  std::uint16_t mask;  // 0xFFFF: only this code
   std::string_view text;
 };
 
-// The narrower ones first.
+// Narrower masks come first.
 constexpr ErrorText kTexts[] = {
     {0x0000, 0xFF00, "no error"},
     {0x8110, 0xFFFF, "CAN overrun"},

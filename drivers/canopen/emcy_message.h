@@ -16,12 +16,12 @@ struct EmcyMessage {
   std::array<std::uint8_t, 5> manufacturer{};
 };
 
-/// Nothing when the frame is not 8 bytes long.
+/// Returns nullopt if the frame is not 8 bytes long.
 [[nodiscard]] std::optional<EmcyMessage> decode_emcy(const can::Frame& frame) noexcept;
 
-/// Meaning of an emergency error code as CiA 301 gives it (7.2.7.1, table 26): the code itself, else its
-/// class. What a device profile or a manufacturer adds is the device's to say (`RemoteNode::error_text`).
-/// Empty for the device-specific codes FF00h to FFFFh.
+/// Meaning of an emergency error code according to CiA 301 (7.2.7.1, table 26): of the code itself, otherwise
+/// of its class. Meanings added by a device profile or a manufacturer are given by the device
+/// (`RemoteNode::error_text`). Empty for the device-specific codes FF00h to FFFFh.
 [[nodiscard]] std::string_view communication_error_text(std::uint16_t code) noexcept;
 
 }  // namespace walkman::canopen

@@ -205,7 +205,7 @@ struct Sentence {
 
 }  // namespace
 
-// A cause is never without a value: copying one throws nothing.
+// A cause always holds a value: copying one throws nothing.
 // NOLINTNEXTLINE(bugprone-exception-escape)
 FaultKind kind_of(const FaultCause& cause) noexcept { return std::visit(KindOfCause{}, cause); }
 

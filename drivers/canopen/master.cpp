@@ -9,11 +9,11 @@
 namespace walkman::canopen {
 namespace {
 
-// A flood must not keep the control cycle from ending; what is left is taken the next time.
+// A flood must not keep the control cycle from ending; the rest is taken in the next call.
 constexpr int kMaxFramesPerCall = 4096;
 
-// A node sends at most its four TPDOs with a SYNC, an SDO response, a heartbeat, and emergencies now and
-// then; what comes beyond that is a babbler's.
+// A node sends at most its four TPDOs per SYNC, an SDO response, a heartbeat, and occasional emergencies;
+// anything beyond that is from a babbling node.
 constexpr int kFramesPerSync = 8;
 
 bool only_a_master_sends(const can::Frame& frame) {
@@ -107,7 +107,7 @@ void Master::end_cycle(Time now) noexcept {
   traffic_.end_cycle(now);
   full_cycles_ = refused_full_ ? full_cycles_ + 1 : 0;
   link_ = interface_->link();
-  // Bus-off refuses frames too, and is the better word for it.
+  // In bus-off, frames are refused, too, and bus-off is the more precise state.
   if (refused_down_ && link_ != can::LinkState::kBusOff) link_ = can::LinkState::kDown;
   invalid_ = refused_invalid_;
   refused_full_ = refused_down_ = refused_invalid_ = false;

@@ -13,20 +13,20 @@ namespace walkman::canopen {
 class RemoteNode;
 
 /// The NMT, SYNC and SDO master of one bus: shares one interface between the bus's nodes.
-/// Apart from `add`, nothing in it allocates or throws.
+/// Neither allocates nor throws, except in `add`.
 class Master {
  public:
   struct Counters {
     std::uint64_t received = 0;  ///< frames taken from the interface
-    std::uint64_t ignored = 0;   ///< of those: from nobody known, or of wrong kind or length
+    std::uint64_t ignored = 0;   ///< of those: unknown sender, wrong kind or wrong length
     std::uint64_t foreign = 0;   ///< of those: frames that only a master sends
-    std::uint64_t not_sent = 0;  ///< frames the interface did not take
-    std::uint64_t reports = 0;   ///< of those received: reports of the own controller, no frames of the bus
+    std::uint64_t not_sent = 0;  ///< frames the interface did not accept
+    std::uint64_t reports = 0;   ///< of those received: reports of this computer's controller, not bus frames
   };
 
-  /// `interface` must outlive the master. `rates`: of the bus, for the bus time of what is received;
-  /// `heartbeat_period`: of the master's own heartbeat (77Fh); `sync_overflow`: 2 to 240, SYNC carries a
-  /// counter that goes up to it (1019h), or 0, it has none.
+  /// `interface` must outlive the master. `rates`: bit rates of the bus, for the bus time of received frames;
+  /// `heartbeat_period`: of the master's own heartbeat (77Fh); `sync_overflow`: 2 to 240: SYNC carries a
+  /// counter up to this value (1019h); 0: SYNC has no counter.
   Master(can::Interface& interface, const can::BitRates& rates, Time heartbeat_period,
          std::uint8_t sync_overflow = 0) noexcept
       : interface_(&interface),
@@ -37,39 +37,39 @@ class Master {
   /// `node` must outlive the master.
   void add(RemoteNode& node) noexcept;
 
-  /// Hands everything received to its node.
+  /// Passes all received frames to their nodes.
   void receive(Time now) noexcept;
 
-  /// Drops everything received.
+  /// Discards all received frames.
   void discard() noexcept;
 
-  /// `node` 0 means all. False when the interface did not take it.
+  /// Sends an NMT command; `node` 0 means all. Returns false if the interface did not accept it.
   [[nodiscard]] bool nmt(NmtCommand command, std::uint8_t node = 0) noexcept;
 
-  /// SYNC (CiA 301, 7.2.5). False when the interface did not take it.
+  /// Sends SYNC (CiA 301, 7.2.5). Returns false if the interface did not accept it.
   bool sync() noexcept;
-  /// The next SYNC has the counter 1.
+  /// Makes the next SYNC carry the counter 1.
   void restart_sync_counter() noexcept { sync_counter_ = 0; }
 
-  /// The master's own heartbeat, when its period has passed.
+  /// Sends the master's own heartbeat if its period has elapsed.
   void heartbeat(Time now) noexcept;
 
-  /// SDO requests that are waiting, one per node.
+  /// Sends pending SDO requests, one per node.
   void send_requests() noexcept;
 
-  /// False when the interface did not take it.
+  /// Returns false if the interface did not accept the frame.
   bool send(const can::Frame& frame) noexcept;
 
-  /// Hands the cycle's frames over and judges what became of them; to be called after the last one.
+  /// Hands the cycle's frames over and evaluates the result; call after the last frame.
   void end_cycle(Time now) noexcept;
 
-  /// The controller's state at the end of the last cycle; kDown too when a frame was refused for that.
+  /// The controller's state at the end of the last cycle; also kDown if a frame was refused for that reason.
   [[nodiscard]] can::LinkState link() const noexcept { return link_; }
-  /// The link can carry nothing: down, gone or bus-off.
+  /// Whether the link cannot carry anything: down, gone or bus-off.
   [[nodiscard]] bool link_lost() const noexcept {
     return link_ == can::LinkState::kDown || link_ == can::LinkState::kBusOff;
   }
-  /// The interface refused a frame of the last cycle because it can never carry it.
+  /// Whether the interface refused a frame of the last cycle because it can never carry it.
   [[nodiscard]] bool frame_refused() const noexcept { return invalid_; }
   /// Frames lost in receive queues since `forget_overflows`.
   [[nodiscard]] std::uint64_t new_overflows() const noexcept {
@@ -80,8 +80,8 @@ class Master {
   [[nodiscard]] int full_cycles() const noexcept { return full_cycles_; }
   [[nodiscard]] const Counters& counters() const noexcept { return counters_; }
   [[nodiscard]] const BusTraffic& traffic() const noexcept { return traffic_; }
-  /// COB-IDs of frames that only a master sends and this one did not, in the order in which they were first
-  /// received; the first eight.
+  /// COB-IDs of frames that only a master sends and this one did not, in order of first reception; the first
+  /// eight.
   [[nodiscard]] std::span<const std::uint32_t> foreign_ids() const noexcept {
     return std::span(foreign_).first(foreign_count_);
   }

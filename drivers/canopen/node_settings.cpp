@@ -12,7 +12,7 @@ namespace {
 using Kind = SdoStep::Kind;
 
 constexpr std::uint8_t kEventTimer = 5;  // sub-index of 1400h to 1403h
-constexpr int kLeastPeriods = 4;         // of an RPDO; after three the computer calls its own cycle late
+constexpr int kLeastPeriods = 4;         // of an RPDO; after three the computer reports its cycle as late
 
 std::uint32_t milliseconds_of(Time time) {
   return static_cast<std::uint32_t>(std::chrono::ceil<std::chrono::milliseconds>(time).count());

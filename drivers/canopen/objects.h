@@ -2,8 +2,8 @@
 
 #include <cstdint>
 
-/// Indices of the objects that masters and devices name (CiA 301 communication profile, CiA 402 drive
-/// profile, CiA 404 measuring devices, and the manufacturer area that docs/protocol.md lists).
+/// Indices of the objects used by masters and devices (CiA 301 communication profile, CiA 402 drive profile,
+/// CiA 404 measuring devices, and the manufacturer area listed in docs/protocol.md).
 namespace walkman::canopen::object {
 
 inline constexpr std::uint16_t kDeviceType = 0x1000;
@@ -15,7 +15,7 @@ inline constexpr std::uint16_t kProducerHeartbeat = 0x1017;
 inline constexpr std::uint16_t kIdentity = 0x1018;
 inline constexpr std::uint16_t kSyncCounterOverflow = 0x1019;
 inline constexpr std::uint16_t kErrorBehaviour = 0x1029;
-inline constexpr std::uint16_t kRpdoCommunication = 0x1400;  // of RPDO1, the others behind it
+inline constexpr std::uint16_t kRpdoCommunication = 0x1400;  // of RPDO1, followed by the others
 inline constexpr std::uint16_t kTpdoCommunication = 0x1800;
 
 inline constexpr std::uint16_t kImpedance = 0x2010;

@@ -5,7 +5,7 @@
 namespace walkman::canopen {
 namespace {
 
-// Frames further behind than a bus can hold back count as new ones after a long silence.
+// After a long silence, frames further behind than a bus can delay them count as new.
 constexpr std::uint8_t kOldFrames = 16;
 
 std::uint8_t checksum(const can::Frame& frame, std::size_t bytes) noexcept {

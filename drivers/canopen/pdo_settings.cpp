@@ -9,14 +9,14 @@ namespace walkman::canopen {
 namespace {
 
 constexpr std::uint32_t kInvalid = 0x80000000U;
-constexpr std::uint32_t kNoRemote = 0x40000000U;  // of a TPDO: no remote request
+constexpr std::uint32_t kNoRemote = 0x40000000U;  // in a TPDO: no remote request
 
 constexpr std::uint8_t kCobId = 1;
 constexpr std::uint8_t kType = 2;
 constexpr std::uint8_t kInhibitTime = 3;
 constexpr std::uint8_t kEventTime = 5;
 
-/// Writes, and the same values read back later.
+/// Collects the writes for a PDO, and reads that check the same values afterwards.
 class PdoWriter {
  public:
   PdoWriter(PdoDirection direction, int number)
@@ -33,7 +33,7 @@ class PdoWriter {
   void mapping(std::uint8_t sub, std::uint32_t value, const std::string& what) {
     step({mapping_, sub}, sub == 0 ? std::uint8_t{1} : std::uint8_t{4}, value, what);
   }
-  /// The writes, then one read of every entry with the value it was given last.
+  /// Returns the writes, then one read of every entry that expects the value written last.
   [[nodiscard]] std::vector<SdoStep> finish() const {
     std::vector<SdoStep> all = writes_;
     for (std::size_t i = 0; i < writes_.size(); ++i) {

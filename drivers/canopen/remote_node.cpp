@@ -7,9 +7,9 @@
 namespace walkman::canopen {
 namespace {
 
-// How many SYNCs long something that is due is waited for.
+// Maximum number of SYNCs to wait for something that is due.
 constexpr std::uint64_t kLongestWait = 10;
-// How many times over a TPDO may be missing before it is not waited for any more.
+// Number of times a TPDO may be missing before it is no longer waited for.
 constexpr std::uint64_t kMissedTpdos = 3;
 
 }  // namespace
@@ -136,7 +136,7 @@ bool RemoteNode::receive_tpdo(const can::StampedFrame& stamped) noexcept {
   if (frame.length != (frame.fd ? can::fd_length(tpdo.bytes) : tpdo.bytes)) return false;
   if (tpdo.protects) {
     const PdoGuard::Verdict verdict = tpdo.guard.judge(frame, tpdo.bytes);
-    if (verdict == PdoGuard::Verdict::kCorrupt)  // the one that was due, and no other comes in its place
+    if (verdict == PdoGuard::Verdict::kCorrupt)  // this was the one due, and no other will replace it
       tpdo.due = syncs_ + static_cast<std::uint64_t>(tpdo.divider);
     if (verdict != PdoGuard::Verdict::kNew) {
       ++tpdo.refused;
@@ -242,7 +242,7 @@ std::optional<cause::NoTpdo> RemoteNode::stale(Time now) const noexcept {
 bool RemoteNode::left_operational(Time now) const noexcept {
   if (nmt_state_ == NmtState::kOperational) return false;
   if (odd_heartbeats_ != 1) return true;
-  // The next SYNC's TPDOs are there a cycle after it, and may be a cycle late.
+  // The next SYNC's TPDOs arrive within a cycle after it, and may be a cycle late.
   return newest_cyclic_at() <= heartbeat_at_ && now - heartbeat_at_ > settings_.cycle * (sync_divider() + 1);
 }
 

@@ -17,30 +17,29 @@
 
 namespace walkman::canopen {
 
-/// How long a request over SDO may take. CiA 301 leaves it to the application; servers answer within a cycle.
+/// Longest time an SDO request may take. CiA 301 leaves it to the application; servers answer within a cycle.
 inline constexpr Time kSdoTimeout = std::chrono::milliseconds(200);
 
-/// Age of data stamped `at`: `Time::max()` when there has been none, never negative.
+/// Age of data stamped `at`: `Time::max()` if there has been none, never negative.
 [[nodiscard]] inline Time age_of(Time at, Time now) noexcept {
   return at == Time::min() ? Time::max() : std::max(Time{0}, now - at);
 }
 
-/// A device of the robot as its master sees it, and what all of them have in common: SDO channel,
-/// configuration, boot-up, heartbeat, EMCY, ages, the order in which they are judged. What its PDOs mean,
-/// what it needs to be in operation and what can be wrong with it is the business of the classes derived from
-/// it.
+/// A device of the robot as seen by its master, with everything common to all devices: SDO channel,
+/// configuration, boot-up, heartbeat, EMCY, data ages, and the order in which these are judged. Derived
+/// classes define what its PDOs mean, what it needs to be in operation and what can be wrong with it.
 ///
-/// Configured by `configure`; takes frames by `receive` and time by `poll`; judged by `judge`; its state is
-/// its class's sample. Commanded devices (drives) answer the power-up and set-point calls too, which a sensor
-/// leaves alone.
+/// `configure` configures it, `receive` passes it frames and `poll` the time, `judge` judges it; its state is
+/// the sample of its class. Commanded devices (drives) also implement the power-up and set-point calls, which
+/// do nothing for a sensor.
 class RemoteNode {
  public:
   enum class Stage {
     kAwaitingBootUp,  ///< nothing heard yet
-    kConfiguring,     ///< SDO conversation under way
+    kConfiguring,     ///< SDO configuration in progress
     kConfigured,      ///< waiting for NMT start
     kStarted,         ///< NMT start sent
-    kLost,            ///< booted up again unasked; takes no commands until booted anew
+    kLost,            ///< booted up again unexpectedly; takes no commands until rebooted
     kStopped,         ///< NMT stop sent
   };
 
@@ -53,89 +52,93 @@ class RemoteNode {
   /// "drive RShSag (node 11 on can_rarm)".
   [[nodiscard]] std::string label() const;
 
-  /// Forgets everything and waits for the boot-up message. `now`: when the master reset the bus.
+  /// Forgets everything and waits for the boot-up message. `now`: time at which the master reset the bus.
   void begin_boot(Time now) noexcept;
 
-  /// One step of the configuration over SDO; a boot-up message begins it (anew). True once configured.
-  /// Throws std::runtime_error: node, object, what was found and what was expected.
+  /// Performs one step of the configuration over SDO; a boot-up message starts or restarts it. Returns true
+  /// once configured.
+  /// Throws std::runtime_error with node, object, the value found and the one expected.
   bool configure(Time now);
 
-  /// Tells the node that NMT reset, NMT start or NMT stop was sent to it.
+  /// Notes that NMT reset, NMT start or NMT stop was sent to the node.
   void reset_sent() noexcept;
   void start(Time now) noexcept;
   void stop() noexcept { stage_ = Stage::kStopped; }
-  /// Tells the node that SYNC was sent.
+  /// Notes that SYNC was sent.
   void sync_sent() noexcept {
     ++syncs_;
     frames_since_sync_ = 0;
   }
-  /// Tells the node that its `sdo().pending()` was sent.
+  /// Notes that `sdo().pending()` was sent.
   void request_sent() noexcept;
 
   /// Takes a frame with one of the node's transmit COB-IDs of the predefined connection set.
-  /// False when it was of the wrong length, of an unknown kind or no plain data frame; it is then without
-  /// effect. A protected PDO that does not fit is the node's own, so true, but of no other effect.
+  /// Returns false if it has the wrong length, is of an unknown kind or is not a plain data frame; it then
+  /// has no effect. A protected PDO that fails its check is still the node's own: the result is true, but it
+  /// has no other effect.
   bool receive(const can::StampedFrame& frame, Time now) noexcept;
 
-  /// Once a cycle after receiving: SDO time-outs, background requests, ages.
+  /// Call once per cycle after receiving: SDO time-outs, background requests, ages.
   virtual void poll(Time now) noexcept;
 
-  /// First thing that is wrong in operation, causes before consequences: boot-up, emergency, the device's own
-  /// state, NMT state, heartbeat, failed request, stale data, implausible values.
+  /// Returns the first fault found in operation, causes before consequences: boot-up, emergency, the device's
+  /// own state, NMT state, heartbeat, failed request, stale data, implausible values.
   [[nodiscard]] std::optional<FaultCause> judge(Time now) const noexcept;
-  /// A TPDO that comes with SYNC is older than the limit.
+  /// Returns a cause if a synchronous TPDO is older than the limit.
   [[nodiscard]] std::optional<cause::NoTpdo> stale(Time now) const noexcept;
-  /// No heartbeat for longer than `NodeSettings::heartbeat_timeout`.
+  /// Whether there was no heartbeat for longer than `NodeSettings::heartbeat_timeout`.
   [[nodiscard]] bool heartbeat_lost(Time now) const noexcept;
-  /// What keeps the device from operation, for people, e.g. "no TPDO2"; empty when nothing does.
+  /// What keeps the device from operation, as text for users, e.g. "no TPDO2"; empty if nothing does.
   [[nodiscard]] std::string what_is_missing() const;
-  /// Has all that operation needs: complete samples; of a drive also operation enabled and its mode.
+  /// Whether everything needed for operation is there: complete samples; for a drive also operation enabled
+  /// and its mode.
   [[nodiscard]] virtual bool in_operation() const noexcept = 0;
-  /// What is not well but no fault, one sentence without the device's name; empty when all is.
+  /// A condition to warn about that is not a fault: one sentence without the device's name; empty if none.
   [[nodiscard]] virtual std::string warning() const { return {}; }
-  /// What an emergency error code means from this device: its profile's word and its manufacturer's, else
-  /// that of CiA 301. Empty when nobody here knows.
+  /// Meaning of an emergency error code from this device: according to its profile and its manufacturer,
+  /// otherwise to CiA 301. Empty if it is unknown here.
   [[nodiscard]] virtual std::string_view error_text(std::uint16_t code) const noexcept {
     return communication_error_text(code);
   }
 
-  /// A walk into operation begins (CiA 402: to operation enabled); one who is there stays as it is.
+  /// Begins the transition into operation (CiA 402: to operation enabled); a device already there is
+  /// unaffected.
   virtual void begin_power_up() noexcept {}
-  /// One step of it, judged by the newest TPDOs; the command goes out with the next RPDOs.
+  /// Performs one step of it, based on the newest TPDOs; the command is sent with the next RPDOs.
   virtual void power_up() noexcept {}
-  /// The walk has ended: set-points begin from where the device stands.
+  /// Ends the transition: set-points start from the device's position.
   virtual void end_power_up() noexcept {}
-  /// The set-point stands still where it is.
+  /// Stops the set-point at its present value.
   virtual void hold() noexcept {}
-  /// The set-point goes on by one period of the device's PDOs.
+  /// Advances the set-point by one period of the device's PDOs.
   virtual void advance() noexcept {}
-  /// From now on the device is told to stop.
+  /// From now on commands the device to stop.
   virtual void quick_stop() noexcept {}
-  /// RPDO `number` 1..4 with the present command, protected where the layout says so, to be sent now. False
-  /// when there is none.
+  /// Writes RPDO `number` 1..4 with the present command, protected if the layout says so, to be sent now.
+  /// Returns false if there is none.
   [[nodiscard]] bool next_rpdo(int number, can::Frame& out) noexcept;
-  /// That RPDO carries what makes the device stop.
+  /// Whether that RPDO carries the command that makes the device stop.
   [[nodiscard]] virtual bool carries_stop(int /*number*/) const noexcept { return false; }
-  /// Its PDOs travel with every n-th SYNC.
+  /// n if its PDOs are sent with every n-th SYNC.
   [[nodiscard]] int sync_divider() const noexcept;
 
   [[nodiscard]] Stage stage() const noexcept { return stage_; }
   [[nodiscard]] SdoClient& sdo() noexcept { return sdo_; }
-  /// As the node last told it; a PDO after NMT start tells it is operational.
+  /// State last reported by the node; a PDO after NMT start shows that it is operational.
   [[nodiscard]] NmtState nmt_state() const noexcept { return nmt_state_; }
 
   /// Stamp of the newest TPDO `number`; `Time::min()` before the first since the boot began.
   [[nodiscard]] Time tpdo_at(int number) const noexcept { return tpdos_[index_of(number)].at; }
-  /// Every TPDO that comes with SYNC has come at least once.
+  /// Whether every synchronous TPDO has arrived at least once.
   [[nodiscard]] bool has_cyclic_data() const noexcept;
-  /// Stamp of the oldest of the newest TPDOs that come with SYNC; `Time::min()` when one is missing.
+  /// Oldest of the stamps of the newest synchronous TPDOs; `Time::min()` if one is missing.
   [[nodiscard]] Time cyclic_data_at() const noexcept;
-  /// Stamp of the newest of them; `Time::min()` before the first.
+  /// Newest of these stamps; `Time::min()` before the first.
   [[nodiscard]] Time newest_cyclic_at() const noexcept;
 
-  /// Nothing is outstanding that the SYNCs sent so far must have brought about: the boot-up after an NMT
-  /// reset, the answer to an SDO request sent before the last SYNC, the TPDOs due with it. What has failed to
-  /// come several times over is not waited for any more.
+  /// Whether everything that the SYNCs sent so far must have triggered has arrived: the boot-up after an NMT
+  /// reset, the answer to an SDO request sent before the last SYNC, the TPDOs due with it. What has
+  /// repeatedly failed to arrive is no longer waited for.
   [[nodiscard]] bool cycle_complete() const noexcept;
 
   /// Stamp of the newest frame of any kind; `Time::min()` before the first since the boot began.
@@ -148,32 +151,32 @@ class RemoteNode {
 
   /// Emergencies with an error code since construction.
   [[nodiscard]] std::uint64_t emergencies() const noexcept { return emergencies_; }
-  /// Forgets the latched emergency, failed request and what derived classes latch.
+  /// Clears the latched emergency and failed request, and everything latched by derived classes.
   virtual void clear_events() noexcept;
 
  protected:
   explicit RemoteNode(NodeSettings settings);
 
-  /// Before anything else; what `configure` runs through.
+  /// Sets the steps that `configure` performs; call before anything else.
   void set_configuration(std::vector<SdoStep> steps) { configuration_ = SdoSequence(std::move(steps)); }
 
-  /// RPDO `number` 1..4 with the present command. False when there is none.
+  /// Writes RPDO `number` 1..4 with the present command. Returns false if there is none.
   [[nodiscard]] virtual bool rpdo(int /*number*/, can::Frame& /*out*/) const noexcept { return false; }
-  /// PDO `number` 1..4 arrived, with at least the bytes of its mapping.
+  /// Called when PDO `number` 1..4 has arrived, with at least the bytes of its mapping.
   virtual void on_tpdo(int number, const can::StampedFrame& frame) noexcept = 0;
-  /// The node is about to be booted: forget all samples.
+  /// Called when the node is about to be booted: forget all samples.
   virtual void on_begin_boot() noexcept = 0;
-  /// What is wrong with the device's own state, a cause of much else.
+  /// Fault in the device's own state, which causes many others.
   [[nodiscard]] virtual std::optional<FaultCause> judge_state() const noexcept { return std::nullopt; }
-  /// What is wrong with the values it sends.
+  /// Fault in the values it sends.
   [[nodiscard]] virtual std::optional<FaultCause> judge_values(Time now) const noexcept = 0;
-  /// `what_is_missing` of a device whose TPDOs all come.
+  /// `what_is_missing` for a device whose TPDOs all arrive.
   [[nodiscard]] virtual std::string what_samples_miss() const = 0;
 
   void latch_request_failure() noexcept;
-  /// Where the configuration leaves 1018h:1.
+  /// Where the configuration stores 1018h:1.
   [[nodiscard]] std::uint32_t* vendor_place() noexcept { return &vendor_; }
-  /// 1018h:1 as the device told it at boot; 0 before.
+  /// 1018h:1 as reported by the device at boot; 0 before.
   [[nodiscard]] std::uint32_t vendor() const noexcept { return vendor_; }
 
  private:
@@ -181,7 +184,7 @@ class RemoteNode {
     std::size_t bytes = 0;
     int divider = 0;
     Time at = Time::min();
-    std::uint64_t due = 0;  // number of the SYNC it comes with next
+    std::uint64_t due = 0;  // number of the SYNC with which it is due next
     bool protects = false;
     PdoGuard guard;
     std::uint64_t refused = 0;  // since `at`
@@ -192,10 +195,10 @@ class RemoteNode {
   bool take(const can::StampedFrame& frame, Time now) noexcept;
   bool receive_tpdo(const can::StampedFrame& frame) noexcept;
   bool on_error_control(const can::StampedFrame& frame) noexcept;
-  /// Its last heartbeat says so, and it is not that one's bits that were turned over: the one before says it
-  /// too, or no TPDO comes behind it, which only an operational node sends (CiA 301, 7.3.2.2).
+  /// The last heartbeat says so, and not because of flipped bits: the one before says so, too, or no TPDO
+  /// follows it, which only an operational node sends (CiA 301, 7.3.2.2).
   [[nodiscard]] bool left_operational(Time now) const noexcept;
-  /// Due since the SYNC `since`, and no longer than `longest` SYNCs.
+  /// Whether something has been due since the SYNC `since`, for no longer than `longest` SYNCs.
   [[nodiscard]] bool overdue(std::uint64_t since, std::uint64_t longest) const noexcept {
     return syncs_ >= since && syncs_ - since < longest;
   }
@@ -204,15 +207,15 @@ class RemoteNode {
   SdoClient sdo_;
   SdoSequence configuration_{std::vector<SdoStep>{}};
   std::array<Tpdo, 4> tpdos_{};
-  std::array<std::uint8_t, 4> rpdo_counts_{};        // of protected RPDOs
-  std::array<std::uint8_t, 16> tpdo_of_function_{};  // by function code: 1..4, or 0
+  std::array<std::uint8_t, 4> rpdo_counts_{};        // counts of protected RPDOs
+  std::array<std::uint8_t, 16> tpdo_of_function_{};  // TPDO by function code: 1..4, or 0
 
   std::uint64_t syncs_ = 0;
   std::uint64_t reset_at_ = 0, request_at_ = 0;  // SYNCs sent before it
   Time heartbeat_at_{};
   Time heard_at_ = Time::min();
   int frames_since_sync_ = 0;
-  int odd_heartbeats_ = 0;  // in a row, of a state other than operational
+  int odd_heartbeats_ = 0;  // in a row, with a state other than operational
   std::uint64_t emergencies_ = 0;
   std::optional<EmcyMessage> emergency_;  // the first since `clear_events`
   std::optional<cause::RequestFailed> request_failed_;

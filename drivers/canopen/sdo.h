@@ -47,7 +47,7 @@ enum class SdoAbort : std::uint32_t {
   kNoData = 0x08000024,
 };
 
-/// The standard's wording, short; "unknown abort code" for others.
+/// The standard's wording, shortened; "unknown abort code" for others.
 [[nodiscard]] std::string_view describe(SdoAbort code) noexcept;
 
 }  // namespace walkman::canopen

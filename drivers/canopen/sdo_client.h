@@ -12,14 +12,14 @@ namespace walkman::canopen {
 
 /// Client end of one SDO channel (CiA 301, 7.2.4): expedited and segmented transfers, one at a time.
 ///
-/// A state machine without socket and clock: responses and time are pushed in, at most one request waits in
-/// `pending` to be sent. Nothing in it allocates or throws.
+/// A state machine without socket or clock: responses and time are passed in, and at most one request waits
+/// in `pending` to be sent. Neither allocates nor throws.
 class SdoClient {
  public:
   enum class State {
     kIdle,   ///< no transfer since construction or `reset`
     kBusy,   ///< a transfer is under way
-    kDone,   ///< it has ended; `data` is what an upload brought
+    kDone,   ///< it has ended; `data` is the result of an upload
     kFailed  ///< refused, aborted or timed out: `abort_code`
   };
 
@@ -29,14 +29,14 @@ class SdoClient {
   /// `server`: node-ID 1..127. `timeout`: longest wait for each response.
   SdoClient(std::uint8_t server, Time timeout) noexcept : server_(server), timeout_(timeout) {}
 
-  /// Begins to read an object. A transfer under way is forgotten.
+  /// Starts reading an object. A transfer under way is abandoned.
   void upload(ObjectAddress address, Time now) noexcept;
 
-  /// Begins to write an object: expedited up to 4 bytes, segmented above. More than `kCapacity` bytes, or
-  /// none, fail at once.
+  /// Starts writing an object: expedited up to 4 bytes, segmented above. Fails at once for more than
+  /// `kCapacity` bytes, or none.
   void download(ObjectAddress address, std::span<const std::uint8_t> bytes, Time now) noexcept;
 
-  /// Back to idle; nothing is sent.
+  /// Returns to idle; sends nothing.
   void reset() noexcept;
 
   /// Takes a frame with the server's response COB-ID. Frames that are not 8 bytes, and answers to another
@@ -51,12 +51,12 @@ class SdoClient {
   void sent() noexcept { has_pending_ = false; }
 
   [[nodiscard]] State state() const noexcept { return state_; }
-  /// A request has been sent and the server owes an answer.
+  /// Whether a request has been sent that the server has not answered yet.
   [[nodiscard]] bool awaiting() const noexcept { return state_ == State::kBusy && !has_pending_; }
   [[nodiscard]] ObjectAddress address() const noexcept { return address_; }
   [[nodiscard]] Time timeout() const noexcept { return timeout_; }
 
-  /// What an upload brought; valid in state kDone.
+  /// Data read by an upload; valid in state kDone.
   [[nodiscard]] std::span<const std::uint8_t> data() const noexcept { return {buffer_.data(), size_}; }
 
   /// Why the transfer failed; valid in state kFailed.

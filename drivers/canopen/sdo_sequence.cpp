@@ -70,7 +70,7 @@ bool SdoSequence::advance(SdoClient& client, Time now) {
           "no answer to the SDO {} of {} ({}) within {} ms, asked twice", verb, to_string(step.address),
           step.meaning, std::chrono::duration_cast<std::chrono::milliseconds>(client.timeout()).count()));
     }
-    // The abort message of the first try has to leave before the second request takes its place.
+    // The abort message of the first attempt must be sent before the second request replaces it.
     if (client.pending() != nullptr) return false;
     asked_twice_ = true;
     begin(client, now);

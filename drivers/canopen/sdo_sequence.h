@@ -20,21 +20,20 @@ struct SdoStep {
   ObjectAddress address;
   std::uint8_t size = 4;            ///< bytes of the object, 1, 2 or 4
   std::uint32_t value = 0;          ///< expected or to be written
-  std::string meaning;              ///< for people, e.g. "rated torque, mN·m"
-  std::uint32_t* result = nullptr;  ///< where what was read goes; may be null
+  std::string meaning;              ///< human-readable, e.g. "rated torque, mN·m"
+  std::uint32_t* result = nullptr;  ///< where the value read is stored; may be null
 };
 
-/// Runs a list of SDO steps over a client, one after the other; a step that gets no answer is asked a second
-/// time.
+/// Runs a list of SDO steps over a client, one by one; a step without an answer is requested a second time.
 class SdoSequence {
  public:
   explicit SdoSequence(std::vector<SdoStep> steps) : steps_(std::move(steps)) {}
 
-  /// Back to the first step.
+  /// Returns to the first step.
   void restart(SdoClient& client) noexcept;
 
-  /// Looks at the client and begins the next transfer. True when every step is done.
-  /// Throws std::runtime_error: the object, what was found and what was expected.
+  /// Checks the client and starts the next transfer. Returns true once every step is done.
+  /// Throws std::runtime_error with the object, the value found and the one expected.
   bool advance(SdoClient& client, Time now);
 
   [[nodiscard]] std::size_t size() const noexcept { return steps_.size(); }

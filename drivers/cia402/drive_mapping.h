@@ -9,7 +9,7 @@
 
 namespace walkman::cia402 {
 
-/// What a field of a drive's PDO is to the driver.
+/// Meaning of a field of a drive's PDO to the driver.
 enum class DriveValue : std::uint8_t {
   // TPDO
   kStatusword,    ///< 6041h
@@ -28,7 +28,7 @@ enum class DriveValue : std::uint8_t {
   kTargetVelocity,  ///< 60FFh
   kTorqueOffset,    ///< 60B2h
   kMaxTorque,       ///< 6072h
-  kKept,            ///< of no use here: what the drive had at boot is sent back
+  kKept,            ///< not used here: the value the drive had at boot is sent back
 };
 
 /// One value and its place in a PDO's bytes.
@@ -36,33 +36,33 @@ struct DriveField {
   DriveValue value{};
   std::uint8_t offset = 0;  ///< of its first byte in the PDO
   std::uint8_t bytes = 0;   ///< its length
-  std::uint8_t kept = 0;    ///< of a `kKept`: its place in `DriveMapping::kept`
+  std::uint8_t kept = 0;    ///< for `kKept`: its index in `DriveMapping::kept`
 };
 
-/// Where a drive's values lie in its PDOs, worked out once from the mapping so that the cycle only copies
+/// Locations of a drive's values in its PDOs, computed once from the mapping so that the cycle only copies
 /// bytes.
 class DriveMapping {
  public:
-  /// Throws std::runtime_error with one sentence: the mapping lacks what the driver needs (6040h and 607Ah;
-  /// 6041h, 6064h and 6077h in TPDOs that come with SYNC), an object has another size than CiA 402 gives it,
-  /// or the PDOs that go with SYNC go with different ones.
+  /// Throws std::runtime_error (one sentence) if the mapping lacks what the driver needs (6040h and 607Ah;
+  /// 6041h, 6064h and 6077h in synchronous TPDOs), an object's size differs from CiA 402, or the synchronous
+  /// PDOs are not all sent with the same SYNCs.
   explicit DriveMapping(const canopen::DevicePdos& pdos);
 
   /// Fields of TPDO `number` 1..4.
   [[nodiscard]] std::span<const DriveField> transmit(int number) const noexcept {
     return transmit_[static_cast<std::size_t>(number - 1)];
   }
-  /// Fields of RPDO `number` 1..4; empty for one that is off.
+  /// Fields of RPDO `number` 1..4; empty if it is disabled.
   [[nodiscard]] std::span<const DriveField> receive(int number) const noexcept {
     return receive_[static_cast<std::size_t>(number - 1)];
   }
-  /// Some PDO carries the value.
+  /// Whether any PDO carries the value.
   [[nodiscard]] bool has(DriveValue value) const noexcept {
     return (present_ >> static_cast<unsigned>(value) & 1U) != 0;
   }
-  /// The PDOs travel with every n-th SYNC.
+  /// n if the PDOs are sent with every n-th SYNC.
   [[nodiscard]] int sync_divider() const noexcept { return sync_divider_; }
-  /// Mapped objects the driver has no value for.
+  /// Mapped objects for which the driver has no value.
   [[nodiscard]] const std::vector<canopen::MappingEntry>& kept() const noexcept { return kept_; }
 
  private:
@@ -77,8 +77,8 @@ class DriveMapping {
   int sync_divider_ = 1;
 };
 
-/// A drive's factory mapping, layout A of docs/protocol.md: what it has after NMT reset when nobody writes
-/// anything to it. `sync_divider`: the synchronous PDOs travel with every n-th SYNC.
+/// A drive's factory mapping, layout A of docs/protocol.md: the one it has after NMT reset if nothing is
+/// written to it. `sync_divider` n: the synchronous PDOs are sent with every n-th SYNC.
 [[nodiscard]] canopen::DevicePdos factory_drive_pdos(std::uint8_t sync_divider);
 
 }  // namespace walkman::cia402

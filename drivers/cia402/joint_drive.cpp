@@ -22,18 +22,18 @@ constexpr double kUnitsPerRad = 1e6;
 constexpr double kPermille = 1e-3;
 constexpr double kMilli = 1e-3;
 
-// Between two samples the motor may move this many times what its velocity limit allows, plus the slack,
+// Between two samples the motor may move this multiple of what its velocity limit allows, plus the slack,
 // before the encoder is doubted: contacts and the spring make real motions faster than commanded ones.
 constexpr double kImplausibleFactor = 4;
 constexpr double kImplausibleSlack = 0.02;  // rad
 
-// The counter goes on with every SYNC: the same again so many later is none that runs. The TPDO of layout A
-// that has it comes with every 20th.
+// The counter advances with every SYNC: if it is unchanged this many cycles later, it is not running. The
+// TPDO of layout A that carries it comes with every 20th.
 constexpr int kStuckCycles = 15;
 
 constexpr auto kPositionMode = static_cast<std::uint32_t>(Mode::kCyclicSynchronousPosition);
 
-// A motor may stand this far outside its joint's limits: deflected spring, soft stop, calibration.
+// A motor may be this far outside its joint's limits: deflected spring, soft stop, calibration.
 constexpr double kReachMargin = 0.5;  // rad
 
 // Statusword bit 7.
@@ -65,9 +65,9 @@ InterpolationPeriod interpolation_period(Time period) {
                            " ns cannot be written to 60C2h, expected 1 to 255 times a power of ten");
 }
 
-/// The controlword that brings a drive in `state` one transition nearer to operation enabled (CiA 402-2,
-/// state machine). In the fault state it alternates with `last`, because fault reset acts on bit 7's rising
-/// edge only.
+/// The controlword that brings a drive in `state` one transition closer to operation enabled (CiA 402-2,
+/// state machine). In the fault state it alternates with `last`, because fault reset acts only on bit 7's
+/// rising edge.
 std::uint16_t next_controlword(State state, std::uint16_t last) noexcept {
   switch (state) {
     case State::kSwitchOnDisabled:
@@ -110,7 +110,7 @@ std::vector<SdoStep> JointDrive::configuration_of(const DriveSettings& settings)
   append(canopen::supervision_steps(settings.node));
   append({{Kind::kWrite, {object::kAbortConnection, 0}, 2, kQuickStopOnLoss, "abort connection option"},
           {Kind::kWrite, {object::kMaxTorque, 0}, 2, settings.max_torque_permille, "max torque, per mille"}});
-  // A mode that no PDO carries is set and checked here.
+  // If no PDO carries the mode, it is set and checked here.
   if (!mapping_.has(DriveValue::kMode)) {
     append({{Kind::kWrite, {object::kMode, 0}, 1, kPositionMode, "mode of operation"}});
   }
@@ -221,7 +221,7 @@ std::uint32_t JointDrive::word_of(const DriveField& field) const noexcept {
     case DriveValue::kKept:
       return kept_[field.kept];
     default:
-      // Target torque and torque offset: in position mode the drive's own loop finds the torque.
+      // Target torque and torque offset: in position mode the drive's own loop determines the torque.
       return 0;
   }
 }
@@ -258,7 +258,7 @@ void JointDrive::poll(Time now) noexcept {
     if (sdo().state() == canopen::SdoClient::State::kFailed) latch_request_failure();
   }
   if (mapping_.has(DriveValue::kMaxTorque)) return;
-  // A refused value is latched as a failed request and not asked for again.
+  // A refused value is latched as a failed request and not requested again.
   if (!writing_max_torque_ && sdo().pending() == nullptr && wanted_max_torque_ != written_max_torque_) {
     std::array<std::uint8_t, 2> bytes{};
     put(bytes.data(), wanted_max_torque_);
@@ -323,8 +323,8 @@ void JointDrive::on_position(double position, Time at) noexcept {
         kImplausibleSlack;
     const double step = position - sample_.motor_position;
     if (implausible_step_ == 0 && std::abs(step) > allowed) implausible_step_ = step;
-    // Positions are sampled at SYNC, so they are whole periods apart whenever their frames came. Two PDOs of
-    // one SYNC may both carry the position.
+    // Positions are sampled at SYNC, so they are whole periods apart no matter when their frames arrive. Two
+    // PDOs of one SYNC may both carry the position.
     const auto periods = (at - position_at_ + period / 2) / period;
     if (!mapping_.has(DriveValue::kVelocity) && periods >= 1) {
       const double seconds = std::chrono::duration<double>(period).count() * static_cast<double>(periods);

@@ -13,15 +13,15 @@ namespace walkman::cia402 {
 /// Device type 1000h of a servo drive: device profile 402, type 2.
 inline constexpr std::uint32_t kServoDriveType = 0x00020192;
 
-/// What a drive may be told: limits of its joint.
+/// Limits on a drive's commands, those of its joint.
 struct CommandLimits {
   double lower = -std::numeric_limits<double>::infinity();    ///< link position, rad, URDF joint coordinate
-  double upper = std::numeric_limits<double>::infinity();     ///< likewise
+  double upper = std::numeric_limits<double>::infinity();     ///< as `lower`
   double effort = std::numeric_limits<double>::infinity();    ///< of the feed-forward torque, N·m
   double velocity = std::numeric_limits<double>::infinity();  ///< of the motor's set-point, rad/s
 };
 
-/// What the master knows of a drive before it has spoken with it.
+/// What the master knows about a drive before communicating with it.
 struct DriveSettings {
   canopen::NodeSettings node;
   std::uint32_t rated_torque_mnm = 0;        ///< expected in 6076h
@@ -32,50 +32,52 @@ struct DriveSettings {
 /// Newest values of a drive's TPDOs, in SI units on the joint side of the gearbox.
 struct DriveSample {
   double motor_position = 0;  ///< 6064h: motor-side encoder, reflected to the joint, rad
-  double motor_velocity = 0;  ///< 606Ch, or from two positions where it is not mapped, rad/s
+  double motor_velocity = 0;  ///< 606Ch, or from two positions if it is not mapped, rad/s
   double torque = 0;          ///< 6077h: torque of the series spring on the link, N·m
-  /// Motor position less the spring's deflection at `torque`, rad, URDF joint coordinate.
+  /// Motor position minus the spring's deflection at `torque`, rad, URDF joint coordinate.
   double link_position = 0;
   std::uint16_t statusword = 0;         ///< 6041h
   std::int8_t mode = 0;                 ///< 6061h
   std::uint16_t error_code = 0;         ///< 603Fh
   std::int8_t motor_temperature_c = 0;  ///< 2031h:1
-  bool torque_out_of_range = false;     ///< 6077h the least or the greatest of its 16 bits: no measurement
-  Time age = Time::max();  ///< of the oldest of the TPDOs that come with SYNC, at the last `poll`
+  bool torque_out_of_range = false;     ///< 6077h is at the minimum or maximum of its 16 bits: no measurement
+  Time age = Time::max();               ///< of the oldest of the synchronous TPDOs, at the last `poll`
 };
 
-/// One CiA 402 drive with a series elastic actuator behind it: its configuration, its walk to operation
-/// enabled in cyclic synchronous position mode, its set-point, its PDOs as `settings.node.pdos` map them. The
-/// only place where its wire units (µrad, per mille of rated torque) meet SI units.
+/// One CiA 402 drive of a series elastic actuator: its configuration, its transition to operation enabled in
+/// cyclic synchronous position mode, its set-point, and its PDOs as mapped by `settings.node.pdos`. The only
+/// place where its wire units (µrad, per mille of rated torque) are converted to and from SI units.
 class JointDrive final : public canopen::RemoteNode {
  public:
-  /// Throws std::runtime_error when the PDO mapping does not suit (see `DriveMapping`).
+  /// Throws std::runtime_error if the PDO mapping is not suitable (see `DriveMapping`).
   explicit JointDrive(const DriveSettings& settings);
 
-  /// Where the link shall go, rad, URDF joint coordinate, under the static `torque` (N·m) expected on it.
-  /// Clamped to the limits; the motor's set-point goes there by `advance`, straight and no faster than the
-  /// velocity limit. Both must be finite. The link position after clamping.
+  /// Sets the goal of the link, rad, URDF joint coordinate, under the static `torque` (N·m) expected on it.
+  /// It is clamped to the limits; `advance` moves the motor's set-point there directly, no faster than the
+  /// velocity limit. Both must be finite. Returns the link position after clamping.
   double command(double link_position, double torque) noexcept;
-  /// Where the motor shall go: a share of the way from the lower limit to the upper one, finite, clamped to
-  /// 0..1.
+  /// Sets the goal of the motor: a fraction of the travel from the lower to the upper limit, finite, clamped
+  /// to 0..1.
   void command_travel(double share) noexcept;
-  /// Torque limit 6072h in per mille of rated torque 6076h; goes with an RPDO that maps 6072h, else it is
-  /// written to 6072h in the background when it changes.
+  /// Sets the torque limit 6072h in per mille of rated torque 6076h; sent in an RPDO that maps 6072h,
+  /// otherwise written to 6072h in the background when it changes.
   void limit_torque(std::uint16_t permille) noexcept { wanted_max_torque_ = permille; }
 
   [[nodiscard]] const DriveSample& sample() const noexcept { return sample_; }
-  /// Of the series spring, N·m/rad, as the drive has it (2020h:3); 0 before the boot.
+  /// Spring constant of the series spring, N·m/rad, as stored in the drive (2020h:3); 0 before the boot.
   [[nodiscard]] double spring_constant() const noexcept { return spring_constant_mnm_ * 1e-3; }
   [[nodiscard]] State state() const noexcept { return state_of(sample_.statusword); }
 
   void poll(Time now) noexcept override;
   void clear_events() noexcept override;
-  /// Told to enable operation, and has reported that and cyclic synchronous position mode.
+  /// Whether the drive was commanded to enable operation, and has reported that and cyclic synchronous
+  /// position mode.
   [[nodiscard]] bool in_operation() const noexcept override;
   [[nodiscard]] std::string warning() const override;
   [[nodiscard]] std::string_view error_text(std::uint16_t code) const noexcept override;
   void begin_power_up() noexcept override;
-  /// Until the drive is told to enable operation its target follows the motor; from then on it stands still.
+  /// Until the drive is commanded to enable operation, its target follows the motor; then the target is
+  /// fixed.
   void power_up() noexcept override;
   void end_power_up() noexcept override;
   void hold() noexcept override;
@@ -84,7 +86,7 @@ class JointDrive final : public canopen::RemoteNode {
   [[nodiscard]] bool carries_stop(int number) const noexcept override;
 
  private:
-  /// Longer than 8 bytes it is a CAN FD frame.
+  /// If longer than 8 bytes, it is a CAN FD frame.
   [[nodiscard]] bool rpdo(int number, can::Frame& out) const noexcept override;
   void on_tpdo(int number, const can::StampedFrame& frame) noexcept override;
   void on_begin_boot() noexcept override;
@@ -110,7 +112,7 @@ class JointDrive final : public canopen::RemoteNode {
   std::uint32_t rated_torque_mnm_;
   std::uint32_t spring_constant_mnm_ = 0;  // mN·m/rad
 
-  // Motor positions in rad: where the set-point goes, and where it is.
+  // Motor positions in rad: the goal of the set-point, and its present value.
   double goal_ = 0;
   double set_point_ = 0;
 
@@ -121,13 +123,13 @@ class JointDrive final : public canopen::RemoteNode {
   DriveSample sample_;
   Time position_at_ = Time::min();
 
-  double implausible_step_ = 0;  // rad, the first
+  double implausible_step_ = 0;  // rad, first one found
   bool counter_seen_ = false;
   std::uint16_t cycle_counter_ = 0;
   Time counter_changed_at_{};
   Time counter_stuck_for_{};
 
-  bool of_joint_ = false;  // told where its link shall go, not a hand's share of travel
+  bool of_joint_ = false;  // commanded by link position, not by a hand's fraction of travel
   MotionCheck check_;
   Time checked_at_ = Time::min();
 };

@@ -6,7 +6,7 @@
 namespace walkman::cia402 {
 namespace {
 
-constexpr double kRounding = 1e-5;  // rad, of positions in µrad
+constexpr double kRounding = 1e-5;  // rad, rounding of positions in µrad
 
 }  // namespace
 

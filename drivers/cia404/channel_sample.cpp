@@ -80,7 +80,7 @@ bool ChannelSample::belongs(int number, Time at) noexcept {
     taken_at_ = at;
     return true;
   }
-  // Frames of one SYNC follow each other within the cycle; those of different ones are a cycle apart.
+  // Frames of one SYNC follow each other within the cycle; those of different SYNCs are a cycle apart.
   const bool same_sync =
       taken_ != 0 && (taken_ & bit) == 0 && at >= taken_at_ && at - taken_at_ < cycle_ * 3 / 4;
   if (!same_sync) {

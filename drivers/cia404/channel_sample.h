@@ -11,32 +11,32 @@
 namespace walkman::cia404 {
 
 /// The samples of a measuring device (CiA 404): process values 7130h:1..n as i16, a sample counter (2050h:1)
-/// and a status (6150h:1), spread over TPDOs as a mapping says. Puts together the frames that left the device
-/// with the same SYNC; never mixes those of different ones. Nothing in it allocates once it is made.
+/// and a status (6150h:1), spread over TPDOs according to a mapping. Combines the frames that left the device
+/// with the same SYNC; never mixes those of different SYNCs. Does not allocate after construction.
 class ChannelSample {
  public:
   static constexpr std::size_t kMaxChannels = 10;
 
-  /// `cycle`: the SYNC period. Throws std::runtime_error with one sentence when one of the objects is in no
-  /// TPDO of transmission type 1 to 240, or has the wrong size.
+  /// `cycle`: the SYNC period. Throws std::runtime_error (one sentence) if one of the objects is in no TPDO
+  /// of transmission type 1 to 240, or has the wrong size.
   ChannelSample(const canopen::DevicePdos& pdos, std::size_t channels, Time cycle);
 
-  /// Takes TPDO `number`. True when it completes a sample, which then is a new one: frames of one SYNC follow
-  /// each other within the cycle, and the counter must have moved on.
+  /// Takes TPDO `number`. Returns true if it completes a new sample: frames of one SYNC follow each other
+  /// within the cycle, and the counter must have advanced.
   [[nodiscard]] bool take(int number, const can::StampedFrame& frame) noexcept;
   /// Forgets everything it has taken.
   void reset() noexcept;
 
-  /// Of the newest sample: the process value as on the wire, `channel` 0..n-1 being 7130h:1..n, in the unit
-  /// of 6131h with the decimal digits of 6132h.
+  /// Process value of the newest sample as on the wire; `channel` 0..n-1 is 7130h:1..n, in the unit of 6131h
+  /// with the decimal digits of 6132h.
   [[nodiscard]] std::int16_t raw(std::size_t channel) const noexcept { return complete_.raw[channel]; }
-  /// Of the newest sample: 2050h:1.
+  /// Counter of the newest sample, 2050h:1.
   [[nodiscard]] std::uint16_t counter() const noexcept { return complete_.counter; }
-  /// Of the newest sample: 6150h:1.
+  /// Status of the newest sample, 6150h:1.
   [[nodiscard]] std::uint8_t status() const noexcept { return complete_.status; }
   /// Stamp of the oldest frame of the newest sample; `Time::min()` before the first.
   [[nodiscard]] Time at() const noexcept { return at_; }
-  /// A value that is the least or the greatest of its 16 bits: no measurement.
+  /// Whether a value is at the minimum or maximum of its 16 bits: no measurement.
   [[nodiscard]] bool out_of_range(std::size_t channel) const noexcept;
 
  private:
@@ -57,9 +57,9 @@ class ChannelSample {
 
   Time cycle_;
   std::array<std::vector<Field>, 4> fields_;
-  unsigned all_ = 0;    // the TPDOs that make a sample, bit n - 1
+  unsigned all_ = 0;    // TPDOs that make up a sample, bit n - 1
   int first_ = 0;       // the one that wins arbitration
-  unsigned taken_ = 0;  // those of the sample that is coming in
+  unsigned taken_ = 0;  // those received of the present sample
   Time taken_at_{};
   Values coming_, complete_;
   Time at_ = Time::min();

@@ -10,16 +10,17 @@ namespace walkman::cia404 {
 
 /// Newest complete sample of a force/torque sensor.
 struct ForceTorqueSample : MeasuringSample {
-  Wrench F_So_S;  ///< load on the sensor, about and in the sensor frame S; N, N·m
+  Wrench F_So_S;  ///< load on the sensor, about the origin of sensor frame S and expressed in S; N, N·m
 };
 
 /// One six-axis force/torque sensor (CiA 404): channels 1-6 are Fx, Fy, Fz, Tx, Ty, Tz, process values as i16
-/// with the number of decimal digits of 6132h. The only place where its wire units meet SI units.
+/// with the number of decimal digits given in 6132h. The only place where its wire units are converted to SI
+/// units.
 class ForceTorqueSensor final : public MeasuringDevice {
  public:
   static constexpr std::size_t kChannels = 6;
 
-  /// Throws std::runtime_error when the PDO mapping lacks what a sample needs.
+  /// Throws std::runtime_error if the PDO mapping lacks what a sample needs.
   explicit ForceTorqueSensor(const canopen::NodeSettings& settings);
 
   [[nodiscard]] const ForceTorqueSample& sample() const noexcept { return sample_; }

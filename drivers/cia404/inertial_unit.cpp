@@ -13,7 +13,7 @@ constexpr double kForceUnit = 1e-3;  // m/s^2
 constexpr double kRateUnit = 1e-3;   // rad/s
 constexpr double kQuaternionUnit = 1.0 / 30000;
 
-// A quaternion's length may be off by rounding; one that is far off is none.
+// A quaternion's norm may be off by rounding; one that is far off is not an orientation.
 constexpr double kLengthTolerance = 0.05;
 
 }  // namespace

@@ -12,39 +12,39 @@ namespace walkman::cia404 {
 /// Device type 1000h of an analogue input device: device profile 404, type 2.
 inline constexpr std::uint32_t kAnalogueInputType = 0x00020194;
 
-/// What every sample of a measuring device carries beside its values. One sample is all TPDOs of one SYNC.
+/// Data common to all samples of a measuring device, besides the values. One sample is all TPDOs of one SYNC.
 struct MeasuringSample {
   std::uint16_t sample_counter = 0;  ///< 2050h:1; equal for all TPDOs of a sample
   std::uint8_t status = 0;           ///< 6150h:1: bit 0 invalid, 1 positive, 2 negative overload
-  bool out_of_range = false;  ///< a channel has the least or the greatest of its 16 bits: no measurement
+  bool out_of_range = false;  ///< a channel is at the minimum or maximum of its 16 bits: no measurement
   Time age = Time::max();     ///< of the oldest of its frames, at the last `poll`
 };
 
-/// A sensor that sends its channels as process values (7130h) with a counter and a status, by the TPDOs that
-/// `settings.pdos` map them to. A class derived from it says how many channels there are and what they mean.
+/// A sensor that sends its channels as process values (7130h) with a counter and a status, in the TPDOs to
+/// which `settings.pdos` maps them. A derived class defines the number of channels and their meaning.
 class MeasuringDevice : public canopen::RemoteNode {
  public:
   void poll(Time now) noexcept override;
   void clear_events() noexcept override;
-  /// A complete sample has come.
+  /// Whether a complete sample has arrived.
   [[nodiscard]] bool in_operation() const noexcept override { return channels_.at() != Time::min(); }
   [[nodiscard]] std::string_view error_text(std::uint16_t code) const noexcept override;
 
  protected:
-  /// `extra`: steps of the configuration after supervision and before the PDOs.
-  /// Throws std::runtime_error when the PDO mapping lacks what a sample needs (see `ChannelSample`).
+  /// Throws std::runtime_error if the PDO mapping lacks what a sample needs (see `ChannelSample`).
   MeasuringDevice(const canopen::NodeSettings& settings, std::size_t channels);
-  /// To be called by the derived constructor.
+  /// Call from the derived constructor. `extra`: steps of the configuration after supervision and before the
+  /// PDOs.
   void set_measuring_steps(const std::vector<canopen::SdoStep>& extra);
 
   /// Factory mapping of a device whose first six channels are two vectors: TPDO1 7130h:1-3 and the sample
   /// counter 2050h:1, TPDO2 7130h:4-6 and the status 6150h:1, at every SYNC.
   [[nodiscard]] static canopen::DevicePdos vector_pdos();
 
-  /// A new sample is complete: `channels` into SI units. The counter, status and age are taken care of; true
-  /// when the values are a measurement, false when they cannot be one.
+  /// Called when a new sample is complete: converts `channels` to SI units. Counter, status and age are
+  /// handled here. Returns true if the values are a measurement, false if they cannot be one.
   [[nodiscard]] virtual bool decode(const ChannelSample& channels) noexcept = 0;
-  /// The derived class's sample, and back to its initial values.
+  /// The derived class's sample; and its reset to initial values.
   [[nodiscard]] virtual MeasuringSample& newest() noexcept = 0;
   virtual void reset_sample() noexcept = 0;
 

@@ -5,29 +5,29 @@
 
 namespace walkman::cia404 {
 
-/// Whether readings that have noise still have it: three channels that all repeat themselves, again and
-/// again, are no measurement any more, however well their counter runs.
+/// Detects noisy readings that have lost their noise: three channels that all keep repeating themselves are
+/// no longer a measurement, even if their counter advances.
 ///
-/// Judged only after it was seen that they do not repeat themselves: as long as less than half of the last
-/// samples equal the ones before them. `kMost` in a row are then less likely than once in a thousand hours at
-/// 200 samples a second.
+/// Judges only after the readings were seen not to repeat themselves: as long as less than half of the last
+/// samples equal their predecessors. `kMost` in a row are then less likely than once in a thousand hours at
+/// 200 samples per second.
 class RepeatWatch {
  public:
   using Reading = std::array<std::int16_t, 3>;
   static constexpr int kMost = 40;
 
-  /// The next sample.
+  /// Takes the next sample.
   void take(const Reading& reading) noexcept;
-  /// Begins to count anew; that the readings had noise is not forgotten.
+  /// Restarts the count; does not forget that the readings had noise.
   void restart() noexcept { repeats_ = frozen_ = 0; }
-  /// How many samples in a row are the same, when that is too many; else 0.
+  /// Number of identical samples in a row if that is too many; otherwise 0.
   [[nodiscard]] int frozen() const noexcept { return frozen_; }
 
  private:
   Reading last_{};
   int taken_ = 0;         // up to `kMost`
   double repeating_ = 1;  // share of the last samples that repeat the one before
-  bool lively_ = false;   // that share, before the present repeats began
+  bool lively_ = false;   // that share was below half before the present repeats
   int repeats_ = 0;
   int frozen_ = 0;
 };

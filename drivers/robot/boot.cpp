@@ -13,7 +13,7 @@ long long milliseconds(Time time) {
   return std::chrono::duration_cast<std::chrono::milliseconds>(time).count();
 }
 
-/// Devices of a bus that have not been heard since NMT reset.
+/// Number of devices of a bus that have not been heard since NMT reset.
 std::size_t awaited(const RobotBus& bus) {
   std::size_t count = 0;
   for (const auto& device : bus.devices()) count += device->stage() == Stage::kAwaitingBootUp ? 1 : 0;
@@ -60,7 +60,7 @@ void Boot::begin_recovery(Time now, bool own_delay) {
       phase_ = Phase::kResetting;
       continue;
     }
-    // What was latched is known by now; what goes on is found again.
+    // Latched events are already known; those that persist are found again.
     bus->master().forget_overflows();
     for (const auto& device : bus->devices()) {
       device->clear_events();
@@ -118,7 +118,7 @@ bool Boot::power_up_all(Time now, std::uint64_t syncs) {
       if (device->stage() == Stage::kLost) {
         throw std::runtime_error(device->label() + ": booted up again after NMT start");
       }
-      // Every look at the statusword chooses a controlword, so only when the next one is about to be sent.
+      // Each evaluation of the statusword selects a controlword, so only when the next is about to be sent.
       if (RobotBus::has_turn(*device, syncs)) device->power_up();
       all = all && device->nmt_state() == canopen::NmtState::kOperational && device->in_operation() &&
             !device->stale(now);
@@ -127,7 +127,7 @@ bool Boot::power_up_all(Time now, std::uint64_t syncs) {
   return all;
 }
 
-/// A link that breaks (again) takes the boot of its bus back to the beginning.
+/// A link that fails (again) takes the boot of its bus back to the beginning.
 void Boot::check_links(Time now) {
   for (auto& bus : buses_) {
     if (!bus->reset || !bus->master().link_lost()) continue;
@@ -197,7 +197,7 @@ void Boot::check_progress(Time now) const {
     if (!bus->reset) continue;
     const auto record = bus->judge_link(now);
     if (!record) continue;
-    // A recovery waits for a link that is still broken; full queues empty themselves.
+    // A recovery waits for a link that is still broken; full queues drain by themselves.
     const bool lost = bus->master().link_lost();
     if (std::holds_alternative<canopen::cause::FrameRefused>(record->cause) ||
         (lost && (!recovering_ || too_late))) {
@@ -229,7 +229,7 @@ void Boot::finish() noexcept {
 
 bool Boot::step(Time now, std::uint64_t syncs) {
   if (recovering_) check_links(now);
-  // What the links did before the first cycle of this boot is past.
+  // Link events before the first cycle of this boot do not count.
   if (now != began_) check_progress(now);
   if (recovering_) check_the_others(now);
   if (phase_ == Phase::kResetting && command_all(canopen::NmtCommand::kResetCommunication)) {

@@ -9,32 +9,32 @@
 namespace walkman::robot {
 
 /// Brings buses into operation, one cycle at a time: NMT reset communication, configuration of all nodes at
-/// the same time, NMT start, power-up of the drives. A boot does that with every bus; a recovery does it with
-/// the buses that lost something, and on the others walks up the drives that left operation enabled, while
-/// everything else holds.
+/// the same time, NMT start, power-up of the drives. A boot does this for every bus; a recovery does it for
+/// the buses that lost something, and on the others brings drives that left operation enabled back to it,
+/// while everything else holds.
 class Boot {
  public:
   /// Both must outlive this.
   Boot(std::vector<std::unique_ptr<RobotBus>>& buses, const RobotOptions& options)
       : buses_(buses), options_(options) {}
 
-  /// Begins with every bus anew.
+  /// Starts booting all buses from the beginning.
   void begin(Time now);
-  /// Begins with what has failed. What was received must have been taken in. `own_delay`: data are old
-  /// because this computer was late; then they are no reason to boot a bus anew, and waiting for new ones is
-  /// all.
+  /// Starts recovering what has failed. Received frames must have been processed before. `own_delay`: data
+  /// are old because this computer was late; they are then no reason to reboot a bus, and it is enough to
+  /// wait for new ones.
   void begin_recovery(Time now, bool own_delay);
 
-  /// One cycle, before its frames are sent and after what was received has been taken in; `syncs`: how many
-  /// have been sent. True when all is in operation.
-  /// Throws std::runtime_error with node and reason when something does not come up within the boot time-out.
+  /// Performs one cycle, before its frames are sent and after received frames have been processed; `syncs`:
+  /// number of SYNCs sent. Returns true once everything is in operation.
+  /// Throws std::runtime_error with node and reason if something does not come up within the boot time-out.
   [[nodiscard]] bool step(Time now, std::uint64_t syncs);
-  /// Ends it before it has come to its end.
+  /// Aborts the boot or recovery under way.
   void abandon() noexcept { phase_ = Phase::kNone; }
 
   [[nodiscard]] bool under_way() const noexcept { return phase_ != Phase::kNone; }
   [[nodiscard]] bool recovering() const noexcept { return under_way() && recovering_; }
-  /// The set-points of a bus are sent in this cycle.
+  /// Whether the set-points of a bus are sent in this cycle.
   [[nodiscard]] bool drives(const RobotBus& bus) const noexcept {
     return phase_ == Phase::kPoweringUp || (recovering() && !bus.reset);
   }

@@ -14,11 +14,11 @@ double seconds(Time time) { return std::chrono::duration<double>(time).count(); 
 
 can::BitRates rates_of(const Bus& bus) { return {bus.bit_rate, bus.data_bit_rate}; }
 
-/// Bus time of one direction's PDOs: what goes with every SYNC, and what goes by timers a second.
+/// Bus time: of what is sent with every SYNC, and of what is sent by timers, per second.
 struct Traffic {
-  double frames = 0;     // a cycle
-  double cyclic = 0;     // s a cycle
-  double by_events = 0;  // s a second
+  double frames = 0;     // per cycle
+  double cyclic = 0;     // s per cycle
+  double by_events = 0;  // s per second
 };
 
 void add(Traffic& traffic, const std::array<canopen::PdoSettings, 4>& pdos, bool commands, const Bus& bus) {

@@ -6,18 +6,18 @@
 
 namespace walkman::robot {
 
-/// What paces the control cycle. On a real robot it waits for the host's clock, on an emulated one it
-/// advances the emulated clock; code above it cannot tell them apart.
+/// Paces the control cycle. On a real robot it waits for the host's clock, on an emulated one it advances the
+/// emulated clock; code above it cannot tell them apart.
 ///
-/// The time it returns is the one `Robot` is given in that cycle. It goes up by whole periods; by more than
-/// one when the computer was too late for a cycle; the drivers judge by that what was late and what is
+/// The time it returns is the one passed to `Robot` in that cycle. It advances by whole periods, by more than
+/// one if the computer was too late for a cycle; from that the drivers judge what was late and what is
 /// missing.
 class Cycle {
  public:
   virtual ~Cycle() = default;
 
   /// Blocks until the next cycle begins, one SYNC period after the last, and returns its time.
-  /// Throws Interrupted when the run is to end.
+  /// Throws Interrupted if the run is to end.
   virtual Time next() = 0;
 };
 

@@ -8,22 +8,22 @@
 
 namespace walkman::robot {
 
-/// What a device is made from.
+/// Data from which a device is created.
 struct DeviceSpec {
   const Device& device;     ///< its entry of the device table
-  const RobotModel& model;  ///< has the limits of its joint
-  double max_velocity;      ///< rad/s, of a drive's set-point; the joint's own limit where it is lower
+  const RobotModel& model;  ///< contains the limits of its joint
+  double max_velocity;      ///< rad/s, of a drive's set-point; the joint's own limit if that is lower
   canopen::NodeSettings node;
 };
 
-/// What the drivers know of one kind of device before they have met one.
+/// What the drivers know about one kind of device, independent of any particular device.
 struct DeviceKindDriver {
   DeviceKind kind;
-  const char* noun;                       ///< what it is in texts, e.g. "F/T sensor"
+  const char* noun;                       ///< kind of device for display, e.g. "F/T sensor"
   canopen::DevicePdos (*factory_pdos)();  ///< layout A of docs/protocol.md
-  /// Throws std::runtime_error with one sentence when a mapping lacks what the driver needs.
+  /// Throws std::runtime_error (one sentence) if a mapping lacks what the driver needs.
   void (*check)(const canopen::DevicePdos& pdos);
-  /// Throws std::runtime_error with one sentence when the entry does not fit the model.
+  /// Throws std::runtime_error (one sentence) if the entry does not fit the model.
   std::unique_ptr<canopen::RemoteNode> (*make)(const DeviceSpec& spec);
 };
 

@@ -14,24 +14,24 @@ namespace walkman::robot {
 
 using canopen::FaultKind;
 
-/// The first thing that went wrong. Stays until `Robot::recover` or `boot` has undone it.
+/// The first fault. Stays until `Robot::recover` or `boot` has cleared it.
 struct Fault {
   FaultKind kind{};
-  std::string device;        ///< URDF joint or frame; the interface's name of a whole bus; empty of the robot
-  std::uint8_t node_id = 0;  ///< 0 when it is of no single node
+  std::string device;        ///< URDF joint or frame; interface name for a whole bus; empty for the robot
+  std::uint8_t node_id = 0;  ///< 0 if it does not concern a single node
   Time time{};
-  std::string text;  ///< one sentence for people
+  std::string text;  ///< one sentence for users
 };
 
-/// A fault as the cycle writes it down, without allocating; `describe` makes it words.
+/// A fault as recorded in the cycle, without allocating; `describe` turns it into text.
 struct FaultRecord {
   canopen::FaultCause cause;
-  const canopen::RemoteNode* device = nullptr;  ///< null: not of a single device
-  const can::Interface* interface = nullptr;    ///< null too: of the robot as a whole, or of this computer
+  const canopen::RemoteNode* device = nullptr;  ///< null: does not concern a single device
+  const can::Interface* interface = nullptr;    ///< also null: concerns the whole robot, or this computer
   Time time{};
 };
 
-/// In words, with the bus or device that the record points to.
+/// Returns the fault as text, with the bus or device that the record points to.
 [[nodiscard]] Fault describe(const FaultRecord& record);
 
 }  // namespace walkman::robot

@@ -23,7 +23,7 @@ void HeartbeatPace::observe(const can::StampedFrame& stamped) noexcept {
   const bool error_control = (frame.id & ~kNodeMask) == canopen::cob_id::error_control(0) &&
                              frame.length == 1 && !frame.extended && !frame.remote && !frame.error;
   if (!error_control || (producer_ != 0 && frame.id != producer_)) return;
-  if (frame.data[0] == kBootUp) {  // its producer time is the default one again
+  if (frame.data[0] == kBootUp) {  // its producer time is back to the default
     producer_ = 0;
     count_ = 0;
     last_ = Time::min();

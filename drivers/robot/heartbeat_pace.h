@@ -8,25 +8,25 @@
 namespace walkman::robot {
 
 /// Compares the nodes' time with the master's, on one bus: heartbeats that a node is set to produce at an
-/// interval have to be received at that interval. Nothing on the wire says how long an emulator takes a cycle
-/// for, nor whether its clock follows SYNC or the host's: the interval shows the one, and whether heartbeats
-/// come while the master holds SYNC back the other.
+/// interval must be received at that interval. Nothing on the wire says how long an emulator assumes a cycle
+/// to be, nor whether its clock follows SYNC or the host's: the interval shows the former, and whether
+/// heartbeats arrive while the master withholds SYNC the latter.
 ///
-/// Passes everything on to the interface inside; neither allocates nor throws.
+/// Forwards everything to the wrapped interface; neither allocates nor throws.
 class HeartbeatPace final : public can::Interface {
  public:
-  /// Of one node; what most of them say counts, so that a short disturbance does not.
+  /// From one node; the majority decides, so that a short disturbance has no effect.
   static constexpr std::size_t kIntervals = 9;
 
-  /// `inner`, whose stamps are on the master's clock, must outlive this. `expected`: producer time that the
-  /// nodes are set to (1017h); `tolerance`: how far the median of the received intervals may be from it.
+  /// `inner`, whose stamps are on the master's clock, must outlive this. `expected`: producer time to which
+  /// the nodes are set (1017h); `tolerance`: how far the median of the received intervals may be from it.
   HeartbeatPace(can::Interface& inner, Time expected, Time tolerance) noexcept
       : inner_(&inner), expected_(expected), tolerance_(tolerance) {}
 
-  /// The interval that heartbeats have, once it is known and is not what it should be.
+  /// The actual interval of the heartbeats, once it is known and if it is wrong.
   [[nodiscard]] std::optional<Time> wrong_interval() const noexcept;
 
-  /// Heartbeats received from the node that is observed.
+  /// Heartbeats received from the observed node.
   [[nodiscard]] std::uint64_t heartbeats() const noexcept { return heartbeats_; }
 
   [[nodiscard]] can::SendResult send(const can::Frame& frame) noexcept override {
@@ -45,7 +45,7 @@ class HeartbeatPace final : public can::Interface {
 
   can::Interface* inner_;
   Time expected_, tolerance_;
-  std::uint32_t producer_ = 0;  // COB-ID of the node that is observed; 0: none yet
+  std::uint32_t producer_ = 0;  // COB-ID of the observed node; 0: none yet
   Time last_ = Time::min();
   std::array<Time, kIntervals> intervals_{};
   std::size_t count_ = 0;

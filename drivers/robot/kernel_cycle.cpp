@@ -12,7 +12,7 @@ namespace {
 
 using Host = std::chrono::steady_clock;
 
-constexpr Time kWait = std::chrono::milliseconds(100);  // between two looks at whether the run is to end
+constexpr Time kWait = std::chrono::milliseconds(100);  // between two checks whether the run is to end
 
 Time monotonic_now() {
   timespec t{};
@@ -73,7 +73,7 @@ Time KernelRealTimeCycle::next() {
   const timespec until{seconds.count(), (next - seconds).count()};
   while (clock_nanosleep(CLOCK_MONOTONIC, TIMER_ABSTIME, &until, nullptr) == EINTR) {
   }
-  // A process that was stopped or starved in its sleep wakes up cycles later.
+  // A process that was stopped or starved while sleeping wakes up cycles later.
   const auto slept_through = (monotonic_now() - next) / period_;
   overruns_ += static_cast<std::uint64_t>(slept_through);
   next += slept_through * period_;

@@ -9,12 +9,12 @@
 
 namespace walkman::robot {
 
-/// Which values travel in which PDOs, for every kind of device (docs/protocol.md has the layouts this robot
+/// Assignment of values to PDOs for every kind of device (docs/protocol.md lists the layouts this robot
 /// uses).
 struct PdoLayout {
   std::string name;
   bool fd = false;  ///< PDOs may exceed 8 bytes and then travel in CAN FD frames
-  std::map<DeviceKind, canopen::DevicePdos> kinds;  ///< one of every kind
+  std::map<DeviceKind, canopen::DevicePdos> kinds;  ///< one entry per kind
 
   [[nodiscard]] const canopen::DevicePdos& of(DeviceKind kind) const { return kinds.at(kind); }
 };
@@ -24,7 +24,7 @@ struct PdoLayout {
 
 /// Reads a layout from a YAML file (`urdf/pdo_layouts/`); the master writes it to the nodes at boot.
 /// A sensor it does not name keeps its factory mapping.
-/// Throws std::runtime_error with file, line, place, what was found and what was expected.
+/// Throws std::runtime_error with file, line, place, the value found and what was expected.
 [[nodiscard]] PdoLayout load_pdo_layout(const std::filesystem::path& yaml_file);
 
 }  // namespace walkman::robot

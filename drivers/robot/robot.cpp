@@ -176,7 +176,7 @@ void Robot::judge(Time now) noexcept {
   for (auto& bus : buses_) {
     if (const auto found = bus->judge_link(now)) return latch(of_all_buses(*found, now));
   }
-  // Data can be no younger than the last SYNC, and drives that miss the master stop: neither is their doing.
+  // Data cannot be newer than the last SYNC, and drives that miss the master stop: not the devices' fault.
   const Time gap = read_at_ == Time::min() ? Time{0} : now - read_at_;
   if (gap > options_.cycle * options_.stale_after_cycles) {
     return latch({cause::CycleLate{gap, options_.cycle}, nullptr, nullptr, now});

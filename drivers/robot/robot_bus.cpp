@@ -12,7 +12,7 @@ namespace {
 
 namespace cause = canopen::cause;
 
-// Less than this share of foreign traffic is never called a flood, however full the bus is by itself.
+// A smaller share of foreign traffic never counts as a flood, however full the bus is by itself.
 constexpr double kLeastFlood = 0.1;
 
 }  // namespace
@@ -122,8 +122,8 @@ FaultRecord RobotBus::explained(const FaultRecord& symptom, Time now) const noex
   const Time age = canopen::age_of(newest, now);
   if (age < quiet_limit()) return symptom;
   const auto* none = std::get_if<cause::NoTpdo>(&symptom.cause);
-  if (none != nullptr && none->refused > 0) return symptom;  // they come, and are not what was sent
-  // They are heard, but what this computer has to say does not get out.
+  if (none != nullptr && none->refused > 0) return symptom;  // they arrive, but not as they were sent
+  // The devices are heard, but this computer's own frames are not getting out.
   if (master_.full_cycles() > 0) return record(cause::QueueFull{master_.full_cycles()}, now);
   return record(cause::BusSilent{devices, 1, age, true}, now);
 }

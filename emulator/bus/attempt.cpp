@@ -8,7 +8,7 @@ namespace {
 constexpr unsigned kDominant = 0;
 constexpr unsigned kRecessive = 1;
 
-/// The first bit in which two frames differ; -1 when they are equal.
+/// The first bit in which two frames differ; -1 if they are equal.
 int first_difference(const WireBits& a, const WireBits& b) noexcept {
   const int size = std::min(a.size(), b.size());
   for (int bit = 0; bit < size; ++bit) {
@@ -21,13 +21,14 @@ WireBits wire_bits(const Controller& sender) noexcept {
   return WireBits(sender.held, sender.faults.passive());
 }
 
-/// Length of the error flag that starts after bit number `bit` of `wire`: 6 bits, superposed by the flags
-/// that error-active others answer it with, 12 at most. They see an error at once in an unstuffed field, and
-/// otherwise with the sixth equal bit, which counts the bits before the flag in. Whoever starts a flag goes
-/// back to the nominal rate; others wait for their sixth bit at the rate they read the frame with.
+/// Length of the error flag that starts after bit number `bit` of `wire`: 6 bits, superposed with the flags
+/// that other error-active nodes send in response, 12 at most. They see an error at once in an unstuffed
+/// field, otherwise with the sixth equal bit, for which bits before the flag count as well. A node that
+/// starts a flag returns to the nominal rate; others wait for their sixth bit at the rate at which they read
+/// the frame.
 ///
-/// `level`: what the bus showed at `bit`. `flag`: level of the first flag, recessive from an error-passive
-/// node. `answered`: whether an error-active node other than the flag's sender is there.
+/// `level`: level of the bus at `bit`. `flag`: level of the first flag, recessive from an error-passive node.
+/// `answered`: whether there is an error-active node other than the flag's sender.
 WireLength error_flag_length(const WireBits& wire, int bit, unsigned level, unsigned flag,
                              bool answered) noexcept {
   constexpr WireLength kSimultaneous{kErrorFlagBits, 0};
@@ -109,7 +110,7 @@ void Attempt::plan_receive_error(std::vector<Controller>& controllers, std::size
   });
   const WireBits wire = wire_bits(controllers[sender]);
   bit = std::clamp(bit, 0, wire.size() - 1);
-  // In the last bit it is no error for a receiver.
+  // A receiver does not treat an inverted last bit as an error.
   if (receiver == controllers.end() || bit == wire.size() - 1) return;
   if (receiver->faults.passive()) {
     receiver->role = Role::kMissing;
@@ -132,8 +133,8 @@ void Attempt::plan_no_acknowledge(const std::vector<Controller>& controllers, st
     return plan_error_frame(wire, wire.ack_slot(), kRecessive, kDominant,
                             any_with(controllers, Role::kReceiving, true));
   }
-  // The recessive flag and delimiter of an error-passive sender look like the end of the frame: receivers, if
-  // there are any, take it.
+  // The recessive flag and delimiter of an error-passive sender look like the end of the frame, so receivers,
+  // if there are any, accept it.
   failed = true;
   destroyed = !any_with(controllers, Role::kReceiving);
   frame = wire.length_to(wire.size() - 1);
@@ -144,7 +145,7 @@ void Attempt::plan_no_acknowledge(const std::vector<Controller>& controllers, st
 void Attempt::plan_error_frame(const WireBits& wire, int bit, unsigned level, unsigned first_flag,
                                bool answered) noexcept {
   failed = true;
-  // A receiver has taken the frame before the last bit of its end.
+  // A receiver has accepted the frame before the last bit of the end of frame.
   destroyed = bit < wire.size() - 1;
   frame = wire.length_to(bit);
   flag = error_flag_length(wire, bit, level, first_flag, answered);

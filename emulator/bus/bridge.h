@@ -8,30 +8,30 @@
 namespace walkman::bus {
 
 struct BridgeCounters {
-  std::uint64_t entered = 0;  ///< frames from outside that the bus took
-  std::uint64_t handed = 0;   ///< frames of the bus that the outside took
+  std::uint64_t entered = 0;  ///< frames from outside that the bus accepted
+  std::uint64_t handed = 0;   ///< frames of the bus that the outside accepted
   std::uint64_t refused =
       0;  ///< frames from outside that the bus cannot carry, or whose transmit queue was full
   std::uint64_t undelivered = 0;  ///< frames of the bus lost because the outside was down
 };
 
-/// Plugs a network interface of the kernel into an emulated bus: what programs send there is sent by the
-/// computer's controller, what that controller receives or reports (error frames) is what they see. Holds no
-/// clock and waits for nothing; the caller decides when frames pass.
+/// Connects a network interface of the kernel to an emulated bus: frames that programs send there are sent by
+/// the computer's controller, and programs see the frames which that controller receives or reports (error
+/// frames). Has no clock and never waits; the caller decides when frames pass.
 class Bridge {
  public:
-  /// Both must outlive the bridge. `outside` has to let every frame in, not only those for a master.
+  /// Both must outlive the bridge. `outside` must let every frame in, not only those for a master.
   Bridge(CanBus& bus, can::Interface& outside) noexcept : bus_(&bus), outside_(&outside) {}
 
-  /// The oldest frame that has arrived from outside; false when there is none. Error frames are passed over:
-  /// they tell of a controller that is not this bus's.
+  /// Takes the oldest frame that has arrived from outside; returns false if there is none. Skips error
+  /// frames: they concern a controller that is not on this bus.
   [[nodiscard]] bool receive(can::Frame& out) noexcept;
 
-  /// Puts a frame from outside into the computer's transmit queue, from the bus's `now` on.
+  /// Puts a frame from outside into the computer's transmit queue, as of the bus's `now`.
   void enter(const can::Frame& frame) noexcept;
 
-  /// Hands everything the computer's controller has received to the outside, in one batch. False when the
-  /// outside's queue is full and frames remain: to be called again later, nothing is lost.
+  /// Hands everything the computer's controller has received to the outside, in one batch. Returns false if
+  /// the outside's queue is full and frames remain: call again later, nothing is lost.
   bool hand_out() noexcept;
 
   [[nodiscard]] CanBus& bus() const noexcept { return *bus_; }
@@ -41,7 +41,7 @@ class Bridge {
  private:
   CanBus* bus_;
   can::Interface* outside_;
-  can::StampedFrame held_;  // what the outside's queue had no room for
+  can::StampedFrame held_;  // frame for which the outside's queue had no room
   bool holding_ = false;
   BridgeCounters counters_;
 };

@@ -10,9 +10,9 @@ namespace {
 
 constexpr std::size_t kNobody = ~std::size_t{0};
 constexpr int kTimelessFrames = 8192;
-/// Extra wait of an error-passive node after a frame of its own, before it sends again.
+/// Extra wait of an error-passive node after its own frame, before it sends again.
 constexpr int kSuspendBits = 8;
-/// Recessive bits that end a bus-off: so many runs of so many bits.
+/// Recessive bits that end bus-off: number of runs, and bits in a run.
 constexpr int kRecoveryRuns = 128;
 constexpr int kRecoveryRunBits = 11;
 
@@ -54,7 +54,7 @@ Time CanBus::next_event() const noexcept {
     next = std::min(next, earliest_);
   } else {
     for (const Controller& controller : controllers_) {
-      // One that is still due after run_timers must not hold the clock.
+      // A controller that is still due after run_timers must not stop the clock.
       if (controller.due > now_) next = std::min(next, controller.due);
     }
   }
@@ -79,7 +79,7 @@ std::size_t CanBus::arbitrate(bool& several) noexcept {
   for (std::size_t i = 0; i < controllers_.size(); ++i) {
     Controller& controller = controllers_[i];
     controller.role = controller.online() ? Role::kReceiving : Role::kNone;
-    // An observer may have sent something since.
+    // An observer may have sent something in the meantime.
     if (controller.computer != nullptr) controller.offer();
     if (controller.key == Controller::kNothing || controller.key > best) continue;
     if (controller.suspended_until > now_) continue;
@@ -190,7 +190,7 @@ void CanBus::hand_over(const can::Frame& frame, const Participant& sender) noexc
   }
 }
 
-// What controllers make of an attempt that failed (ISO 11898-1, fault confinement).
+// How controllers react to an attempt that failed (ISO 11898-1, fault confinement).
 
 void CanBus::fail() noexcept {
   ++counters_.error_frames;
@@ -207,7 +207,7 @@ void CanBus::fail() noexcept {
 
 void CanBus::settle_failed_sender(Controller& controller) noexcept {
   BusError error = attempt_.error;
-  // An error-passive node that misses the acknowledgement may be alone: no harm to be blamed for.
+  // An error-passive node without an acknowledgement may be alone on the bus, so its counter does not rise.
   const bool spared = error.kind == BusError::Kind::kNoAcknowledge && controller.faults.passive();
   const bool changed = !spared && controller.faults.send_failed();
   report_bus_error(controller, error);
@@ -221,7 +221,7 @@ void CanBus::settle_failed_sender(Controller& controller) noexcept {
 }
 
 void CanBus::settle_failed_receiver(Controller& controller) noexcept {
-  // What a receiver sees is the violation that the flag makes: of stuffing, or of a field's fixed form.
+  // A receiver sees the violation that the flag causes: of bit stuffing, or of a field's fixed form.
   BusError error;
   error.kind = attempt_.error.field == FrameField::kAckSlot ||
                        attempt_.error.field == FrameField::kAckDelimiter ||
@@ -267,8 +267,8 @@ void CanBus::report(Controller& controller, const can::Frame& frame) noexcept {
   if (controller.computer == &computer_ && observer_) observer_({now_, frame});
 }
 
-// Controllers that cannot simply send and receive: suspended senders, bus-off and the way back, cables that
-// are off.
+// Controllers that cannot send and receive normally: suspended senders, bus-off and recovery, disconnected
+// cables.
 
 Time CanBus::next_exception() const noexcept {
   Time next = Time::max();
@@ -346,7 +346,7 @@ void CanBus::set_cut(const Participant& participant, bool cut) noexcept {
     if (controller.participant != &participant || controller.cut == cut) continue;
     controller.cut = cut;
     controller.sending_alone = false;
-    // A recovery under way sees another bus, on which the runs so far count.
+    // A recovery under way now sees another bus, on which the runs so far still count.
     if (controller.recovering) controller.recessive_since = now_;
     refresh(controller);
     exceptions_ = true;
@@ -367,7 +367,8 @@ void CanBus::run_alone(Controller& controller) noexcept {
     if (changed) state_changed(controller);
   }
   if (!controller.holding && controller.participant->pending() == nullptr) return;
-  // Error-passive without an acknowledgement it repeats itself and its counters stay: nothing to compute.
+  // An error-passive node without an acknowledgement repeats the frame, its counters stay: nothing to
+  // compute.
   if (controller.faults.passive() && !one_shot) return;
   controller.hold();
   const bool passive = controller.faults.passive();

@@ -10,7 +10,7 @@
 
 namespace walkman::bus {
 
-/// First-in first-out queue of fixed capacity; all memory is taken at construction.
+/// First-in first-out queue of fixed capacity; all memory is allocated at construction.
 template <typename T>
 class Ring {
  public:
@@ -20,7 +20,7 @@ class Ring {
   [[nodiscard]] std::size_t size() const noexcept { return size_; }
   [[nodiscard]] const T& front() const noexcept { return slots_[head_]; }
 
-  /// False when full; the value is then not taken.
+  /// Returns false if full; the value is then not stored.
   [[nodiscard]] bool push(const T& value) noexcept {
     if (size_ == slots_.size()) return false;
     std::size_t tail = head_ + size_;
@@ -48,24 +48,24 @@ enum class ErrorReports {
   kAll,     ///< these, and every error on the bus (`berr-reporting on`)
 };
 
-/// What `ip link` sets on a Linux machine.
+/// Options that `ip link` sets on a Linux machine.
 struct ControllerOptions {
   ErrorReports reports = ErrorReports::kNone;
-  Time restart_after{};   ///< comes back that long after bus-off (restart-ms); zero: only by `restart`
-  bool one_shot = false;  ///< a frame that did not go through is not sent again
+  Time restart_after{};   ///< delay from bus-off to restart (restart-ms); zero: only by `restart`
+  bool one_shot = false;  ///< a frame that failed is not sent again
 };
 
-/// What may be wrong on the computer's side of a controller.
+/// State of the computer's side of a controller, and what may be wrong there.
 enum class HostSide {
   kSound,
   kDown,      ///< the interface is down
   kFull,      ///< the transmit queue is full and does not empty
-  kDeserted,  ///< whoever sent is there no longer: what is still sent gets nowhere
+  kDeserted,  ///< the sending program is gone: frames still sent go nowhere
 };
 
 /// A computer's CAN controller on an emulated bus: a participant on the wire's side, a `can::Interface` on
 /// the computer's. As with SocketCAN, its transmit queue is first-in first-out: only the oldest frame takes
-/// part in arbitration. Its link is error-active when a computer powers on, and follows its error counters.
+/// part in arbitration. Its link is error-active when a computer powers on, then follows its error counters.
 class ComputerPort final : public Participant, public can::Interface {
  public:
   static constexpr std::size_t kQueueLength = 4096;
@@ -77,14 +77,14 @@ class ComputerPort final : public Participant, public can::Interface {
   void configure(const ControllerOptions& options) noexcept { options_ = options; }
   [[nodiscard]] const ControllerOptions& options() const noexcept { return options_; }
 
-  /// From now on. Down, what is queued either way is gone.
+  /// Takes effect at once. Down discards what is queued in both directions.
   void set_host_side(HostSide host) noexcept;
 
-  /// Leaves bus-off: asks the controller to come back on the bus. Without effect in any other state.
+  /// Leaves bus-off: asks the controller to return to the bus. No effect in any other state.
   void restart() noexcept { restart_ = state_ == can::LinkState::kBusOff; }
 
-  /// kInvalid: an FD frame on a classical bus, a payload length without a code, an identifier too long, an
-  /// error report. kInterfaceDown: in bus-off, or down.
+  /// Returns kInvalid for an FD frame on a classical bus, a payload length without a code, an identifier too
+  /// long, or an error report; kInterfaceDown in bus-off, or when down.
   [[nodiscard]] can::SendResult send(const can::Frame& frame) noexcept override;
   [[nodiscard]] bool receive(can::StampedFrame& out) noexcept override;
   [[nodiscard]] can::LinkState link() const noexcept override {
@@ -100,7 +100,7 @@ class ComputerPort final : public Participant, public can::Interface {
     return transmit_.empty() ? nullptr : &transmit_.front();
   }
   void take() noexcept override { transmit_.pop(); }
-  /// Bus-off drops what is queued for transmission.
+  /// Bus-off discards what is queued for transmission.
   void on_link_state(can::LinkState state, Time now) noexcept override;
   [[nodiscard]] bool one_shot() const noexcept override { return options_.one_shot; }
   [[nodiscard]] bool restarts() const noexcept override { return restart_; }

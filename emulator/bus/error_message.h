@@ -6,11 +6,11 @@
 
 namespace walkman::bus {
 
-/// What a controller saw go wrong on the bus.
+/// An error on the bus as a controller saw it.
 struct BusError {
   enum class Kind { kBit, kStuff, kForm, kNoAcknowledge };
   Kind kind = Kind::kBit;
-  bool sending = false;  ///< in a frame of its own
+  bool sending = false;  ///< in its own frame
   unsigned level = 0;    ///< kBit of a sender: what the bus showed instead of the bit it sent
   FrameField field = FrameField::kStartOfFrame;
 };
@@ -18,12 +18,12 @@ struct BusError {
 /// Error frames as SocketCAN reports them (linux/can/error.h), 8 bytes, the counters in bytes 6 (transmit)
 /// and 7 (receive).
 
-/// Class "protocol violation, bus error", or without an acknowledgement that class as well.
+/// Class "protocol violation, bus error"; if the acknowledgement is missing, that class as well.
 [[nodiscard]] can::Frame bus_error_message(const BusError& error,
                                            const FaultConfinement& controller) noexcept;
 
-/// The state that has just been entered: class "controller" with warning, passive or active again of the
-/// counter that is higher; class "bus-off".
+/// The state that has just been entered: class "controller" with warning, passive or active again for the
+/// higher counter; or class "bus-off".
 [[nodiscard]] can::Frame state_message(const FaultConfinement& controller) noexcept;
 
 /// Class "restarted": bus-off is over.

@@ -7,41 +7,41 @@
 namespace walkman::bus {
 
 /// The error counters of one CAN controller and the state they put it in (ISO 11898-1, fault confinement).
-/// Every change tells whether the state changed.
+/// Every update returns whether the state changed.
 class FaultConfinement {
  public:
   [[nodiscard]] int transmit_errors() const noexcept { return transmit_; }
   [[nodiscard]] int receive_errors() const noexcept { return receive_; }
   [[nodiscard]] can::LinkState state() const noexcept { return state_; }
-  /// Error-passive; a controller in bus-off is not.
+  /// Whether it is error-passive; false in bus-off.
   [[nodiscard]] bool passive() const noexcept { return state_ == can::LinkState::kPassive; }
   [[nodiscard]] bool bus_off() const noexcept { return state_ == can::LinkState::kBusOff; }
 
-  /// A frame of its own went through.
+  /// Counts a frame that it sent successfully.
   [[nodiscard]] bool sent() noexcept {
     if (transmit_ == 0) return false;
     --transmit_;
     return update();
   }
-  /// It received a frame.
+  /// Counts a frame that it received.
   [[nodiscard]] bool received() noexcept {
     if (receive_ == 0) return false;
-    // From error-passive the standard goes back to anything from 119 to 127.
+    // When leaving error-passive, the standard allows any value from 119 to 127.
     receive_ = receive_ > kPassiveAbove ? kPassiveAbove : receive_ - 1;
     return update();
   }
-  /// It sent an error flag in a frame of its own.
+  /// Counts an error flag that it sent in its own frame.
   [[nodiscard]] bool send_failed() noexcept {
     transmit_ += 8;
     return update();
   }
-  /// It sent an error flag in a frame of another. `first`: it did so before all others, and so saw a dominant
-  /// bit right behind its flag.
+  /// Counts an error flag that it sent in another's frame. `first`: it did so before all others, and so saw a
+  /// dominant bit right after its flag.
   [[nodiscard]] bool receive_failed(bool first) noexcept {
     receive_ = std::min(receive_ + (first ? 9 : 1), kHighestReceive);
     return update();
   }
-  /// Bus-off is over.
+  /// Ends bus-off.
   void restart() noexcept { *this = {}; }
 
  private:

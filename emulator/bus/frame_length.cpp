@@ -7,12 +7,12 @@
 namespace walkman::bus {
 namespace {
 
-/// CRC-15 and stuff bits of the same bits.
+/// CRC-15 and stuff bits over the same bits.
 class StuffedRegion {
  public:
-  /// The lowest `8 * bytes` bits of `header`, which fill `width` of them from below. In front of them the
-  /// stuffing sees recessive and dominant bits in turn, last a recessive one, as an idle bus has it; a CRC
-  /// that starts with zero does not notice leading zeros.
+  /// Appends the lowest `8 * bytes` bits of `header`, whose content is the lowest `width` of them. Before the
+  /// content, the stuffing sees alternating recessive and dominant bits that end with a recessive one, as on
+  /// an idle bus; a CRC that starts with zero is not affected by leading zeros.
   void append_header(std::uint64_t header, int width, int bytes) noexcept {
     const std::uint64_t idle = 0x5555555555555555U << width;
     for (int shift = 8 * (bytes - 1); shift >= 0; shift -= 8) {
@@ -26,11 +26,11 @@ class StuffedRegion {
     stuffing_.append_byte(byte);
   }
 
-  /// Ends the region with the CRC and returns all stuff bits.
+  /// Ends the region with the CRC and returns the number of all stuff bits.
   [[nodiscard]] int close() noexcept {
     stuffing_.append_byte(static_cast<std::uint8_t>(crc_ >> 7U));
-    // A bit of the opposite value fills the last byte: it follows the stuff bit of the CRC's end, if there is
-    // one, and causes none.
+    // The last byte is filled up with a bit of the opposite value, which follows the stuff bit at the end of
+    // the CRC, if there is one, and causes none.
     stuffing_.append_byte(static_cast<std::uint8_t>(crc_ << 1U | (~crc_ & 1U)));
     return stuffing_.inserted();
   }
@@ -43,8 +43,8 @@ class StuffedRegion {
 // CRC and its delimiter.
 constexpr int kCrcBits = 15 + 1;
 
-// The same of FD frames.
-constexpr unsigned kLongestShort = 16;       // bytes that CRC-17 guards
+// The same for FD frames.
+constexpr unsigned kLongestShort = 16;       // bytes protected by CRC-17
 constexpr int kShortCheck = 4 + 17 + 6 + 1;  // stuff count, CRC, fixed stuff bits, delimiter
 constexpr int kLongCheck = 4 + 21 + 7 + 1;
 constexpr int kStatusAndLength = 1 + 4;  // ESI, DLC
@@ -80,14 +80,14 @@ unsigned fd_length_code(unsigned length) noexcept {
   return length <= 32 ? 13 : length <= 48 ? 14 : 15;
 }
 
-// The check of FD frames has its stuff bits at fixed places, so that its value does not matter for their
+// The CRC field of FD frames has its stuff bits at fixed positions, so that the CRC value does not affect the
 // length.
 WireLength wire_length(const can::Frame& frame, bool error_passive) noexcept {
   if (!frame.fd) return {frame_bits(frame), 0};
   const unsigned code = fd_length_code(frame.length);
   const unsigned length = can::fd_length(frame.length);
 
-  // Up to BRS, at the nominal rate: SOF, identifier, RRS 0, IDE 0, FDF 1, res 0, BRS 1, or with a long
+  // Up to BRS, at the nominal rate: SOF, identifier, RRS 0, IDE 0, FDF 1, res 0, BRS 1, or with an extended
   // identifier SOF, base identifier, SRR 1, IDE 1, extension, RRS 0, FDF 1, res 0, BRS 1.
   const int width = frame.extended ? 1 + 11 + 2 + 18 + 4 : 1 + 11 + 5;
   const std::uint64_t base = (frame.id >> 18U) << 2U | 0b11U;

@@ -7,22 +7,22 @@
 
 namespace walkman::bus {
 
-/// Share of the time a bus was busy over the last second, in steps of 10 ms.
+/// Share of the last second for which a bus was busy, in steps of 10 ms.
 class LoadMeter {
  public:
-  /// The bus was in use for `busy`, up to `now`.
+  /// Notes that the bus was in use for `busy`, up to `now`.
   void add(Time now, Time busy) noexcept {
     move_to(now);
     slots_[current_ % kSlots] += busy;
     sum_ += busy;
   }
 
-  /// 0..1. The second is the one that ends at `now`, to within a step.
+  /// Load 0..1 over the second that ends at `now`, to within a step.
   [[nodiscard]] double load(Time now) noexcept {
     move_to(now);
     return static_cast<double>(sum_.count()) * 1e-9;
   }
-  /// 0..1 over the two whole steps, 20 ms, before `now`: what just happened, at a coarse grain.
+  /// Load 0..1 over the two whole steps, 20 ms, before `now`: the most recent load, at coarse resolution.
   [[nodiscard]] double recent_load(Time now) noexcept {
     move_to(now);
     if (current_ < 2) return 0;

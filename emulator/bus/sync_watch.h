@@ -7,14 +7,14 @@
 
 namespace walkman::bus {
 
-/// Notices SYNC cycles that do not fit on the bus.
+/// Detects SYNC cycles that do not fit on the bus.
 ///
-/// A cycle overruns when from one SYNC to the next there was no instant at which the bus was free for cyclic
+/// A cycle overruns if from one SYNC to the next there was no instant at which the bus was free for cyclic
 /// traffic: neither idle nor left to SDO, error control or LSS (identifiers from 580h on), which come after
-/// every PDO. What the cycle had to carry then ran into the next SYNC, or was held back by it.
+/// every PDO. The cycle's traffic then ran into the next SYNC, or was delayed by it.
 class SyncWatch {
  public:
-  /// A frame starts on the bus and will go through.
+  /// Notes that a frame starts on the bus and will be sent successfully.
   void frame(const can::Frame& frame, Time now) noexcept {
     if (frame.id == kSync && !frame.extended && !frame.remote) {
       if (in_cycle_ && !free_) ++overruns_;
@@ -25,11 +25,11 @@ class SyncWatch {
       free_for_more(now);
     }
   }
-  /// Nobody has anything to send.
+  /// Notes that nobody has anything to send.
   void idle(Time now) noexcept { free_for_more(now); }
 
   [[nodiscard]] std::uint64_t overruns() const noexcept { return overruns_; }
-  /// Longest time from a SYNC's start until the bus was free.
+  /// Longest time from the start of a SYNC until the bus was free.
   [[nodiscard]] Time longest() const noexcept { return longest_; }
 
  private:

@@ -4,7 +4,7 @@
 
 namespace walkman::bus {
 
-/// Appends to the bits, with stuff bits and CRC as the frame's format asks for.
+/// Appends to the bits, with stuff bits and CRC as the frame's format requires.
 class WireBits::Writer {
  public:
   Writer(WireBits& out, const CrcKind& crc, bool crc_sees_stuff_bits) noexcept
@@ -12,7 +12,7 @@ class WireBits::Writer {
 
   void set_fast(bool fast) noexcept { fast_ = fast; }
 
-  /// `width` bits of the stuffed region.
+  /// Appends `width` bits of the stuffed region.
   void stuffed(FrameField field, std::uint32_t value, int width) noexcept {
     for (int i = width - 1; i >= 0; --i) {
       insert_if_due(field);
@@ -22,7 +22,7 @@ class WireBits::Writer {
     }
   }
 
-  /// The stuff bit that the end of the stuffed region asks for.
+  /// Appends a stuff bit if one is due, also at the end of the stuffed region.
   void insert_if_due(FrameField field) noexcept {
     if (run_ < 5) return;
     const unsigned bit = last_ ^ 1U;
@@ -32,14 +32,14 @@ class WireBits::Writer {
     put(field, bit);
   }
 
-  /// CRC-15, stuffed itself.
+  /// Appends the CRC-15, which is stuffed as well.
   void classical_check() noexcept {
     const std::uint32_t crc = crc_;
     stuffed(FrameField::kCrc, crc, kind_.width);
     insert_if_due(FrameField::kCrc);
   }
 
-  /// Stuff count and CRC of FD, with a fixed stuff bit first and after every four bits.
+  /// Appends the stuff count and CRC of FD, with a fixed stuff bit first and after every four bits.
   void fd_check() noexcept {
     static constexpr std::array<std::uint8_t, 8> kGrayWithParity = {0b0000, 0b0011, 0b0110, 0b0101,
                                                                     0b1100, 0b1111, 0b1010, 0b1001};

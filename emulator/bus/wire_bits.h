@@ -31,8 +31,8 @@ enum class FrameField : std::uint8_t {
 };
 
 /// A frame bit by bit as its sender puts it on the wire, stuff bits included, from SOF to the last bit of the
-/// end of frame; the ACK slot is recessive. For what happens in the middle of a frame: errors and two frames
-/// of one identifier.
+/// end of frame; the ACK slot is recessive. For events within a frame: errors, and two frames with the same
+/// identifier.
 class WireBits {
  public:
   explicit WireBits(const can::Frame& frame, bool error_passive = false) noexcept;
@@ -40,12 +40,12 @@ class WireBits {
   [[nodiscard]] int size() const noexcept { return size_; }
   /// 0 dominant, 1 recessive.
   [[nodiscard]] unsigned level(int bit) const noexcept { return at(bit).level; }
-  /// Whether it is sent at the data rate.
+  /// Whether the bit is sent at the data rate.
   [[nodiscard]] bool fast(int bit) const noexcept { return at(bit).fast; }
   [[nodiscard]] FrameField field(int bit) const noexcept { return at(bit).field; }
   [[nodiscard]] int ack_slot() const noexcept { return size_ - kAckAndEndBits; }
 
-  /// Bits up to the end of bit number `bit`.
+  /// Length up to the end of bit number `bit`.
   [[nodiscard]] WireLength length_to(int bit) const noexcept;
 
  private:

@@ -8,7 +8,7 @@
 namespace walkman::bus {
 
 /// Counts the stuff bits of a bit stream that follows an idle bus: after five equal bits one of the opposite
-/// value, which counts itself as the first of the next run (ISO 11898-1). Takes eight bits in one step.
+/// value, which itself counts as the first of the next run (ISO 11898-1). Processes eight bits in one step.
 class StuffCounter {
  public:
   void append_byte(std::uint8_t bits) noexcept {
@@ -23,10 +23,10 @@ class StuffCounter {
     inserted_ += step.inserted;
   }
 
-  /// Stuff bits between the bits so far.
+  /// Number of stuff bits inserted between the bits so far.
   [[nodiscard]] int inserted() const noexcept { return inserted_; }
 
-  /// Whether the last five bits were equal, so that one more follows them.
+  /// Whether the last five bits were equal, so that a stuff bit follows.
   [[nodiscard]] bool due() const noexcept { return state_ % kRuns == kRuns - 1; }
 
  private:
@@ -85,7 +85,7 @@ struct CrcKind {
 };
 
 inline constexpr CrcKind kCrc15{15, 0x4599, 0};
-/// CAN FD's start with a leading one (ISO 11898-1:2015), so that leading dominant bits count.
+/// The CRCs of CAN FD start with a leading one (ISO 11898-1:2015), so that leading dominant bits count.
 inline constexpr CrcKind kCrc17{17, 0x1685B, 1U << 16U};
 inline constexpr CrcKind kCrc21{21, 0x102899, 1U << 20U};
 

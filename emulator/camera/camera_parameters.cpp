@@ -7,7 +7,7 @@
 namespace walkman {
 namespace {
 
-// A UTM-30LX-EW takes 270 degrees of a turn of 25 ms (SCIP 2.0), which its wire does not tell.
+// A UTM-30LX-EW scans 270 degrees of a turn of 25 ms (SCIP 2.0), which is not transmitted on the wire.
 constexpr int kMostBeams = 1081;
 constexpr double kArc = 1.5 * std::numbers::pi, kArcTime = 0.01875;  // rad, s
 

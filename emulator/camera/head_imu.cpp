@@ -12,11 +12,11 @@ namespace {
 
 using multisense::ImuConfig, multisense::ImuInfo, multisense::ImuKind;
 
-enum Term : std::uint64_t { kOffset = 48, kNoise };  // the camera's and the laser's come before
+enum Term : std::uint64_t { kOffset = 48, kNoise };  // the camera's and the laser's terms come before
 
-constexpr std::size_t kKept = 4096;  // samples that nobody takes
+constexpr std::size_t kKept = 4096;  // samples kept when nobody takes them
 constexpr double kDegree = std::numbers::pi / 180;
-// The Earth's field in the north of Italy, W's x towards the north: 0.47 gauss, 62 degrees down.
+// The Earth's magnetic field in northern Italy, with W's x pointing north: 0.47 gauss, 62 degrees downwards.
 const Eigen::Vector3d kField_W(0.22, 0, -0.415);  // gauss
 constexpr double kG = 9.80665;                    // m/s²
 
@@ -85,7 +85,7 @@ void HeadImu::sample(std::size_t chip, Time now, const Eigen::Vector3d& truth) {
   const ImuInfo::Pair& rate = kind.rates[set.rate];
   const ImuInfo::Pair& range = kind.ranges[set.range];
   Chip& own = chips_[chip];
-  // The chip's own low-pass, at the plant's rate of 1 kHz.
+  // The chip's own low-pass filter, at the plant's rate of 1 kHz.
   const double cutoff = 2 * std::numbers::pi * static_cast<double>(rate.second);
   const double gain = own.begun ? 1 - std::exp(-cutoff * plant::Plant::kStep) : 1;
   own.begun = true;
@@ -95,7 +95,7 @@ void HeadImu::sample(std::size_t chip, Time now, const Eigen::Vector3d& truth) {
     return;
   }
   const auto period = Time(std::llround(1e9 / static_cast<double>(rate.first)));
-  // One that is asked for more than the plant has gives what it has.
+  // A chip set to more samples than the plant provides delivers what the plant provides.
   if (now < own.next) return;
   own.next = std::max(own.next + period, now + period - std::chrono::milliseconds(1));
   std::array<float, 3> draw{};

@@ -13,21 +13,21 @@
 
 namespace walkman {
 
-/// The inertial unit in the camera's head: three chips that sample the plant at the rates they are set to.
+/// The inertial unit in the camera's head: three chips that sample the plant at their configured rates.
 ///
-/// `advance` runs with the plant, the rest in one other thread.
+/// `advance` runs in the plant's thread, everything else in one other thread.
 class HeadImu {
  public:
   HeadImu(const ImuErrors& errors, std::uint64_t seed);
 
-  /// After each physics step: `motion` of the unit's frame in it.
+  /// Call after each physics step; `motion`: of the unit's frame in that step.
   void advance(Time now, const plant::InertialMotion& motion);
 
   [[nodiscard]] static const multisense::ImuInfo& info();
   [[nodiscard]] multisense::ImuConfig config() const;
-  /// False for what `info` does not offer; then nothing changes.
+  /// Returns false, and changes nothing, for a setting that `info` does not offer.
   [[nodiscard]] bool set(const multisense::ImuConfig& wanted);
-  /// The next samples, a message full of them; false when there are not so many up to `until`.
+  /// Takes the next samples, enough to fill a message; returns false if there are fewer up to `until`.
   [[nodiscard]] bool take(Time until, multisense::ImuData& out);
 
  private:
@@ -43,7 +43,7 @@ class HeadImu {
   ImuErrors errors_;
   std::uint64_t seed_;
   std::array<Chip, kChips> chips_;
-  mutable std::mutex mutex_;  // of the following
+  mutable std::mutex mutex_;  // guards the following
   multisense::ImuConfig config_;
   std::deque<multisense::ImuSample> samples_;
   std::uint32_t number_ = 0;

@@ -15,15 +15,15 @@ constexpr Time kStep = std::chrono::milliseconds(1);
 constexpr std::size_t kSteps = 20;
 constexpr std::size_t kHalfway = 10;
 
-/// Axes of the wire's laser frame in those of a link with x along the middle beam and z along the mirror's
-/// axis: z along the beam, y the axis.
+/// Axes of the laser frame on the wire (z along the beam, y along the mirror's axis) in those of a link with
+/// x along the middle beam and z along the mirror's axis.
 Eigen::Matrix3d wire_axes() {
   Eigen::Matrix3d R;
   R << 0, 0, 1, 1, 0, 0, 0, 1, 0;
   return R;
 }
 
-/// The farthest that a shape reaches from a point in its own frame, m.
+/// Largest distance of a shape from a point in its own frame, m.
 double reach_of(const LinkGeometry& geometry, const Eigen::Vector3d& p_G) {
   if (const auto* box = std::get_if<BoxShape>(&geometry.shape))
     return (p_G.cwiseAbs() + 0.5 * box->size).norm();
@@ -36,8 +36,7 @@ double reach_of(const LinkGeometry& geometry, const Eigen::Vector3d& p_G) {
   return reach;
 }
 
-/// A laser sits in its camera's housing, which a URDF draws as one solid: beams begin where they have left
-/// it.
+/// A laser sits in its camera's housing, which a URDF models as one solid: beams begin outside it.
 sensors::LidarOptions outside_of(const Link& housing, const Eigen::Vector3d& p_HL,
                                  sensors::LidarOptions options) {
   for (const LinkGeometry& geometry : housing.visuals)
@@ -49,7 +48,7 @@ const Joint& joint_of(const RobotModel& robot, const LaserParts& parts) {
   return robot.joints[static_cast<std::size_t>(robot.joint_index(parts.spindle))];
 }
 
-/// Where the laser is on what carries its spindle.
+/// Position of the laser in the frame of the link that carries its spindle.
 Eigen::Vector3d place_of(const RobotModel& robot, const LaserParts& parts, const Joint& spindle) {
   const std::vector<Eigen::Isometry3d> X_RL = link_poses(robot, {});
   return X_RL[static_cast<std::size_t>(spindle.parent_link)].inverse() *
@@ -77,7 +76,8 @@ Laser::Laser(const RobotModel& robot, const LaserParts& parts, int camera_link,
   Eigen::Isometry3d X_WireL = Eigen::Isometry3d::Identity();
   X_WireL.linear() = wire_axes();
   const Eigen::Isometry3d X_RLaser = of(robot.link_index(parts.frame)) * X_WireL;
-  // The spindle's frame stands on its joint, its z along the axis, its y as the laser's as far as it can be.
+  // The spindle's frame has its origin at its joint, z along the axis, and y as close to the laser's as
+  // possible.
   Eigen::Isometry3d X_RSp = of(joint.child_link);
   const Eigen::Vector3d z = X_RSp.linear() * joint.axis;
   const Eigen::Vector3d x = Eigen::Vector3d(X_RLaser.linear().col(1)).cross(z).normalized();
@@ -124,7 +124,7 @@ void Laser::scan(const sensors::RayScene& scene, const LaserTurn& turn, multisen
   out.number = static_cast<std::uint32_t>(turn.number);
   out.first = multisense::sensor_time(turn.first);
   out.last = multisense::sensor_time(turn.first + Time(std::llround(1e9 * span)));
-  // What the spindle's encoder says then; between two physics steps it turns evenly.
+  // The spindle's encoder reading at that time; between two physics steps it turns at a constant rate.
   const auto steps = static_cast<std::size_t>(span / std::chrono::duration<double>(kStep).count());
   const double share = span / std::chrono::duration<double>(kStep).count() - static_cast<double>(steps);
   const double last = turn.angles[steps] + share * (turn.angles[steps + 1] - turn.angles[steps]);

@@ -14,22 +14,23 @@
 
 namespace walkman {
 
-/// One turn of the laser's mirror: where everything was meanwhile, enough to cast its beams at any later
-/// time.
+/// One turn of the laser's mirror: where everything was during the turn, enough to cast its beams at any
+/// later time.
 struct LaserTurn {
   std::uint64_t number = 0;
   Time first{};  ///< of the first beam
-  /// Of what carries the spindle, and the spindle's angle (rad), at `first` and each physics step after it.
+  /// Pose of the link that carries the spindle, and spindle angle (rad), at `first` and each physics step
+  /// after it.
   std::vector<Eigen::Isometry3d> X_WH;
   std::vector<double> angles;
-  std::vector<Eigen::Isometry3d> poses;  ///< of the ray scene's movable bodies, halfway
+  std::vector<Eigen::Isometry3d> poses;  ///< of the ray scene's movable bodies, halfway through
 };
 using LaserTurns = std::deque<std::shared_ptr<const LaserTurn>>;
 
-/// The laser scanner on a camera's spindle: 40 turns of its mirror a second.
+/// The laser scanner on a camera's spindle: 40 turns of its mirror per second.
 ///
-/// A turn only notes where spindle and head are at each physics step; its beams are cast when somebody asks
-/// for them, each from between two of those.
+/// A turn only records where spindle and head are at each physics step; its beams are cast when they are
+/// requested, each from between two of these steps.
 class Laser {
  public:
   static constexpr std::size_t kKept = 256;  ///< turns: 6.4 s
@@ -38,16 +39,16 @@ class Laser {
   Laser(const RobotModel& robot, const LaserParts& parts, int camera_link,
         const sensors::LidarOptions& options, std::uint64_t seed);
 
-  /// After each physics step. True when the bodies' poses are to be noted by `halfway`.
+  /// Call after each physics step. Returns true when the bodies' poses are to be recorded by `halfway`.
   [[nodiscard]] bool advance(Time now, const plant::Plant& plant);
   void halfway(std::vector<Eigen::Isometry3d> poses) { turn_->poses = std::move(poses); }
 
-  /// The last ones that are complete.
+  /// The latest complete turns.
   [[nodiscard]] const LaserTurns& turns() const { return turns_; }
   /// The spindle's angle at the last step, rad.
   [[nodiscard]] double angle() const { return angle_; }
 
-  /// Casts a turn's beams into `scene`, whose bodies are where the turn has them.
+  /// Casts a turn's beams into `scene`, whose bodies are at the poses recorded in the turn.
   void scan(const sensors::RayScene& scene, const LaserTurn& turn, multisense::LidarData& out);
   [[nodiscard]] const multisense::LidarCalibration& calibration() const { return calibration_; }
 
@@ -59,7 +60,7 @@ class Laser {
   multisense::LidarCalibration calibration_;
   sensors::SpinningLidar lidar_;
   sensors::LidarScan scan_;
-  std::shared_ptr<LaserTurn> turn_;  // under way
+  std::shared_ptr<LaserTurn> turn_;  // in progress
   LaserTurns turns_;
   std::uint64_t number_ = 0;
   double angle_ = 0;

@@ -102,7 +102,7 @@ Eigen::Isometry3d MultiSense::pose_of(const Weight& weight, const plant::Plant& 
   const auto found = std::find_if(object.weights.begin(), object.weights.end(),
                                   [&](const AttachedWeight& w) { return w.name == weight.name; });
   if (found != object.weights.end()) return plant.X_WO(weight.object) * object.X_OA(*found);
-  // Taken off: out of sight below the floor.
+  // Removed: out of sight below the floor.
   Eigen::Isometry3d X_WA = Eigen::Isometry3d::Identity();
   X_WA.translation().z() = kOutOfSight;
   return X_WA;

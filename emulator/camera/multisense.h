@@ -20,15 +20,15 @@
 
 namespace walkman {
 
-/// What is broken of the camera.
+/// Faults of the camera.
 struct CameraFault {
   bool blind = false;      ///< nothing is exposed
-  bool stale = false;      ///< the last exposure is delivered over and over, with its stamp
-  double dropout = 0;      ///< share of the pixels without a match, besides those of the matcher
-  std::uint64_t seed = 1;  ///< of which these are
+  bool stale = false;      ///< the last exposure is delivered repeatedly, with its stamp
+  double dropout = 0;      ///< share of the pixels without a match, in addition to the matcher's
+  std::uint64_t seed = 1;  ///< seed of the choice of these pixels
   Eigen::Isometry3d X_CF =
-      Eigen::Isometry3d::Identity();  ///< where the left camera is, in where it should be
-  /// A square in the middle of the image that is matched at a distance where nothing is.
+      Eigen::Isometry3d::Identity();  ///< true pose of the left camera in its nominal frame
+  /// A square in the middle of the image that is matched at a distance where there is nothing.
   struct Phantom {
     int size = 0;         ///< px
     double distance = 0;  ///< m
@@ -41,9 +41,9 @@ struct CameraFault {
   Hidden hidden;
 };
 
-/// Where everything was when the camera exposed: enough to render the frame at any later time.
+/// Where everything was at an exposure of the camera: enough to render the frame at any later time.
 struct Exposure {
-  Time stamp = Time::min();  ///< `Time::min()`: there has been none
+  Time stamp = Time::min();  ///< `Time::min()`: no exposure so far
   std::uint64_t frame = 0;
   Eigen::Isometry3d X_WC = Eigen::Isometry3d::Identity();
   std::vector<Eigen::Isometry3d> poses;  ///< of the ray scene's movable bodies
@@ -54,10 +54,10 @@ struct Exposure {
   CameraFault::Hidden hidden;
 };
 
-/// The head's stereo camera: exposes the plant at its frame rate and matches what it saw.
+/// The head's stereo camera: exposes the plant at its frame rate and matches the images.
 ///
-/// An exposure only notes where everything is; the rays are cast when somebody asks for that frame, with the
-/// same result. Frames nobody takes cost nothing.
+/// An exposure only records where everything is; the rays are cast when that frame is requested, with the
+/// same result. Frames that nobody requests cost nothing.
 class MultiSense {
  public:
   /// An image size and search range, px.
@@ -66,14 +66,14 @@ class MultiSense {
     [[nodiscard]] bool operator==(const Mode&) const = default;
   };
 
-  /// `optical_link`: robot link index of the left optical frame. The parameters' image is the mode to begin
-  /// with, and the optics of all.
+  /// `optical_link`: robot link index of the left optical frame. The image of `parameters` is the initial
+  /// mode, and defines the optics of all modes.
   MultiSense(const RobotModel& robot, const Scene& scene, int optical_link,
              const CameraParameters& parameters, std::uint64_t seed);
 
-  /// From the next exposure on, in place of the fault before.
+  /// Replaces the previous fault from the next exposure on.
   void set_fault(const CameraFault& fault) { fault_ = fault; }
-  /// Exposes when a frame is due at `now`.
+  /// Takes an exposure if a frame is due at `now`.
   void advance(Time now, const plant::Plant& plant);
 
   [[nodiscard]] Time now() const { return now_; }
@@ -81,37 +81,37 @@ class MultiSense {
   [[nodiscard]] const Exposure& exposure() const { return exposure_; }
   /// The newest turns of the laser's mirror; none for a camera without a laser.
   [[nodiscard]] const LaserTurns& turns() const;
-  /// Rate at which the spindle is to turn, rad/s. From any thread.
+  /// Commanded rate of the spindle, rad/s. May be called from any thread.
   [[nodiscard]] double spindle_rate() const { return spindle_rate_; }
   void turn_spindle(double rate) { spindle_rate_ = rate; }
 
-  // What follows may run in another thread than `advance`, but in one at a time.
+  // The functions below may run in a different thread from `advance`, but only in one at a time.
 
   [[nodiscard]] const sensors::StereoOptions& optics() const { return camera_->options(); }
   [[nodiscard]] Mode mode() const;
-  /// From the next frame that is cast on. The optics scale with the width; of more rows than wanted, the
-  /// middle ones are left.
+  /// Takes effect with the next frame that is cast. The optics scale with the width; if there are more rows
+  /// than wanted, the middle ones are kept.
   void set_mode(const Mode& mode);
   [[nodiscard]] double rate_hz() const;
   void set_rate(double rate_hz) { period_ns_ = period_of(rate_hz); }
 
-  /// What becomes of an exposure.
+  /// Result of an exposure.
   struct Frame {
     multisense::Disparity disparity;
     multisense::Image left, right;  ///< rectified luma
   };
-  /// Casts the rays of an exposure and matches them; with `images`, draws what the two imagers see, too.
+  /// Casts the rays of an exposure and matches them; with `images`, also renders what the two imagers see.
   void render(const Exposure& exposure, bool images, Frame& out);
   /// Casts the beams of a turn.
   void scan(const LaserTurn& turn, multisense::LidarData& out);
   /// Null for a camera without an inertial unit.
   [[nodiscard]] HeadImu* imu() { return imu_ ? &*imu_ : nullptr; }
-  /// Null without a laser.
+  /// Null for a camera without a laser.
   [[nodiscard]] const multisense::LidarCalibration* laser_calibration() const;
 
  private:
   void match_nothing(const CameraFault::Phantom& phantom);
-  /// A weight of an object, which may be moved along it or taken off.
+  /// A weight of an object, which may be moved along it or removed.
   struct Weight {
     int object;
     std::string name;
@@ -125,7 +125,7 @@ class MultiSense {
   std::unique_ptr<sensors::StereoCamera> camera_;
   std::vector<float> disparity_;
   sensors::StereoImages images_;
-  std::vector<int> robot_links_;  // those with something to see, in the order of their ray-scene bodies
+  std::vector<int> robot_links_;  // those with visuals, in the order of their ray-scene bodies
   std::size_t object_count_;
   std::vector<Weight> weights_;
   int optical_link_;

@@ -12,20 +12,20 @@ namespace {
 
 using namespace multisense;
 
-constexpr std::uint16_t kFirmware = 0x0303;  // 3.3, as sensors of its time have
+constexpr std::uint16_t kFirmware = 0x0303;  // 3.3, as on sensors of that time
 constexpr std::uint32_t kGreyCmv4000 = 3;
 constexpr float kLensFocalLength = 0.0065F;  // m
-constexpr int kImagerPixels = 2048;          // a side of a CMV4000
+constexpr int kImagerPixels = 2048;          // side length of a CMV4000
 constexpr int kCroppedRows = 1088;           // its middle ones, as many as a CMV2000 has
 constexpr std::array kDisparities = {64, 128, 256};
 constexpr double kSlowest = 1;  // frames per second
-// Frames per second at most: of so many pixels, and of the half of them across and down.
-// carnegierobotics.com, "2 Megapixel or 4 Megapixel?"
+// Maximum frames per second of the whole and the cropped imager, and the factor for half the pixels across
+// and down. carnegierobotics.com, "2 Megapixel or 4 Megapixel?"
 constexpr double kFastest = 3.75, kFastestCropped = 7.5, kHalfSizeGain = 4;
-constexpr std::size_t kMostQueued = 8;    // messages; a client that takes them more slowly misses frames
-constexpr std::size_t kMostAnswers = 64;  // and, of one that asks faster than it is sent to, requests
+constexpr std::size_t kMostQueued = 8;    // messages; a client that takes them more slowly loses frames
+constexpr std::size_t kMostAnswers = 64;  // answers; a client that takes them more slowly loses requests
 constexpr std::uint32_t kMtuTestOverhead = 54;
-// The emulated lenses have no distortion and the imagers are in one plane: what is rectified is the same.
+// The emulated lenses have no distortion and the imagers are coplanar: rectified images equal the originals.
 constexpr std::uint64_t kLeftLuma = source::kLumaLeft | source::kLumaRectifiedLeft;
 constexpr std::uint64_t kRightLuma = source::kLumaRight | source::kLumaRectifiedRight;
 constexpr std::uint64_t kUnrectified = source::kLumaLeft | source::kLumaRight;
@@ -34,7 +34,7 @@ constexpr std::uint64_t kImages = kLuma | source::kDisparityLeft;
 constexpr std::uint64_t kServed = kImages | source::kLidar | source::kImu;
 constexpr std::size_t kImageGroup = 0, kLaserGroup = 1, kImuGroup = 2;
 constexpr std::array kGroups = {kImages, source::kLidar, source::kImu};
-constexpr std::size_t kMostScans = Laser::kKept;          // messages, likewise
+constexpr std::size_t kMostScans = Laser::kKept;          // messages, as above
 constexpr double kPerMinute = 2 * std::numbers::pi / 60;  // rad/s
 constexpr std::uint8_t kLights = 0x0F;
 
@@ -71,7 +71,7 @@ void MultiSenseDevice::acknowledge(Client& client, std::uint16_t request, std::i
 
 struct MultiSenseDevice::Published {
   const Exposure& exposure;
-  bool images = false;  // whether anybody wants them
+  bool images = false;  // whether any client wants them
   bool cast = false;
   Bytes metadata, disparity;
   std::map<std::uint64_t, Bytes> luma;  // by source
@@ -129,7 +129,7 @@ void MultiSenseDevice::publish_imu() {
   }
 }
 
-/// That this camera has.
+/// Sources that this camera has.
 std::uint64_t MultiSenseDevice::sources() const {
   std::uint64_t all = kImages;
   if (camera_.laser_calibration() != nullptr) all |= source::kLidar;
@@ -178,7 +178,7 @@ ImageMetadata MultiSenseDevice::metadata(const Exposure& exposure, const MultiSe
   about.captured = sensor_time(exposure.stamp);
   about.spindle_microradians = microradians(exposure.spindle_angle);
   if (frame.left.frame != about.frame) return about;
-  // Channel by channel, as of an imager with colour filters: the four pixels of a square.
+  // Channel by channel, as for an imager with colour filters: the four pixels of a square.
   for (std::size_t i = 0; i < frame.left.pixels.size(); ++i) {
     const std::size_t column = i % frame.left.width, row = i / frame.left.width;
     const std::size_t channel = row % 2 * 2 + column % 2;
@@ -214,7 +214,7 @@ void MultiSenseDevice::handle(Client& client, std::span<const std::uint8_t> mess
       if ((client.sources & ~before & kGroups[group]) != 0) client.since[group] = now_;
     acknowledge(client, id, Ack::kOk);
   } else if (const auto test = decode<MtuTest>(message)) {
-    if (test->mtu < kMtuTestOverhead || test->mtu > kMostMtu) return;  // nothing so long comes through
+    if (test->mtu < kMtuTestOverhead || test->mtu > kMostMtu) return;  // nothing that long gets through
     acknowledge(client, id, Ack::kOk);
     const std::size_t before = std::exchange(client.mtu, kMostMtu);
     MtuAnswer full;
@@ -234,7 +234,7 @@ void MultiSenseDevice::handle(Client& client, std::span<const std::uint8_t> mess
   }
 }
 
-/// The spindle's rate, and what this camera keeps and gives back without a use for it.
+/// Handles the spindle's rate, and settings that this camera only stores and returns.
 bool MultiSenseDevice::handle_setting(Client& client, std::span<const std::uint8_t> message) {
   const auto keep = [&](bool good) {
     acknowledge(client, *id_of(message), good ? Ack::kOk : Ack::kUnsupported);

@@ -15,38 +15,39 @@
 
 namespace walkman {
 
-/// The MultiSense's side of its protocol: answers requests and streams frames, to each client what it asked
-/// for. Holds no socket, no thread and no clock.
+/// The MultiSense's side of its protocol: answers requests and streams frames, to each client those it
+/// requested. Has no socket, no thread and no clock.
 ///
-/// What a client sent is answered in order, and behind every frame that was exposed before it was sent. A
-/// datagram that is no request of the protocol is not answered.
+/// A client's requests are answered in order, and after every frame that was exposed before the request was
+/// sent. A datagram that is not a request of the protocol is not answered.
 class MultiSenseDevice {
  public:
-  /// What the carrier calls a client by.
+  /// Identifies a client to the transport.
   using Address = std::uint64_t;
   static constexpr std::size_t kMostClients = 32;
-  /// A client that says nothing for so long gets no more frames: the vendor's ask for the status each second.
+  /// A client silent for this long gets no more frames; the vendor's clients request the status every second.
   static constexpr Time kSilence = std::chrono::seconds(10);
 
   explicit MultiSenseDevice(MultiSense& camera);
 
-  /// The sensor's clock is at `now`, `exposure` the newest, `turns` the laser's, the newest last: casts what
-  /// is new for those that stream it.
+  /// Casts what is new for the clients that stream it. `now`: the sensor's clock; `exposure`: the newest one;
+  /// `turns`: the laser's, the newest last.
   void publish(Time now, const Exposure& exposure, const LaserTurns& turns);
-  /// A datagram from a client; `host` is a clock to tell by who is silent.
+  /// Handles a datagram from a client; `host`: a clock for detecting silent clients.
   void receive(Address from, std::span<const std::uint8_t> datagram, Time host);
-  /// The next datagram to send and to whom, in turns; false when there is none.
+  /// Gives the next datagram to send and its recipient, serving clients in turn; returns false if there is
+  /// none.
   [[nodiscard]] bool next(Address& to, std::vector<std::uint8_t>& datagram);
-  /// Clients for whom there is one.
+  /// Number of clients with a datagram to be sent.
   [[nodiscard]] std::size_t waiting() const;
-  /// Sends nothing more to whom was silent for too long, until it speaks.
+  /// Stops sending to clients that have been silent for too long, until they send something.
   void stop_silent(Time host);
-  /// A client whose port is closed.
+  /// Removes a client whose port is closed.
   void forget(Address client);
 
-  /// Whether a client wants frames. May be asked from another thread.
+  /// Whether a client wants frames. May be called from another thread.
   [[nodiscard]] bool streams() const noexcept { return streams_; }
-  /// Frames that were queued for a client. Likewise.
+  /// Number of frames queued for clients. May be called from another thread.
   [[nodiscard]] std::uint64_t frames() const noexcept { return frames_; }
 
  private:
@@ -54,16 +55,16 @@ class MultiSenseDevice {
   enum class Kind { kAnswer, kFrame, kScan, kInertial };
   struct Outgoing {
     Kind kind;
-    Bytes message;  // which the fragments are of
+    Bytes message;  // that the fragments belong to
     multisense::Fragments fragments;
   };
   struct Client {
     std::uint64_t sources = 0;
-    std::array<Time, 3> since{};  // when it asked for images, laser and inertial unit, on the sensor's clock
+    std::array<Time, 3> since{};  // when it requested images, laser and inertial unit, on the sensor's clock
     std::uint64_t last_frame = 0;
     std::size_t mtu = multisense::kLeastMtu;
     std::uint16_t sequence = 0;
-    Time heard{};  // host's clock
+    Time heard{};  // on the host's clock
     std::deque<Outgoing> queue;
   };
 
@@ -95,7 +96,7 @@ class MultiSenseDevice {
 
   MultiSense& camera_;
   MultiSense::Mode imager_;
-  int used_rows_ = 0;  // of the imager's, in the present mode
+  int used_rows_ = 0;  // of the imager, in the present mode
   Time now_{};
   multisense::CameraControl control_;
   multisense::ExternalCalibration external_;
@@ -106,7 +107,7 @@ class MultiSenseDevice {
   std::uint64_t last_turn_ = 0;
   double spindle_angle_ = 0;
   std::map<Address, Client> clients_;
-  Address served_ = 0;  // last
+  Address served_ = 0;  // the last one
   std::atomic<bool> streams_ = false;
   std::atomic<std::uint64_t> frames_ = 0;
 };

@@ -5,7 +5,7 @@
 
 namespace walkman {
 
-/// A client's end of a connection to a camera in the same process: datagrams cross, and nothing else.
+/// A client's end of a connection to a camera in the same process, over which only datagrams pass.
 class MultiSensePort final : public multisense::DatagramPort {
  public:
   /// `camera` must outlive the port.

@@ -21,7 +21,7 @@ bool is_signed(nodes::DataType type) {
          type == nodes::DataType::kInteger32 || type == nodes::DataType::kReal32;
 }
 
-/// Names of the values of 6060h and 6061h (CiA 402-2; -1 is this device's own).
+/// Names of the values of 6060h and 6061h (CiA 402-2; -1 is specific to this device).
 std::vector<std::pair<int, std::string>> value_names(nodes::ObjectAddress address) {
   if (address.index != 0x6060 && address.index != 0x6061) return {};
   return {{-1, "impedance"},
@@ -63,7 +63,7 @@ std::string type_text(std::uint32_t type) {
   return type >= 254 ? "by event" : "on remote request";
 }
 
-/// Raw value of an entry, 0 if it is not there.
+/// Raw value of an entry, 0 if it does not exist.
 std::uint32_t value(const nodes::ObjectDictionary& dictionary, int index, std::uint8_t sub) {
   const nodes::Entry* entry = dictionary.find(static_cast<std::uint16_t>(index), sub);
   return entry == nullptr ? 0 : entry->raw;
@@ -90,7 +90,7 @@ void append_pdos(std::vector<DbcMessage>& messages, const std::string& device,
       const auto index = static_cast<std::uint16_t>(mapped >> 16U);
       const int bits = static_cast<int>(mapped & 0xFFU);
       const nodes::Entry* entry = dictionary.find(index, static_cast<std::uint8_t>(mapped >> 8U & 0xFFU));
-      // A dummy entry takes room and has no signal.
+      // A dummy entry takes up space and has no signal.
       if (index >= kFirstApplicationObject && entry != nullptr)
         message.signals.push_back(signal_of(device, dictionary, *entry, start, bits));
       start += bits;

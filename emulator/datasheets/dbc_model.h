@@ -19,7 +19,7 @@ struct DbcSignal {
   double factor = 1;
   std::string unit;                                 ///< ASCII
   std::string comment;                              ///< one line, may be empty
-  nodes::ObjectAddress object;                      ///< what it carries; index 0 for none
+  nodes::ObjectAddress object;                      ///< object that it carries; index 0 for none
   std::vector<std::pair<int, std::string>> values;  ///< names of raw values
 };
 
@@ -39,16 +39,16 @@ inline constexpr const char* kComputer = "computer";
 /// `name` as a C identifier: other characters become underscores.
 [[nodiscard]] std::string identifier(const std::string& name);
 
-/// The PDOs of a device, as its dictionary maps them at this moment; RPDOs as the device sees them. Those
-/// that are off are left out; a signal that repeats one of an earlier PDO has the PDO's number behind its
-/// name. `device` is an identifier.
+/// The PDOs of a device as its dictionary maps them now; RPDOs as seen from the device. PDOs that are off are
+/// omitted; a signal that repeats one of an earlier PDO has the PDO's number appended to its name. `device`
+/// is an identifier.
 [[nodiscard]] std::vector<DbcMessage> pdo_messages(const std::string& device,
                                                    const nodes::ObjectDictionary& dictionary);
 
 /// The services of one device: EMCY, SDO request and response, error control (boot-up, heartbeat).
 [[nodiscard]] std::vector<DbcMessage> device_services(const std::string& device, std::uint8_t node_id);
 
-/// NMT, SYNC, TIME and LSS, which are for all devices.
+/// NMT, SYNC, TIME and LSS, which serve all devices.
 [[nodiscard]] std::vector<DbcMessage> bus_services(const std::vector<std::string>& devices);
 
 }  // namespace walkman::datasheets

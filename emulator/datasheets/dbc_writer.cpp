@@ -12,7 +12,7 @@
 namespace walkman::datasheets {
 namespace {
 
-/// 15 digits in plain decimal notation: some readers take no exponent.
+/// 15 digits in plain decimal notation: some readers accept no exponent.
 std::string decimal(double value) {
   if (value == 0) return "0";
   const int decimals = std::clamp(14 - static_cast<int>(std::floor(std::log10(std::abs(value)))), 0, 30);
@@ -23,7 +23,7 @@ std::string decimal(double value) {
   return text;
 }
 
-/// What the raw range becomes in the signal's unit; readers that clamp so never touch a value.
+/// The raw range in the signal's unit, so that readers that clamp never change a value.
 std::pair<double, double> range(const DbcSignal& signal) {
   if (signal.is_float) return {0, 0};
   const double span = std::ldexp(1.0, signal.length);
@@ -83,7 +83,8 @@ std::string comments(const std::string& bus, const std::vector<DbcDevice>& devic
 
 constexpr int kClassicalBytes = 8;
 
-/// As the makers of the format mark CAN FD frames: value 14 of an attribute that is there only if needed.
+/// Marks CAN FD frames as the makers of the format do: value 14 of an attribute that is present only if
+/// needed.
 std::string fd_attributes(const std::vector<DbcMessage>& messages) {
   std::string text;
   for (const DbcMessage& message : messages)

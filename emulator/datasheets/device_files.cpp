@@ -41,7 +41,7 @@ nodes::CanopenSlave* find_node(const bus::CanBus& bus, std::uint8_t node_id) {
 
 std::string eds_name(DeviceKind kind) { return fmt::format("{}.eds", type_of(kind).name); }
 
-/// One for each type of device that is there.
+/// One data sheet for each device type present.
 std::map<DeviceKind, std::string> data_sheets(const std::vector<WiredBus>& buses) {
   std::map<DeviceKind, std::vector<EdsDevice>> by_kind;
   for (const WiredBus& bus : buses)

@@ -28,7 +28,7 @@ constexpr Range range_of_type() {
   return {+std::numeric_limits<T>::min(), +std::numeric_limits<T>::max()};
 }
 
-/// Nothing for types that are not integers.
+/// Nothing for non-integer types.
 std::optional<Range> type_range(DataType type) {
   switch (type) {
     case DataType::kInteger8:
@@ -76,16 +76,16 @@ const Entry& same_entry(const Entry& entry, const EdsDevice& device) {
 }
 
 bool has_default(const Entry& entry) {
-  // A value that the device works out when it is asked has none either.
+  // A value that the device computes when it is read has no default either.
   const bool computed = entry.access == Access::kReadOnly && entry.read_hook;
-  // One reader of EDS wants the bits, one decimals, and one refuses the file for either.
+  // One EDS reader expects the bits, one decimals, and one rejects the file for either.
   if (entry.type == DataType::kReal32) return false;
   const bool serial_number = entry.address == nodes::ObjectAddress{0x1018, 4};
   const bool process_data = entry.access == Access::kReadOnly && entry.mappable == nodes::Mappable::kYes;
   return entry.access != Access::kWriteOnly && !process_data && !computed && !serial_number;
 }
 
-/// Nothing when the devices do not agree.
+/// Nothing if the devices differ.
 std::optional<std::string> default_text(const Entry& entry, std::span<const EdsDevice> devices) {
   if (!has_default(entry)) return std::nullopt;
   const auto all = [&](auto predicate) {

@@ -23,18 +23,18 @@ struct ObjectEntries {
 
 [[nodiscard]] std::vector<ObjectEntries> objects_of(const nodes::ObjectDictionary& dictionary);
 
-/// The lines of one object (CiA 306): section [IIII], and [IIIIsubS] for each sub-index of an array or
-/// record. `devices` are of one type. A default or limit that is not the same in all of them is left out; a
-/// COB-ID that contains the node-ID is told with $NODEID. So are defaults of process data left out, which
-/// have none, and those of REAL32 values, for which readers want one form or another. Throws
-/// std::runtime_error when a device lacks an entry the first one has.
+/// Appends the lines of one object (CiA 306): section [IIII], and [IIIIsubS] for each sub-index of an array
+/// or record. `devices` are of one type. A default or limit that differs between them is omitted; a COB-ID
+/// that contains the node-ID is written with $NODEID. Defaults are also omitted for process data, which have
+/// none, and for REAL32 values, for which readers expect different forms. Throws std::runtime_error if a
+/// device lacks an entry that the first one has.
 void append_object(std::vector<std::string>& lines, const ObjectEntries& object,
                    std::span<const EdsDevice> devices);
 
-/// Whether a value of this type is better read in hexadecimal: words of bits, codes, identifiers.
+/// Whether a value of this type is more readable in hexadecimal: bit fields, codes, identifiers.
 [[nodiscard]] bool is_hexadecimal(std::uint16_t index, nodes::DataType type);
 
-/// A number of up to 32 bits as an EDS has it.
+/// Formats a number of up to 32 bits as in an EDS.
 [[nodiscard]] std::string number_text(std::uint16_t index, nodes::DataType type, std::uint32_t raw);
 
 /// CiA 301 data type index.

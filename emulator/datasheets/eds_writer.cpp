@@ -8,11 +8,11 @@
 namespace walkman::datasheets {
 namespace {
 
-// Of the device types' revision, not of the run: the same devices give the same file.
+// Date of the device types' revision, not of the run: the same devices give the same file.
 constexpr const char* kDate = "11-21-2026";
 constexpr const char* kTime = "12:00PM";
 
-/// Bit rates of CiA 301 in kbit/s; the emulated bus and LSS know them all.
+/// Bit rates of CiA 301 in kbit/s; the emulated bus and LSS support them all.
 constexpr std::array kBitRates{10, 20, 50, 125, 250, 500, 800, 1000};
 
 enum class Part { kMandatory, kOptional, kManufacturer };
@@ -68,7 +68,7 @@ void append_head(std::vector<std::string>& lines, const EdsTitle& title,
                {"SimpleBootUpMaster=0", "SimpleBootUpSlave=1", "Granularity=8", "DynamicChannelsSupported=0",
                 "GroupMessaging=0", fmt::format("NrOfRXPDO={}", count_objects(objects, 0x1400, 0x15FF)),
                 fmt::format("NrOfTXPDO={}", count_objects(objects, 0x1800, 0x19FF)), "LSS_Supported=1", ""});
-  // Dummy entries of 8, 16 and 32 bits; a PDO is mapped in whole bytes, so there is none of one bit.
+  // Dummy entries of 8, 16 and 32 bits; PDOs are mapped in whole bytes, so there is none of one bit.
   lines.emplace_back("[DummyUsage]");
   for (int type = 1; type <= 7; ++type)
     lines.push_back(fmt::format("Dummy{:04X}={}", type, type == 1 ? 0 : 1));

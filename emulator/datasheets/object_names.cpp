@@ -21,7 +21,7 @@ std::string numbered(std::string_view text, int number) {
   return fmt::format("{}{}{}", text.substr(0, at), number, text.substr(at + 2));
 }
 
-/// What a measuring channel is called after its sensor and unit: F, T, a or w and the axis of a triple, or a
+/// Name of a measuring channel, from its sensor and unit: F, T, a or w and the axis of a triple, or a
 /// component of a quaternion.
 std::string channel_name(const nodes::ObjectDictionary& dictionary, std::uint8_t channel) {
   const auto sensor = [&](int number) {

@@ -7,13 +7,13 @@
 
 namespace walkman::datasheets {
 
-/// A Markdown document with its generated tables as the devices are: what stands between a line
+/// Returns a Markdown document with its generated tables updated from the devices: the text between a line
 /// `<!-- generated: NAME -->` and the next line `<!-- end -->` is replaced. NAME is `objects of every node`,
 /// `objects of a drive`, `objects of a measuring device`, or `PDOs of KIND` with a device kind of `buses`.
-/// Throws std::runtime_error for another name, and for a table without its end.
+/// Throws std::runtime_error for any other name, and for a table without its end.
 [[nodiscard]] std::string with_object_tables(const std::string& document, const std::vector<WiredBus>& buses);
 
-/// The same with a file, which is rewritten. Throws as above, and when the file cannot be read or written.
+/// The same for a file, which is rewritten. Throws as above, and if the file cannot be read or written.
 [[nodiscard]] std::vector<std::filesystem::path> update_object_tables(const std::vector<WiredBus>& buses,
                                                                       const std::filesystem::path& file);
 

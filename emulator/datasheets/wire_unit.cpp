@@ -14,7 +14,7 @@ constexpr std::uint16_t kSensorType = 0x6110;
 constexpr std::uint16_t kPhysicalUnit = 0x6131;
 constexpr std::uint16_t kDecimalDigits = 0x6132;
 
-/// Symbols of CiA 303-2; the code of the joule stands for the newton metre, which has its dimension.
+/// Symbols of CiA 303-2; the joule's code is used for the newton metre, which has the same dimension.
 std::string_view symbol_of(unsigned code) {
   switch (code) {
     case 0x01:
@@ -46,7 +46,7 @@ std::string_view symbol_of(unsigned code) {
   }
 }
 
-/// Per mille of a rating that the dictionary has in thousandths of `text`.
+/// Per mille of a rating that the dictionary gives in thousandths of `text`.
 WireUnit per_mille(const nodes::ObjectDictionary& dictionary, std::uint16_t rating, const char* text) {
   const nodes::Entry* entry = dictionary.find(rating, 0);
   if (entry == nullptr) return {"", nodes::kMilli};

@@ -10,20 +10,20 @@
 
 namespace walkman::faults {
 
-/// What an injector can do to a device. Neither a drive's nor a sensor's: only its node can be broken.
+/// What an injector can do to a device. If it is neither a drive nor a sensor, only its node can be broken.
 class BreakableDevice {
  public:
   virtual ~BreakableDevice() = default;
 
   [[nodiscard]] virtual nodes::CanopenSlave& node() noexcept = 0;
 
-  /// From now on its readings have this fault. Force/torque sensors only.
+  /// Applies this fault to its readings from now on. Force/torque sensors only.
   virtual void set_sensor_fault(const SensorFaultEvent& /*fault*/) {}
   virtual void mend() {}
 
-  /// From now on its actuator has this fault. Drives only.
+  /// Applies this fault to its actuator from now on. Drives only.
   virtual void set_actuator_fault(const plant::ActuatorFault& /*fault*/) {}
-  /// Its electronics find a fault (CiA 402 error code, bits of 1001h). Drives only.
+  /// Makes its electronics detect a fault (CiA 402 error code, bits of 1001h). Drives only.
   virtual void trip(std::uint16_t /*code*/, std::uint8_t /*register_bits*/) {}
 };
 
@@ -31,7 +31,7 @@ class BreakableDevice {
 struct Breakable {
   std::string name;
   std::uint8_t node_id = 0;
-  std::size_t bus = 0;  ///< its number
+  std::size_t bus = 0;  ///< index of the bus
   BreakableDevice* device = nullptr;
 };
 

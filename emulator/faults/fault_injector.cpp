@@ -15,7 +15,7 @@ constexpr double kJammed = 1e6;                           // N·m, more than any
 
 Time time_of(double seconds) { return Time(static_cast<std::int64_t>(seconds * 1e9)); }
 
-/// A second device of a node-ID, as it comes from its box: it boots, and answers what is asked of that ID.
+/// A second device with the same node-ID, in its factory state: it boots, and answers requests to that ID.
 class Twin final : public nodes::CanopenSlave {
  public:
   explicit Twin(std::uint8_t node_id) : CanopenSlave({node_id, 0, "twin", 1, 0xFFFF}) {
@@ -236,7 +236,7 @@ FaultInjector::Effect FaultInjector::make_on_device(const Injection& injection) 
       device->trip(kContinuousOverCurrent, nodes::error_register::kCurrent);
     };
   if (name == "duplicate-node") {
-    // Made now and on the bus from the beginning: who attaches it, switches it on.
+    // Created now, and on the bus from the fault's beginning: attaching it switches it on.
     nodes::CanopenSlave& twin = *twins_.emplace_back(std::make_unique<Twin>(target.node_id));
     bus::CanBus& bus = *world_.buses[target.bus];
     effect.switched = [&twin, &bus, attached = false](bool on) mutable {

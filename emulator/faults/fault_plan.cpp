@@ -105,7 +105,7 @@ Injection read_fault(const YamlMap& map, std::size_t index) {
   return out;
 }
 
-/// NAME=VALUE of the command line.
+/// Applies one NAME=VALUE of the command line.
 void take_word(const std::string& key, const std::string& text, Injection& out) {
   const auto number = [&](const std::string& name, double least, double most, std::string_view unit) {
     double value = 0;
@@ -201,7 +201,7 @@ bool is_device(Target kind) {
          kind == Target::kForceTorque;
 }
 
-/// Whether a target may have a fault that is done to `wanted`.
+/// Whether a target of kind `kind` may have a fault meant for `wanted`.
 bool suits(Target wanted, Target kind) {
   if (wanted == Target::kDevice) return is_device(kind);
   if (wanted == Target::kFrames) return is_device(kind) || kind == Target::kBus;

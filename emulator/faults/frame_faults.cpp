@@ -20,23 +20,23 @@ constexpr std::uint32_t kErrorControl = canopen::cob_id::error_control(0);
 
 constexpr std::uint32_t function_of(const can::Frame& frame) noexcept { return frame.id & ~kNodeBits; }
 
-/// 0 for what is none.
+/// Number of the TPDO; 0 for any other frame.
 constexpr int tpdo_of(const can::Frame& frame) noexcept {
   for (int number = 1; number <= 4; ++number)
     if (function_of(frame) == canopen::cob_id::tpdo(number, 0)) return number;
   return 0;
 }
 
-/// RPDOs and SDO requests: what a master sends to one device.
+/// RPDOs and SDO requests: the frames that a master sends to one device.
 constexpr bool is_to_device(const can::Frame& frame) noexcept {
   for (int number = 1; number <= 4; ++number)
     if (function_of(frame) == canopen::cob_id::rpdo(number, 0)) return true;
   return function_of(frame) == canopen::cob_id::sdo_request(0);
 }
 
-constexpr std::size_t kHeld = 4096;  // frames on their way at most; more are lost
+constexpr std::size_t kHeld = 4096;  // frames held back at most; more are lost
 
-/// Of the frames, which share is concerned.
+/// Draws which of the frames, by their share, are affected.
 class Draw {
  public:
   Draw(std::uint64_t seed, double share) : generator_(seed), share_(share) {}
@@ -84,7 +84,7 @@ class BurstLoss final : public FrameFault {
   std::uint64_t frames_, left_ = 0;
 };
 
-/// A controller that gives frames later, twice or in another order.
+/// A controller that delivers frames late, twice or in another order.
 class Queueing final : public FrameFault {
  public:
   enum class How { kLater, kTwice, kBehindTheNext };
@@ -101,7 +101,7 @@ class Queueing final : public FrameFault {
 
   [[nodiscard]] bool ends(can::Frame& frame, Time now) noexcept override {
     if (how_ == How::kBehindTheNext && !held_.empty()) {
-      // Here and not behind it: who gets both, gets the newer one first.
+      // Delivered here, before the held frame: whoever receives both gets the newer one first.
       bus_.hand_over(frame, bus_.sender());
       release();
       return false;
@@ -116,7 +116,7 @@ class Queueing final : public FrameFault {
     static_cast<void>(held_.push({last_, frame, &bus_.sender()}));
     return false;
   }
-  /// What is held back comes after all.
+  /// Delivers the frames still held back.
   void finish() noexcept override {
     while (!held_.empty()) release();
   }
@@ -136,7 +136,7 @@ class Queueing final : public FrameFault {
   }
   How how_;
   bus::CanBus& bus_;
-  Time delay_, jitter_, last_{};  // the last: when the newest is due
+  Time delay_, jitter_, last_{};  // `last_`: when the newest is due
   Draw draw_;
   bus::Ring<Held> held_;
 };
@@ -177,7 +177,7 @@ class WrongLength final : public FrameFault {
   Draw draw_;
 };
 
-/// A frame that nobody asked for, over and over, or once.
+/// An unsolicited frame, sent repeatedly or once.
 class Babble final : public FrameFault {
  public:
   static constexpr double kOnce = 0;
@@ -205,7 +205,7 @@ can::Frame frame_of(std::uint32_t id, std::initializer_list<std::uint8_t> bytes)
   return frame;
 }
 
-/// What a foreign master does, by the number that `rogue-master` has for it.
+/// Command of a foreign master, by its number in `rogue-master`.
 can::Frame foreign_command(int command, std::uint8_t node) {
   constexpr std::uint8_t kAllNodes = 0;
   switch (command) {
@@ -228,10 +228,10 @@ can::Frame foreign_command(int command, std::uint8_t node) {
   }
 }
 
-/// Answers of an SDO server about one object are others (CiA 301, 7.2.4.3).
+/// Alters the answers of an SDO server about one object (CiA 301, 7.2.4.3).
 class AlteredAnswer final : public FrameFault {
  public:
-  /// `abort`: with this code, whatever was asked; without one, the value read is another.
+  /// `abort`: answers with this abort code, whatever the request; without one, the value read is changed.
   AlteredAnswer(const FrameFault& base, std::uint16_t index, std::optional<std::uint8_t> sub,
                 std::optional<std::uint32_t> abort)
       : FrameFault(base), index_(index), sub_(sub), abort_(abort) {}
@@ -258,7 +258,7 @@ class AlteredAnswer final : public FrameFault {
   std::optional<std::uint32_t> abort_;
 };
 
-/// Segments of an SDO server's answers have the other toggle bit (CiA 301, 7.2.4.3.4 and 7.2.4.3.7).
+/// Inverts the toggle bit in segments of an SDO server's answers (CiA 301, 7.2.4.3.4 and 7.2.4.3.7).
 class WrongToggle final : public FrameFault {
  public:
   explicit WrongToggle(const FrameFault& base) : FrameFault(base) {}
@@ -273,8 +273,8 @@ class WrongToggle final : public FrameFault {
   }
 };
 
-/// Every frame of a participant ends in an error frame, or as many as keep its transmit error counter at
-/// `errors`.
+/// Every frame of a participant ends in an error frame, or just enough of them to keep its transmit error
+/// counter at `errors`.
 class Broken final : public FrameFault {
  public:
   static constexpr int kToTheEnd = 256;  // ISO 11898-1, fault confinement: bus-off
@@ -319,7 +319,7 @@ class LostFunction final : public FrameFault {
   std::uint32_t function_;
 };
 
-/// TPDOs keep the bytes of the first that comes.
+/// Each TPDO keeps the bytes of the first frame that comes.
 class FrozenPdos final : public FrameFault {
  public:
   explicit FrozenPdos(const FrameFault& base) : FrameFault(base) {}

@@ -12,28 +12,28 @@
 
 namespace walkman::faults {
 
-/// What one fault does to frames. No member but the constructors allocates or throws.
+/// Effect of one fault on frames. Only the constructors allocate or throw.
 class FrameFault {
  public:
-  /// Of the frames of node `node` (0: of the whole bus) in a direction.
+  /// Concerns the frames of `node` (0: of the whole bus) in a direction.
   FrameFault(std::uint8_t node, Direction direction) : node_(node), direction_(direction) {}
   virtual ~FrameFault() = default;
 
-  /// An attempt to send a frame begins.
+  /// Called when an attempt to send a frame begins.
   [[nodiscard]] virtual bus::FrameFate begins(const can::Frame& /*frame*/, Time /*now*/) noexcept {
     return bus::FrameFate::deliver();
   }
-  /// A frame is through; it may be altered. False: nobody gets it.
+  /// Called when a frame has been transmitted; it may be altered. Returns false if nobody is to receive it.
   [[nodiscard]] virtual bool ends(can::Frame& /*frame*/, Time /*now*/) noexcept { return true; }
-  /// The fault begins, maybe not for the first time, or is over.
+  /// Called when the fault begins, possibly not for the first time, and when it ends.
   virtual void start() noexcept {}
   virtual void finish() noexcept {}
-  /// A physics step has begun.
+  /// Called when a physics step has begun.
   virtual void step(Time /*now*/) noexcept {}
 
-  /// Whether a frame is one of its.
+  /// Whether the fault concerns a frame.
   [[nodiscard]] bool concerns(const can::Frame& frame) const noexcept;
-  /// Frames that are not what they would have been.
+  /// Number of frames affected.
   [[nodiscard]] std::uint64_t touched() const noexcept { return touched_; }
 
  protected:
@@ -45,21 +45,21 @@ class FrameFault {
   std::uint64_t touched_ = 0;
 };
 
-/// The frame faults of one bus: the only one that uses the bus's hooks. `bus` must outlive it.
+/// The frame faults of one bus: the only user of the bus's hooks. `bus` must outlive it.
 class BusFaults {
  public:
   explicit BusFaults(bus::CanBus& bus);
   BusFaults(const BusFaults&) = delete;
   BusFaults& operator=(const BusFaults&) = delete;
 
-  /// `node` and `participant` of a device; 0 and null: all of the bus.
+  /// `node`, `participant`: those of a device; 0 and null: the whole bus.
   [[nodiscard]] std::unique_ptr<FrameFault> make(const Injection& injection, std::uint8_t node,
                                                  const bus::Participant* participant);
   void add(FrameFault& fault) { active_.push_back(&fault); }
   void remove(const FrameFault& fault) { std::erase(active_, &fault); }
   void step(Time now) noexcept;
-  /// Calls `reached` at the end of the nth frame with an identifier from now on, before a fault of frames
-  /// meets it; once.
+  /// Calls `reached` once, at the end of the nth frame with an identifier from now on, before any fault of
+  /// frames is applied to it.
   void await(std::uint32_t id, std::uint64_t nth, std::function<void(Time)> reached) {
     awaited_.push_back({id, nth, std::move(reached)});
   }
@@ -74,7 +74,7 @@ class BusFaults {
 
   bus::CanBus& bus_;
   std::vector<Awaited> awaited_;
-  bus::ComputerPort* port_ = nullptr;  // of what is sent besides, when there is
+  bus::ComputerPort* port_ = nullptr;  // for additional frames, once there are any
   std::vector<FrameFault*> active_;
 };
 

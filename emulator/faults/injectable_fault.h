@@ -8,7 +8,7 @@
 
 namespace walkman::faults {
 
-/// What a fault is done to.
+/// What a fault applies to.
 enum class Target {
   kFrames,       ///< of a bus, or of one device on it
   kBus,          ///< a bus
@@ -23,17 +23,17 @@ enum class Target {
   kHost,    ///< the control computer
 };
 
-/// There is one of it, so a fault of it names none.
+/// Whether there is only one such target, so that its faults do not name it.
 [[nodiscard]] constexpr bool is_single(Target target) noexcept {
   return target == Target::kCamera || target == Target::kHost;
 }
 
-/// One number that says how large or how a fault is.
+/// One number that specifies the size or manner of a fault.
 struct Parameter {
   std::string_view name;
   std::string_view unit;  ///< empty: a plain number
   double least = 0, most = 0;
-  double standard = 0;  ///< when it is not given
+  double standard = 0;  ///< default if not given
   std::string_view what;
 };
 
@@ -41,27 +41,27 @@ struct Parameter {
 struct InjectableFault {
   std::string_view name;  ///< words joined by hyphens
   Target target{};
-  std::string_view what;  ///< happens
-  std::string_view seen;  ///< by the drivers
+  std::string_view what;  ///< what happens
+  std::string_view seen;  ///< what the drivers see
   std::vector<Parameter> parameters;
-  /// s from when the plant is off by what counts until the drivers have to have shown it at the latest
+  /// Longest time, s, from the plant being off by a relevant amount until the drivers must have shown it
   /// (docs/faults.md); none: only the task's own checks can.
   std::optional<double> interval = {};
-  /// Of what the control program meets in its own process or machine: there only, not where it is another
-  /// program's. Why, one sentence; empty for all others.
+  /// For a fault that the control program meets in its own process or machine, and that is available only
+  /// there, not where it is another program's: the reason, one sentence; empty for all others.
   std::string_view embedded_only = {};
-  /// Of a kind that is listed and cannot be injected: whose it is and how to do it, one sentence; empty for
-  /// all others.
+  /// For a kind that is listed but cannot be injected: what it belongs to and how to cause it, one sentence;
+  /// empty for all others.
   std::string_view by_hand = {};
 };
 
-/// All kinds, in the order of where they act: wire, nodes, sensors, actuators, camera, world, host.
+/// All kinds, ordered by where they act: wire, nodes, sensors, actuators, camera, world, host.
 [[nodiscard]] std::span<const InjectableFault> injectable_faults();
 
-/// By its name, with hyphens or underscores; null when there is none.
+/// Finds a kind by its name, with hyphens or underscores; null if there is none.
 [[nodiscard]] const InjectableFault* find_fault(std::string_view name);
 
-/// In one word, for tables and programs.
+/// One-word name, for tables and programs.
 [[nodiscard]] std::string_view to_word(Target target);
 
 }  // namespace walkman::faults

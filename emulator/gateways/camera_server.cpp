@@ -20,7 +20,7 @@ namespace {
 
 constexpr int kSilenceMs = 1000;
 constexpr Time kLatestImu = std::chrono::milliseconds(50);
-constexpr int kMostRequests = 64;  // before what there is to send is handed over
+constexpr int kMostRequests = 64;  // taken before pending output is handed over
 
 MultiSenseDevice::Address key_of(const sockaddr_in& address) {
   return std::uint64_t{ntohl(address.sin_addr.s_addr)} << 16U | ntohs(address.sin_port);
@@ -78,7 +78,7 @@ void CameraServer::publish(Time now) {
     is_new = is_new || (!turns.empty() && turns.back()->number > last_turn_);
     if (!turns.empty()) last_turn_ = turns.back()->number;
   }
-  // The inertial unit's samples go with whatever else there is, but not much later.
+  // The inertial unit's samples are sent along with other output; if there is none, without much delay.
   is_new = is_new || (camera_.imu() != nullptr && now - woken_ >= kLatestImu);
   if (!is_new || !device_.streams()) return;
   woken_ = now;
@@ -96,11 +96,11 @@ void CameraServer::update() {
   try {
     device_.publish(seen_.now, seen_.exposure, seen_.turns);
   } catch (const std::exception&) {
-    // A frame that cannot be cast, of a world that has no finite poses any more: the loop tells.
+    // The frame cannot be cast because the world's poses are no longer finite; the loop reports that.
   }
 }
 
-/// Whose port is closed the kernel tells in a queue of its own.
+/// Forgets clients whose port is closed, which the kernel reports in a separate queue.
 void CameraServer::forget_closed() {
   for (;;) {
     sockaddr_in to{};

@@ -17,22 +17,23 @@ namespace walkman::gateways {
 
 /// Serves the MultiSense's UDP protocol (drivers/camera/multisense/).
 ///
-/// Runs in a thread of its own, because casting a frame takes longer than a control cycle: the emulator's
-/// loop only publishes what the camera saw, and when. A request is answered behind every frame that was
-/// published before it came, so that what a client has by then depends on the emulated time alone.
+/// Runs in its own thread, because casting a frame takes longer than a control cycle: the emulator's loop
+/// only publishes what the camera saw, and when. A request is answered after all frames that were published
+/// before it came, so that what a client has received by then depends on the emulated time alone.
 class CameraServer {
  public:
-  /// Binds `address`, an IPv4 address with or without a port, at once. `camera` must outlive the server and
-  /// is used for rendering by it alone. Throws std::runtime_error with the address.
+  /// Binds `address`, an IPv4 address with or without a port, at once. `camera` must outlive the server; only
+  /// the server may use it for rendering. Throws std::runtime_error with the address.
   CameraServer(const std::string& address, MultiSense& camera);
   ~CameraServer();
   CameraServer(const CameraServer&) = delete;
   CameraServer& operator=(const CameraServer&) = delete;
 
-  /// The camera's time is `now`, its newest exposure the one it has noted. Cheap unless there is a new one.
+  /// Publishes the camera's time, `now`, and the newest exposure that the camera has noted. Cheap unless that
+  /// is a new one.
   void publish(Time now);
 
-  /// Frames sent to clients.
+  /// Number of frames sent to clients.
   [[nodiscard]] std::uint64_t served() const noexcept { return device_.frames(); }
 
  private:
@@ -48,7 +49,7 @@ class CameraServer {
   void update();
   void take_requests(Time wall);
   void forget_closed();
-  /// What there is to send, as far as the outbox has room.
+  /// Hands over what there is to send, as far as the outbox has room.
   void hand_over();
 
   MultiSenseDevice device_;
@@ -57,7 +58,7 @@ class CameraServer {
   std::atomic<bool> stop_ = false;
   std::mutex mutex_;
   std::uint64_t last_turn_ = 0;
-  Time woken_{};         // the thread, on the emulated clock
+  Time woken_{};         // last wake-up of the thread, on the emulated clock
   Published published_;  // by the emulator's loop
   Published seen_;       // by the thread
   std::optional<PacedOutbox> outbox_;

@@ -8,8 +8,8 @@
 
 namespace walkman::gateways {
 
-/// CAN controllers of tools' computers on the emulated buses, handed out and taken back. A controller lives
-/// as long as its bus, so that the next tool gets one that another has left.
+/// Pool of CAN controllers on the emulated buses, for the computers on which tools run. A controller lives as
+/// long as its bus, so the next tool gets one that another has given back.
 class ControllerPool {
  public:
   /// A controller and the bus it is on.
@@ -23,15 +23,15 @@ class ControllerPool {
 
   [[nodiscard]] std::span<bus::CanBus* const> buses() const noexcept { return buses_; }
 
-  /// A controller on the bus with this interface name ("can_rarm") or limb name ("rarm"), with nothing in its
-  /// receive queue; nulls when there is no such bus. It reports changes of its state and comes back 100 ms
-  /// after bus-off, as nobody could restart it. Allocates when none is free.
+  /// Returns a controller on the bus with this interface name ("can_rarm") or limb name ("rarm"), with an
+  /// empty receive queue; nulls if there is no such bus. It reports changes of its state and restarts 100 ms
+  /// after bus-off, because nobody could restart it. Allocates if none is free.
   [[nodiscard]] Attached take(std::string_view name);
 
-  /// Frames that still wait for transmission will be sent.
+  /// Returns a controller to the pool. Frames still waiting for transmission will be sent.
   void give_back(const bus::ComputerPort* controller) noexcept;
 
-  /// Controllers created so far, in use or not.
+  /// Number of controllers created so far, in use or not.
   [[nodiscard]] std::size_t size() const noexcept { return entries_.size(); }
 
  private:

@@ -13,10 +13,10 @@
 namespace walkman::gateways {
 namespace {
 
-// What waits for a client goes out in 40 ms, and a frame at the most is sent in 67: 1.5 MB of disparities
-// with 38 kB in a millisecond. A client that looks every 5 ms finds 190 kB then; a kernel with its usual
-// net.core.rmem_max of 212992 bytes keeps up to 224 kB of large datagrams for it. Who asks for the images,
-// too, has to look more often, as with the real camera.
+// What waits for a client is sent within 40 ms, and there is at most one frame in 67 ms: 1.5 MB of
+// disparities at 38 kB per millisecond. A client that reads every 5 ms then finds 190 kB; a kernel with the
+// usual net.core.rmem_max of 212992 bytes keeps up to 224 kB of large datagrams for it. A client that
+// requests the images, too, must read more often, as with the real camera.
 constexpr std::size_t kBursts = 40;
 constexpr std::size_t kLeastBurst = 25000;  // bytes
 constexpr Time kInterval = std::chrono::milliseconds(1);
@@ -99,7 +99,7 @@ bool PacedOutbox::send(Address to, const std::vector<std::uint8_t>& datagram) co
                   sizeof address) >= 0;
   };
   if (try_it()) return true;
-  if (errno == ECONNREFUSED && try_it()) return true;  // that was of another client, told here
+  if (errno == ECONNREFUSED && try_it()) return true;  // the error was another client's, reported here
   return errno != EAGAIN && errno != ENOBUFS;
 }
 

@@ -12,24 +12,24 @@
 
 namespace walkman::gateways {
 
-/// Datagrams on their way to clients, sent at a pace that a client's kernel has room for, by a thread of its
-/// own: what is sent does not wait for the next frame to be cast.
+/// Datagrams on their way to clients, sent by a separate thread at a rate for which a client's kernel has
+/// room: sending does not wait for the next frame to be cast.
 class PacedOutbox {
  public:
   /// IPv4 address and port, in the low 48 bits.
   using Address = std::uint64_t;
 
-  /// `socket`: UDP, not blocking, kept open by the caller. `drained` is called, in the outbox's thread, when
+  /// `socket`: UDP, non-blocking, kept open by the caller. `drained`: called in the outbox's thread when
   /// there is room again after `full`.
   PacedOutbox(int socket, std::function<void()> drained);
   ~PacedOutbox();
   PacedOutbox(const PacedOutbox&) = delete;
   PacedOutbox& operator=(const PacedOutbox&) = delete;
 
-  /// Whether so much waits that more had better not be given.
+  /// Whether so much is waiting that no more should be pushed.
   [[nodiscard]] bool full() const noexcept { return waiting_ >= kMost; }
   void push(Address to, std::vector<std::uint8_t> datagram);
-  /// What waits for a client whose port is closed.
+  /// Discards what is waiting for a client whose port is closed.
   void drop(Address to);
 
  private:
@@ -39,11 +39,11 @@ class PacedOutbox {
   struct Queue {
     std::deque<std::vector<std::uint8_t>> datagrams;
     std::size_t bytes = 0;
-    std::size_t burst = 0;  // per millisecond, of what waits now
+    std::size_t burst = 0;  // bytes per millisecond for what waits now
   };
   void work();
   void send_bursts();
-  /// False when the kernel has no room.
+  /// Returns false if the kernel has no room.
   [[nodiscard]] bool send(Address to, const std::vector<std::uint8_t>& datagram) const;
 
   int socket_;

@@ -26,7 +26,8 @@ bool is_rate(char code, std::uint32_t bit_rate) noexcept {
   return kRates[static_cast<std::size_t>(code - '0')] == bit_rate || (code == '7' && bit_rate == 750'000);
 }
 
-/// A report that errors have brought the controller to warning, passive or bus-off (linux/can/error.h).
+/// Whether the frame reports that errors have brought the controller to warning, passive or bus-off
+/// (linux/can/error.h).
 bool is_bus_error(const can::Frame& frame) noexcept {
   return frame.error && ((frame.id & 0x040) != 0 || ((frame.id & 0x004) != 0 && (frame.data[1] & 0x3C) != 0));
 }
@@ -51,7 +52,7 @@ void SlcanAdapter::take(std::string_view input) noexcept {
 }
 
 void SlcanAdapter::execute(std::string_view command) noexcept {
-  // Tools send empty commands to clear what an adapter may have of an earlier session.
+  // Tools send empty commands to clear what an adapter may still hold from an earlier session.
   if (command.empty()) {
     answer("\r");
     return;
@@ -107,7 +108,7 @@ bool SlcanAdapter::open(Channel channel) noexcept {
     controller_->configure({.reports = bus::ErrorReports::kStates});
   }
   controller_->restart();
-  forward();  // what came while it was closed
+  forward();  // discards what came while it was closed
   overflows_ = controller_->receive_overflows();
   flags_ = 0;
   channel_ = channel;

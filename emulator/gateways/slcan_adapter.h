@@ -11,21 +11,21 @@ namespace walkman::gateways {
 
 struct SlcanCounters {
   std::uint64_t sent = 0;      ///< frames of the peer that went to the bus
-  std::uint64_t refused = 0;   ///< frames of the peer the bus had no room for
+  std::uint64_t refused = 0;   ///< frames of the peer for which the bus had no room
   std::uint64_t received = 0;  ///< frames forwarded to the peer
-  std::uint64_t dropped = 0;   ///< frames the peer was too slow for
+  std::uint64_t dropped = 0;   ///< frames for which the peer was too slow
   std::uint64_t skipped = 0;   ///< FD and error frames, which the protocol cannot carry
   std::uint64_t errors = 0;    ///< commands that were not understood or not allowed
 };
 
 /// A serial-line CAN adapter (slcan, after Lawicel AB's CAN232 and CANUSB) on an emulated bus, without its
 /// serial line: characters in, characters out. Commands, each ended by a carriage return:
-/// - S0..S8: 10, 20, 50, 100, 125, 250, 500, 800 (or 750), 1000 kbit/s; refused unless the bus's own rate
+/// - S0..S8: 10, 20, 50, 100, 125, 250, 500, 800 (or 750), 1000 kbit/s; refused unless it is the bus's rate
 /// - s...: bit timing registers; accepted and ignored
 /// - O, L, C: open, open listen-only, close
 /// - t, T, r, R: send a frame; answered with z or Z and a carriage return
 /// - Z0, Z1: time stamps of received frames off, on
-/// - V, N, F: version, serial number (made of the bus's name), status flags
+/// - V, N, F: version, serial number (derived from the bus's name), status flags
 ///
 /// Answers end in a carriage return; a command that is wrong or not allowed is answered with a BEL.
 ///
@@ -37,18 +37,18 @@ class SlcanAdapter {
   static constexpr std::size_t kQueueLength = 65536;
   static constexpr std::size_t kLongestCommand = 32;
 
-  /// The bus must outlive the adapter. A controller of its own is added to it when the adapter is opened
-  /// first.
+  /// The bus must outlive the adapter. The adapter adds its own controller to it when it is first opened.
   explicit SlcanAdapter(bus::CanBus& bus) : bus_(bus) {}
 
-  /// Takes what the peer has written, in pieces of any size, and answers. As on a serial line, answers a peer
-  /// does not read are lost. Opening allocates, once.
+  /// Takes what the peer has written, in pieces of any size, and answers. As on a serial line, answers that
+  /// the peer does not read are lost. Opening allocates, once.
   void take(std::string_view input) noexcept;
 
-  /// Writes frames received from the bus to the outgoing queue; those without room are dropped and counted.
+  /// Writes frames received from the bus to the outgoing queue; those that do not fit are dropped and
+  /// counted.
   void forward() noexcept;
 
-  /// As after power-up: the peer has gone.
+  /// Returns to the state after power-up, because the peer has gone.
   void reset() noexcept;
 
   [[nodiscard]] TextQueue& outgoing() noexcept { return outgoing_; }

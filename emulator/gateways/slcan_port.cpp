@@ -21,11 +21,11 @@ constexpr int kReadsAtOnce = 16;
   throw std::runtime_error("slcan port of bus '" + bus.name() + "': " + reason);
 }
 
-/// Removes a link of this user's to a pseudo-terminal that is gone, or whose number `terminal` has now.
-/// Throws when something else is in the way.
+/// Removes a link of this user to a pseudo-terminal that no longer exists, or whose number `terminal` now
+/// has. Throws if something else is in the way.
 void clear_the_way(const bus::CanBus& bus, const std::filesystem::path& link, const std::string& terminal) {
   struct stat there {};
-  if (lstat(link.c_str(), &there) != 0) return;  // nothing there, or making the link tells why
+  if (lstat(link.c_str(), &there) != 0) return;  // nothing there, or creating the link reports why
   if (!S_ISLNK(there.st_mode)) fail(bus, link.string() + " exists and is not a symbolic link");
   std::error_code error;
   const std::string target = std::filesystem::read_symlink(link, error).string();
@@ -56,7 +56,7 @@ SlcanPort::SlcanPort(bus::CanBus& bus, const std::filesystem::path& link)
   cfmakeraw(&settings);
   if (tcsetattr(master_.get(), TCSANOW, &settings) != 0) fail(bus, std::strerror(errno));
   terminal_ = name.data();
-  // Edge-triggered: a terminal that nobody has open is forever ready with a hang-up.
+  // Edge-triggered: a terminal that nobody has open permanently reports a hang-up.
   watched_ = EPOLLIN | EPOLLET;
   epoll_event event{.events = watched_, .data = {.ptr = nullptr}};
   if (epoll_ctl(epoll_.get(), EPOLL_CTL_ADD, master_.get(), &event) != 0) fail(bus, std::strerror(errno));

@@ -9,17 +9,17 @@
 
 namespace walkman::gateways {
 
-/// A serial port that is a CAN adapter (slcan) on an emulated bus: a pseudo-terminal, which tools open by its
-/// name as they would open /dev/ttyUSB0. They may close it and others open it again; the adapter is then as
-/// after power-up.
+/// A serial port that acts as a CAN adapter (slcan) on an emulated bus: a pseudo-terminal, which tools open
+/// by name as they would open /dev/ttyUSB0. They may close it and others may open it again; the adapter is
+/// then as after power-up.
 ///
 /// It has no thread and never blocks: its owner calls `service` when `descriptor` is readable and `forward`
 /// when the bus has moved. Without a peer it costs nothing.
 class SlcanPort {
  public:
   /// `link`, unless empty, becomes a symbolic link to the pseudo-terminal until the port is destroyed. A link
-  /// of this user's that an emulator has left behind, to a pseudo-terminal that is gone, is replaced;
-  /// anything else that is there is left alone. The bus must outlive the port. Throws std::runtime_error with
+  /// of this user that an emulator left behind, to a pseudo-terminal that no longer exists, is replaced;
+  /// anything else at that path is left alone. The bus must outlive the port. Throws std::runtime_error with
   /// the file and the reason.
   explicit SlcanPort(bus::CanBus& bus, const std::filesystem::path& link = {});
   ~SlcanPort() = default;
@@ -32,7 +32,7 @@ class SlcanPort {
   /// To wait on with poll or epoll; readable when there is something to do.
   [[nodiscard]] int descriptor() const noexcept { return epoll_.get(); }
 
-  /// Takes the peer's commands and passes received frames to it. Allocates only when it is opened first.
+  /// Takes the peer's commands and passes received frames to it. Allocates only when it is first opened.
   void service() noexcept;
 
   /// Passes received frames to the peer.

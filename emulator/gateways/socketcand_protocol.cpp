@@ -20,7 +20,7 @@ std::string_view next_word(std::string_view& text) noexcept {
   return word;
 }
 
-/// Up to 16 hexadecimal digits.
+/// Reads up to 16 hexadecimal digits.
 std::optional<std::uint64_t> read_hex(std::string_view word) noexcept {
   if (word.empty() || word.size() > 16) return std::nullopt;
   std::uint64_t value = 0;
@@ -70,7 +70,7 @@ bool take_id(std::string_view& text, can::Frame& frame) noexcept {
   return true;
 }
 
-/// The length and that many bytes; a remote frame may leave its bytes out.
+/// Takes the length and that many bytes; a remote frame may leave its bytes out.
 bool take_payload(std::string_view& text, can::Frame& frame) noexcept {
   const auto length = take_decimal(text, 2);
   const std::size_t most = frame.fd ? can::kMaxPayload : 8;
@@ -95,7 +95,7 @@ bool take_interval(std::string_view& text, Time& interval) noexcept {
   return true;
 }
 
-/// Masks of eight bytes each, as `muxfilter` has them.
+/// Takes masks of eight bytes each, as in `muxfilter`.
 bool take_masks(std::string_view& text, std::vector<SocketcandCommand::Mask>& masks) {
   constexpr std::uint64_t kMostMasks = 257;
   const auto count = take_decimal(text, 3);
@@ -212,7 +212,7 @@ SocketcandCommand parse_socketcand(std::string_view message) {
 }
 
 bool write_socketcand(const can::StampedFrame& stamped, SocketcandData data, TextLine& out) noexcept {
-  constexpr std::uint32_t kBitRateSwitch = 0x01;  // CANFD_BRS: on the emulated buses, every FD frame
+  constexpr std::uint32_t kBitRateSwitch = 0x01;  // CANFD_BRS: set in every FD frame on the emulated buses
   const can::Frame& frame = stamped.frame;
   if (frame.error) {
     out.add("< error ");

@@ -11,7 +11,7 @@
 
 namespace walkman::gateways {
 
-/// Finds the messages "< ... >" in a client's stream of characters, which may come in pieces of any size.
+/// Finds the messages "< ... >" in a client's stream of characters, which may arrive in pieces of any size.
 /// Blanks between messages are ignored.
 class SocketcandReader {
  public:
@@ -19,11 +19,11 @@ class SocketcandReader {
 
   enum class Result {
     kNeedMore,  ///< all input is used up, no message is complete
-    kMessage,   ///< `message` is what stood between the brackets
+    kMessage,   ///< `message` is the text between the brackets
     kGarbage,   ///< characters outside brackets, a bracket opened twice, or a message that is too long
   };
 
-  /// Takes characters off the front of `input` up to the first thing worth telling.
+  /// Takes characters off the front of `input` up to the first result to report.
   [[nodiscard]] Result read(std::string_view& input) noexcept;
 
   /// Valid after kMessage until the next call of `read`.
@@ -35,23 +35,23 @@ class SocketcandReader {
   bool inside_ = false;
 };
 
-/// What a client asks for. Identifiers without content are in `frame`, too.
+/// A client's request. Identifiers without content are in `frame`, too.
 struct SocketcandCommand {
   enum class Kind {
-    kOpen,         ///< `bus` is wanted
-    kRawMode,      ///< every frame from now on
-    kBcmMode,      ///< only frames that are asked for
+    kOpen,         ///< open `bus`
+    kRawMode,      ///< pass on every frame from now on
+    kBcmMode,      ///< pass on only requested frames
     kControlMode,  ///< no frames; statistics
     kEcho,         ///< sign of life
-    kSend,         ///< `frame` is to be sent
+    kSend,         ///< send `frame`
     kSendFd,       ///< the same, a CAN FD frame
-    kAdd,          ///< `frame` is to be sent at every `interval`
-    kUpdate,       ///< new content of the frame that is sent so
-    kDelete,       ///< it is to be sent no more
-    kSubscribe,    ///< frames like `frame` are wanted, at most one per `interval`
-    kFilter,       ///< the same, when what the first of `masks` covers has changed
+    kAdd,          ///< send `frame` at every `interval`
+    kUpdate,       ///< new content for the frame sent at intervals
+    kDelete,       ///< stop sending it
+    kSubscribe,    ///< pass on frames like `frame`, at most one per `interval`
+    kFilter,       ///< the same, if the content under the first of `masks` has changed
     kMuxFilter,    ///< the same for multiplexed content
-    kUnsubscribe,  ///< they are wanted no more
+    kUnsubscribe,  ///< stop passing them on
     kStatistics,   ///< counters, one message per `interval`; zero: none
     kMalformed,    ///< a known command with wrong arguments
     kUnknown,
@@ -68,9 +68,9 @@ struct SocketcandCommand {
 /// Reads a message without its brackets (doc/protocol.md of linux-can/socketcand, and what its server does).
 /// Identifiers and bytes are hexadecimal without prefix, in either case and padded or not; lengths and
 /// intervals decimal. An identifier of eight digits or above 7FF is extended; bits 31 and 30 are SocketCAN's
-/// flags for extended and remote frames. Negative numbers of 32 or 64 bits, as a client writes that takes
-/// bytes and identifiers for signed ones, are read by their lowest bits. Allocates for `filter` and
-/// `muxfilter` alone.
+/// flags for extended and remote frames. Negative numbers of 32 or 64 bits, as written by a client that
+/// treats bytes and identifiers as signed, are reduced to their lowest bits. Allocates only for `filter` and
+/// `muxfilter`.
 [[nodiscard]] SocketcandCommand parse_socketcand(std::string_view message);
 
 /// How the bytes of a received frame are written: as in mode RAW, "3706E803", or in mode BCM, "37 06 E8 03 ".
@@ -78,8 +78,8 @@ enum class SocketcandData { kTogether, kApart };
 
 /// "< frame 185 12.345678 3706E803 >", with the time in seconds; a frame without data keeps the blank before
 /// its data: "< frame 080 12.345678  >". An FD frame becomes "< fdframe ID FLAGS TIME DATA >" with the flags
-/// of linux/can.h, an error frame "< error CLASS TIME >". False for remote frames, which the protocol has no
-/// message for.
+/// of linux/can.h, an error frame "< error CLASS TIME >". Returns false for remote frames, for which the
+/// protocol has no message.
 [[nodiscard]] bool write_socketcand(const can::StampedFrame& frame, SocketcandData data,
                                     TextLine& out) noexcept;
 

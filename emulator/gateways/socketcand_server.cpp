@@ -71,7 +71,7 @@ struct SocketcandServer::Client {
   Descriptor socket;
   SocketcandSession session;
   std::array<char, kReadSize> buffer;
-  std::string_view input;  // of the buffer, what the session has not taken yet
+  std::string_view input;  // part of the buffer that the session has not taken yet
   std::uint32_t watched = EPOLLIN;
   bool blocked = false;
   bool gone = false;
@@ -84,7 +84,7 @@ SocketcandServer::SocketcandServer(std::span<bus::CanBus* const> buses, const So
       epoll_(epoll_create1(EPOLL_CLOEXEC)),
       beacon_port_(options.beacon_port) {
   clients_.reserve(kMaxClients);
-  // Edge-triggered: a client that cannot be accepted for want of descriptors does not keep waking the owner.
+  // Edge-triggered: a client that cannot be accepted for lack of descriptors does not keep waking the owner.
   epoll_event listening{.events = EPOLLIN | EPOLLET, .data = {.ptr = &listener_}};
   epoll_event timing{.events = EPOLLIN, .data = {.ptr = &timer_}};
   if (!timer_.valid() || !epoll_.valid() ||
@@ -145,7 +145,7 @@ void SocketcandServer::accept_clients(Time wall) noexcept {
       return;
     }
     const int on = 1;
-    // Replies of the handshake must not wait to be sent together.
+    // Replies of the handshake must not be delayed to be sent together.
     setsockopt(socket.get(), IPPROTO_TCP, TCP_NODELAY, &on, sizeof on);
     setsockopt(socket.get(), SOL_SOCKET, SO_SNDBUF, &kKernelQueue, sizeof kKernelQueue);
     if (clients_.size() == kMaxClients) {
@@ -176,7 +176,7 @@ void SocketcandServer::read(Client& client, Time wall) noexcept {
   }
 }
 
-/// Has the session take what has been read, up to where it stops.
+/// Lets the session take what has been read, until it stops.
 void SocketcandServer::work_off(Client& client, Time wall) noexcept {
   using Step = SocketcandSession::Step;
   Step step = Step::kDone;

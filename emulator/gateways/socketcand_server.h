@@ -13,24 +13,25 @@
 namespace walkman::gateways {
 
 struct SocketcandOptions {
-  std::uint16_t port = 29536;          ///< of TCP; 0: any free one
-  bool beacon = false;                 ///< tell of the buses by UDP broadcasts, one every 3 s
-  std::uint16_t beacon_port = 42'000;  ///< to which they go
+  std::uint16_t port = 29536;          ///< TCP port; 0: any free one
+  bool beacon = false;                 ///< announce the buses by UDP broadcasts, one every 3 s
+  std::uint16_t beacon_port = 42'000;  ///< destination port of the broadcasts
 };
 
-/// A socketcand server: gives tools of this machine access to the emulated buses over TCP on 127.0.0.1,
-/// without CAN support in the kernel; the protocol knows no access control. Each client is one more computer
-/// on the bus it opens.
+/// A socketcand server: gives tools on this machine access to the emulated buses over TCP on 127.0.0.1,
+/// without CAN support in the kernel; the protocol has no access control. Each client is one more computer on
+/// the bus it opens.
 ///
 /// It has no thread and never blocks: its owner calls `service` when `descriptor` is readable and `forward`
 /// when the buses have moved. A client that reads too slowly loses frames, which are counted; one that sends
-/// faster than the bus carries is read no faster; one that opens no bus is hung up on; none is noticed by
-/// others. Without clients it costs nothing.
+/// faster than the bus can carry is read at the bus's rate; one that opens no bus is disconnected; none
+/// affects the others. Without clients it costs nothing.
 class SocketcandServer {
  public:
   static constexpr std::size_t kMaxClients = 32;
 
-  /// Listens. The buses must outlive the server. Throws std::runtime_error with the address and the reason.
+  /// Starts listening. The buses must outlive the server. Throws std::runtime_error with the address and the
+  /// reason.
   explicit SocketcandServer(std::span<bus::CanBus* const> buses, const SocketcandOptions& options = {});
   ~SocketcandServer();
   SocketcandServer(const SocketcandServer&) = delete;
@@ -44,15 +45,15 @@ class SocketcandServer {
   /// To wait on with poll or epoll; readable when there is something to do.
   [[nodiscard]] int descriptor() const noexcept { return epoll_.get(); }
 
-  /// Accepts clients and takes what they have sent. Allocates only when a client comes or asks for frames.
+  /// Accepts clients and takes what they have sent. Allocates only when a client connects or requests frames.
   void service() noexcept;
 
-  /// Passes received frames to the clients, and theirs to buses that had no room for them.
+  /// Passes received frames to the clients, and frames of clients to buses that had no room for them before.
   void forward() noexcept;
 
   [[nodiscard]] std::size_t clients() const noexcept { return clients_.size(); }
 
-  /// Over all clients since the start.
+  /// Totals over all clients since the start.
   [[nodiscard]] const SocketcandCounters& counters() const noexcept { return counters_; }
 
  private:
@@ -76,7 +77,7 @@ class SocketcandServer {
   Descriptor epoll_;
   Descriptor beacon_;
   std::uint16_t beacon_port_;
-  Time timer_at_ = Time::max();  // what the timer is set to, on the host's clock
+  Time timer_at_ = Time::max();  // setting of the timer, on the host's clock
   Time beacon_at_ = Time::max();
   std::vector<std::unique_ptr<Client>> clients_;
 };

@@ -10,7 +10,7 @@ using Kind = SocketcandCommand::Kind;
 constexpr std::size_t kReplyRoom = 512;
 constexpr std::size_t kLongestReply = 64;
 
-/// What python-can reads at a time.
+/// Number of characters that python-can reads at a time.
 constexpr std::size_t kClientRead = 1024;
 
 }  // namespace
@@ -98,7 +98,7 @@ SocketcandSession::Step SocketcandSession::begin(const SocketcandCommand& comman
 
 bool SocketcandSession::enter(Mode mode, Time wall) {
   if (mode == mode_) return false;
-  forward(wall);  // what came before belongs to the mode before
+  forward(wall);  // frames that came before belong to the previous mode
   mode_ = mode;
   manager_.clear();
   if (mode == Mode::kRaw) {

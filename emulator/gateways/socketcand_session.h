@@ -11,12 +11,12 @@
 
 namespace walkman::gateways {
 
-/// Over all clients of a server.
+/// Totals over all clients of a server.
 struct SocketcandCounters {
   std::uint64_t sent = 0;      ///< frames of clients that went to a bus
-  std::uint64_t refused = 0;   ///< frames of clients the bus could not take
+  std::uint64_t refused = 0;   ///< frames of clients that the bus could not take
   std::uint64_t received = 0;  ///< frames forwarded to clients
-  std::uint64_t dropped = 0;   ///< frames a client was too slow for
+  std::uint64_t dropped = 0;   ///< frames for which a client was too slow
   std::uint64_t skipped = 0;   ///< remote frames, which the protocol cannot carry to a client
   std::uint64_t errors = 0;    ///< messages that were not understood
 };
@@ -24,17 +24,17 @@ struct SocketcandCounters {
 /// The conversation with one client of a socketcand server, without its socket: characters in, characters
 /// out (doc/protocol.md of linux-can/socketcand; ISO-TP is not offered).
 ///
-/// A client begins with `open`; whatever else it begins with, and anything outside the brackets of a message
-/// at any time, ends the connection: so no browser can be made to speak to a bus. After `open` it is in mode
-/// BCM, where it receives what it has asked for by `subscribe`, `filter` and `muxfilter`; `rawmode`,
-/// `bcmmode` and `controlmode` change the mode. Intervals are times of the bus.
+/// A client begins with `open`; any other beginning, and anything outside the brackets of a message at any
+/// time, ends the connection, so that no browser can be made to talk to a bus. After `open` it is in mode
+/// BCM, where it receives what it has requested with `subscribe`, `filter` and `muxfilter`; `rawmode`,
+/// `bcmmode` and `controlmode` change the mode. Intervals are on the bus's clock.
 ///
-/// It knows what python-can 4.1.0 expects of a server. A reply in the handshake must be the only message its
-/// read returns, so frames are held back after the reply to rawmode until the client speaks again or
-/// `kHandshakePause` is over, in steps, so that a time in which the whole machine stood still counts little.
-/// It reads 1024 characters at a time, and of a message cut by that it loses the first one; so once that much
-/// has been written, every message is preceded by a line feed, which is lost instead. The reference client
-/// skips to the next bracket, so this is nothing to it.
+/// Does what python-can 4.1.0 expects of a server. A reply in the handshake must be the only message that its
+/// read returns, so frames are held back after the reply to rawmode until the client sends again or
+/// `kHandshakePause` is over. The pause is counted in steps, so that a time in which the whole machine stood
+/// still counts little. python-can reads 1024 characters at a time and loses the first character of a message
+/// cut by that; so once that much has been written, every message is preceded by a line feed, which is lost
+/// instead. The reference client skips to the next bracket, so this does not affect it.
 class SocketcandSession {
  public:
   static constexpr std::size_t kQueueLength = 65536;
@@ -46,27 +46,27 @@ class SocketcandSession {
 
   enum class Step {
     kNeedMore,  ///< all input is used up
-    kDone,      ///< one message has been dealt with; there may be a reply to send
+    kDone,      ///< one message has been processed; there may be a reply to send
     kBlocked,   ///< the bus or the outgoing queue has no room; nothing was used up
     kClosed,    ///< the connection is to be closed, once the reply has been sent
   };
 
-  /// Greets. Both must outlive the session. `wall` is the host's time, here and below.
+  /// Greets the client. Both must outlive the session. `wall` is the host's time, here and below.
   SocketcandSession(ControllerPool& pool, SocketcandCounters& counters, Time wall);
   ~SocketcandSession();
   SocketcandSession(const SocketcandSession&) = delete;
   SocketcandSession& operator=(const SocketcandSession&) = delete;
 
-  /// Takes at most one message off the front of `input`. Opening a bus, and asking for frames, may allocate.
+  /// Takes at most one message off the front of `input`. Opening a bus and requesting frames may allocate.
   [[nodiscard]] Step step(std::string_view& input, Time wall);
 
-  /// Writes what came from the bus to the outgoing queue, and sends what is due on the bus. Frames without
-  /// room are dropped and counted.
+  /// Writes what came from the bus to the outgoing queue, and sends what is due on the bus. Frames that do
+  /// not fit are dropped and counted.
   void forward(Time wall) noexcept;
 
-  /// When `forward` has to be called again for frames that are held back; Time::min() when none are.
+  /// When `forward` must be called again for frames that are held back; Time::min() if none are.
   [[nodiscard]] Time held_until() const noexcept { return held_until_; }
-  /// When the client is to be hung up on; Time::max() once it has opened a bus.
+  /// When the client is to be disconnected; Time::max() once it has opened a bus.
   [[nodiscard]] Time open_until() const noexcept { return open_until_; }
 
   [[nodiscard]] TextQueue& outgoing() noexcept { return outgoing_; }
@@ -90,7 +90,7 @@ class SocketcandSession {
   }
   void write(const can::StampedFrame& frame) noexcept;
 
-  /// What a network interface counts.
+  /// The counters of a network interface.
   struct Traffic {
     std::uint64_t bytes = 0;
     std::uint64_t packets = 0;
@@ -108,10 +108,10 @@ class SocketcandSession {
   BroadcastManager manager_;
   TextQueue outgoing_{kQueueLength};
   std::optional<can::Frame> waiting_;  // for room in the bus's transmit queue
-  int steps_held_ = 0;                 // left of the pause after the handshake
+  int steps_held_ = 0;                 // steps left of the pause after the handshake
   Time held_until_ = Time::min();
   Time open_until_;
-  std::uint64_t written_ = 0;  // characters of frames
+  std::uint64_t written_ = 0;  // characters of frames so far
   std::uint64_t overflows_ = 0;
   Traffic received_, transmitted_;
   Time statistics_interval_{};

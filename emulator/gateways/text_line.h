@@ -8,8 +8,8 @@
 
 namespace walkman::gateways {
 
-/// One short message being written. What exceeds its 256 characters is cut; no message of the two protocols
-/// is that long.
+/// One short message being written. What exceeds its 256 characters is truncated; no message of the two
+/// protocols is that long.
 class TextLine {
  public:
   void add(char c) noexcept {
@@ -18,11 +18,11 @@ class TextLine {
   void add(std::string_view text) noexcept {
     for (const char c : text) add(c);
   }
-  /// The lowest `digits` hexadecimal digits, upper case.
+  /// Adds the lowest `digits` hexadecimal digits, in upper case.
   void add_hex(std::uint32_t value, int digits) noexcept {
     for (int i = digits - 1; i >= 0; --i) add("0123456789ABCDEF"[(value >> (4 * i)) & 0xF]);
   }
-  /// Decimal, with leading zeros up to `digits`.
+  /// Adds a decimal number, with leading zeros up to `digits`.
   void add_decimal(std::uint64_t value, int digits = 1) noexcept {
     std::array<char, 20> text;
     const auto end = std::to_chars(text.data(), text.data() + text.size(), value).ptr;

@@ -7,13 +7,13 @@
 
 namespace walkman::gateways {
 
-/// Text on its way to a peer: first-in first-out, of fixed capacity, taken whole messages at a time and given
-/// away in pieces of any size. All memory is taken at construction.
+/// Text on its way to a peer: first-in first-out, of fixed capacity, added in whole messages and removed in
+/// pieces of any size. All memory is allocated at construction.
 class TextQueue {
  public:
   explicit TextQueue(std::size_t capacity) : buffer_(capacity) {}
 
-  /// False when the whole message does not fit; then none of it is taken.
+  /// Returns false if the whole message does not fit; then none of it is added.
   [[nodiscard]] bool push(std::string_view message) noexcept {
     if (message.size() > room()) return false;
     if (message.empty()) return true;
@@ -30,10 +30,10 @@ class TextQueue {
   [[nodiscard]] bool empty() const noexcept { return head_ == tail_; }
   [[nodiscard]] std::size_t room() const noexcept { return buffer_.size() - (tail_ - head_); }
 
-  /// Everything that waits; valid until the next call of another member.
+  /// All text waiting; valid until the next call of another member.
   [[nodiscard]] std::string_view text() const noexcept { return {buffer_.data() + head_, tail_ - head_}; }
 
-  /// Removes the first `count` characters, of which there must be that many.
+  /// Removes the first `count` characters; there must be that many.
   void pop(std::size_t count) noexcept {
     head_ += count;
     if (head_ == tail_) clear();

@@ -16,31 +16,31 @@ namespace walkman::bus {
 /// Marks a frame as a controller's error report in the files' identifiers (CAN_ERR_FLAG of linux/can.h).
 inline constexpr std::uint32_t kErrorFlag = 0x20000000;
 
-/// A file of the frames of one or more buses, in order of time. Times are those of the emulated clock; a
-/// frame's is the end of its last bit.
+/// A log file of the frames of one or more buses, in order of time. Times are on the emulated clock; a
+/// frame's time is the end of its last bit.
 class CanLog {
  public:
   virtual ~CanLog() = default;
   CanLog(const CanLog&) = delete;
   CanLog& operator=(const CanLog&) = delete;
 
-  /// Adds a frame, or a controller's error report, to the present batch. `interface_name` must stay valid
+  /// Adds a frame, or a controller's error report, to the current batch. `interface_name` must stay valid
   /// until `commit`.
   void write(std::string_view interface_name, const can::StampedFrame& frame) {
     batch_.push_back({interface_name, frame});
   }
 
-  /// Writes the batch in order of time; frames of the same time in the order they came. To be called when
-  /// every bus has reached the same instant, so that the whole file is in order. Does not report errors:
+  /// Writes the batch in order of time, frames of equal time in the order they were added. To be called when
+  /// every bus has reached the same instant, so that the whole file is in order. Does not report errors;
   /// `flush` does.
   void commit();
 
-  /// Commits and brings everything to the file. Throws std::runtime_error when anything so far could not be
+  /// Commits and flushes everything to the file. Throws std::runtime_error if anything so far could not be
   /// written.
   void flush();
 
  protected:
-  /// Characters of a note that are kept: can-utils read lines of up to 400.
+  /// Number of characters of a note that are kept: can-utils read lines of up to 400.
   static constexpr std::size_t kLongestNote = 300;
 
   /// Creates or truncates the file. Throws std::runtime_error with the file and the system's reason.
@@ -58,12 +58,12 @@ class CanLog {
   std::filesystem::path file_;
   std::ofstream stream_;
   std::vector<Record> batch_;
-  std::vector<std::pair<Time, std::size_t>> order_;  // by time, then by place in the batch
+  std::vector<std::pair<Time, std::size_t>> order_;  // by time, then by position in the batch
 };
 
-/// The log that the file's suffix asks for: ".log" the text of `candump -L`, ".pcapng" a capture for
-/// Wireshark. `note`: what the log's head says of it, one line; nothing when empty. Throws std::runtime_error
-/// for any other suffix, or when the file cannot be created.
+/// Opens a log of the format given by the file's suffix: ".log" for the text of `candump -L`, ".pcapng" for a
+/// Wireshark capture. `note`: one line for the head of the log; omitted if empty. Throws std::runtime_error
+/// for any other suffix, or if the file cannot be created.
 [[nodiscard]] std::unique_ptr<CanLog> open_can_log(const std::filesystem::path& file,
                                                    std::string_view note = {});
 

@@ -7,7 +7,7 @@ namespace {
 
 constexpr std::string_view kHex = "0123456789ABCDEF";
 
-/// Longest line but for the interface: time with 10 digits and more, 8-digit identifier, FD mark, 64 bytes.
+/// Longest line without the interface: time with 10 digits and more, 8-digit identifier, FD mark, 64 bytes.
 constexpr std::size_t kLongestTime = 32;
 constexpr std::size_t kLongestFrame = 16 + 2 * can::kMaxPayload;
 

@@ -6,13 +6,14 @@
 
 namespace walkman::bus {
 
-/// One frame as a line of `candump -L`, newline included: "(0000000012.345678) can_rarm 185#3706E803\n". Time
-/// is cut to microseconds. Remote frames end in "#R" and their length if not 0, FD frames in "##1" (bit-rate
-/// switch) and data; an error report has its class bits under 20000000h for an identifier.
+/// Formats one frame as a line of `candump -L`, newline included:
+/// "(0000000012.345678) can_rarm 185#3706E803\n". The time is truncated to microseconds. Remote frames end
+/// in "#R" and their length if it is not 0, FD frames in "##1" (bit-rate switch) and data; the identifier of
+/// an error report is its class bits combined with 20000000h.
 [[nodiscard]] std::string candump_line(std::string_view interface_name, const can::StampedFrame& frame);
 
-/// A log as text that can-utils and Wireshark read. `note`, if any, is a first line with # before it, which
-/// can-utils skip and Wireshark does not read.
+/// A log as text that can-utils and Wireshark read. A `note` becomes a first line that starts with #, which
+/// can-utils skip and Wireshark does not understand.
 class CandumpLog final : public CanLog {
  public:
   explicit CandumpLog(std::filesystem::path file, std::string_view note = {});

@@ -13,12 +13,12 @@
 namespace walkman::bus {
 namespace {
 
-constexpr char kComment = '#';  // begins a line that is no frame
-// The longest line a frame can make has 190 characters.
+constexpr char kComment = '#';  // begins a line that is not a frame
+// The longest line that a frame can have is 190 characters.
 constexpr std::size_t kLongestLine = 255;
-constexpr std::size_t kLongestInterfaceName = 15;  // IFNAMSIZ less the final zero
+constexpr std::size_t kLongestInterfaceName = 15;  // IFNAMSIZ without the terminating zero
 constexpr std::uint32_t kLongestIdentifier = 0x1FFFFFFF;
-constexpr std::size_t kMostSecondsDigits = 10;  // up to the year 2286; 64 bits of nanoseconds end in 2262
+constexpr std::size_t kMostSecondsDigits = 10;  // up to the year 2286; 64-bit nanoseconds overflow in 2262
 constexpr std::int64_t kMostSeconds = 9'000'000'000;
 
 struct Malformed {
@@ -42,7 +42,7 @@ bool all_digits(std::string_view text) {
   return !text.empty() && std::all_of(text.begin(), text.end(), [](char c) { return c >= '0' && c <= '9'; });
 }
 
-/// Cuts the line up to the next blank off its front.
+/// Removes the next word from the front of the line and returns it.
 std::string_view word(std::string_view& line) {
   const std::size_t start = std::min(line.find_first_not_of(' '), line.size());
   line.remove_prefix(start);

@@ -14,18 +14,18 @@ struct LoggedFrame {
   can::StampedFrame stamped;
 };
 
-/// Reads a log as `candump -L` writes it, a line at a time; lines may end in CR LF, the last one without a
-/// newline, and in the direction mark " R" or " T" of `candump -x`. Empty lines, and those that begin with
-/// #, are skipped. Times are taken as they stand and need not be in order.
+/// Reads a log in the format of `candump -L`, one line at a time. Lines may end in CR LF and in the direction
+/// mark " R" or " T" of `candump -x`; the last one needs no newline. Empty lines and those that begin with #
+/// are skipped. Times are taken as given and need not be in order.
 ///
-/// Read are data frames, remote frames, FD frames (their flags digit is checked, not kept) and error reports.
+/// Reads data frames, remote frames, FD frames (their flags digit is checked, not kept) and error reports.
 class CandumpReader {
  public:
-  /// Throws std::runtime_error with the file and the system's reason when it cannot be opened.
+  /// Throws std::runtime_error with the file and the system's reason if it cannot be opened.
   explicit CandumpReader(std::filesystem::path file);
 
-  /// The next frame; false at the end. Throws std::runtime_error for a line that is no frame: file, line,
-  /// what was found and what was expected.
+  /// Reads the next frame; returns false at the end. Throws std::runtime_error for a line that is not a
+  /// frame, with file, line, what was found and what was expected.
   [[nodiscard]] bool next(LoggedFrame& out);
 
  private:

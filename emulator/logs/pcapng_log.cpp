@@ -93,7 +93,7 @@ std::uint32_t PcapngLog::interface_number(std::string_view name) {
   Block block(kInterfaceDescription);
   block.append(kLinkType);
   block.append(std::uint16_t{0});
-  block.append(std::uint32_t{0});  // frames are never cut
+  block.append(std::uint32_t{0});  // frames are never truncated
   block.option(kInterfaceName, name.data(), std::min<std::size_t>(name.size(), 255));
   block.option(kTimeResolution, &kNanoseconds, 1);
   block.option(kEndOfOptions, nullptr, 0);

@@ -6,9 +6,9 @@
 
 namespace walkman::bus {
 
-/// A log as a pcapng capture that Wireshark and tshark read: link type 227 (SocketCAN), one interface block a
-/// bus with its name, times in nanoseconds. An interface's block stands before its first frame. `note`, if
-/// any, is the section's comment.
+/// A log as a pcapng capture that Wireshark and tshark read: link type 227 (SocketCAN), one interface block
+/// per bus with its name, times in nanoseconds. An interface's block precedes its first frame. A `note`
+/// becomes the section's comment.
 class PcapngLog final : public CanLog {
  public:
   explicit PcapngLog(std::filesystem::path file, std::string_view note = {});

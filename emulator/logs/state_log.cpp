@@ -12,7 +12,7 @@
 namespace walkman::datasheets {
 namespace {
 
-/// The raw value as its type reads it.
+/// The raw value interpreted according to its type.
 std::int64_t number(const nodes::Entry& entry) noexcept {
   switch (entry.type) {
     case nodes::DataType::kInteger8:

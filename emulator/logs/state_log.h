@@ -7,10 +7,10 @@
 
 namespace walkman::datasheets {
 
-/// What the devices' objects really were whenever a PDO took them up or put them down, as CSV: time in
+/// Logs the actual values of the devices' objects whenever a PDO reads or writes them, as CSV: time in
 /// seconds, node-ID, COB-ID, index, sub-index, raw value as a decimal number (bits for REAL32). One row for
-/// each mapped object; a TPDO's are written when it is sampled, an RPDO's when it has taken effect. What a
-/// CAN log is checked against: times are those of the same clock.
+/// each mapped object; rows of a TPDO are written when it is sampled, those of an RPDO when it has taken
+/// effect. Reference for checking a CAN log: times are on the same clock.
 class StateLog {
  public:
   /// Creates or truncates the file. Throws std::runtime_error with the file and the system's reason.
@@ -19,7 +19,7 @@ class StateLog {
   /// Logs the PDOs of every device on `bus` from now on; must outlive the bus's last `advance`.
   void watch(const bus::CanBus& bus);
 
-  /// Brings everything to the file. Throws std::runtime_error when anything so far could not be written.
+  /// Flushes everything to the file. Throws std::runtime_error if anything so far could not be written.
   void flush();
 
  private:

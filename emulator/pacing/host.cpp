@@ -12,9 +12,9 @@ namespace walkman::pacing {
 namespace {
 
 constexpr int kNice = 5;
-constexpr std::uint64_t kShortSlice = 100'000;  // ns, the least there is
+constexpr std::uint64_t kShortSlice = 100'000;  // ns, the shortest possible
 
-/// Without it frames are answered all the same.
+/// Ignores failure: frames are answered without the policy, too.
 void choose(int policy) noexcept {
   const sched_param none{};
   if (sched_getscheduler(0) == SCHED_OTHER) (void)sched_setscheduler(0, policy, &none);
@@ -45,7 +45,7 @@ void let_bursts_finish() noexcept {
 
 void go_first() noexcept {
   if (sched_getscheduler(0) != SCHED_OTHER) return;
-  // Threads that it starts, which cast rays, are normal ones.
+  // Threads that this one starts, which cast rays, have the normal policy.
   const sched_param lowest{.sched_priority = sched_get_priority_min(SCHED_FIFO)};
   if (!one_processor() && sched_setscheduler(0, SCHED_FIFO | SCHED_RESET_ON_FORK, &lowest) == 0) return;
   struct {
@@ -65,7 +65,7 @@ void take_turns() noexcept {
 }
 
 void stay_behind() noexcept {
-  setpriority(PRIO_PROCESS, 0, kNice);  // of this thread alone, on Linux
+  setpriority(PRIO_PROCESS, 0, kNice);  // of this thread only, on Linux
   if (one_processor()) choose(SCHED_IDLE);
 }
 

@@ -9,56 +9,56 @@
 
 namespace walkman::pacing {
 
-/// What holds frames back in lock-step, so that the emulated world depends on the sequence of frames on each
-/// attached bus and never on when they arrived. Pure: wall-clock time is pushed in.
+/// Holds frames back in lock-step, so that the emulated world depends on the sequence of frames on each
+/// attached bus and never on when they arrived. Pure: wall-clock time is passed in.
 ///
-/// Every bus has an inbox. A cycle may run when each holds a SYNC; the frames in front of the SYNC belong to
-/// the cycle before it. When some hold one and for `kMissing` nothing has arrived at all, the others' bus is
-/// broken: the cycle runs without them, for a master in lock-step waits for its end, and those whose bus
-/// works must not fall behind it. Frames with no SYNC behind them are served when nothing has arrived for
-/// `kQuiet`, so that a program that sends no SYNC is answered too.
+/// Every bus has an inbox. A cycle may run when each inbox holds a SYNC; the frames ahead of the SYNC belong
+/// to the previous cycle. If only some hold one and nothing has arrived on any bus for `kMissing`, the other
+/// buses are broken: the cycle runs without them, because a master in lock-step waits for its end, and nodes
+/// whose bus works must not fall behind it. Frames not followed by a SYNC are served when nothing has arrived
+/// for `kQuiet`, so that a program that sends no SYNC is answered too.
 class LockstepInboxes {
  public:
   static constexpr Time kQuiet = std::chrono::milliseconds(10);
-  /// Longer than a host keeps a program from sending, shorter than masters wait (KernelLockstepCycle: 2 s).
+  /// Longer than a host delays a sending program, shorter than masters wait (KernelLockstepCycle: 2 s).
   static constexpr Time kMissing = std::chrono::seconds(1);
 
-  /// `period` between two SYNCs, also the grid of the emulated clock on which they are sent.
+  /// `period`: time between two SYNCs, and the grid on the emulated clock on which they are sent.
   LockstepInboxes(std::size_t buses, Time period) : buses_(buses), period_(period) {}
 
   void receive(std::size_t bus, const can::Frame& frame, Time wall_now);
 
-  /// Every bus (of at least one) has a SYNC waiting.
+  /// Whether every bus has a SYNC waiting; false without a bus.
   [[nodiscard]] bool cycle_ready() const noexcept;
 
-  /// When a cycle may run although SYNC is missing on some buses, on the wall clock; Time::max() while all or
-  /// none have one.
+  /// Time on the wall clock from which a cycle may run although SYNC is missing on some buses; Time::max()
+  /// while all or none have one.
   [[nodiscard]] Time incomplete_cycle_at() const noexcept;
 
-  /// When the frames that wait without a SYNC, or what else is left to do (`unfinished`), are due on the wall
-  /// clock; Time::max() when there is nothing.
+  /// Time on the wall clock at which frames waiting without a SYNC, or other remaining work (`unfinished`),
+  /// are due; Time::max() if there is nothing.
   [[nodiscard]] Time serve_at(bool unfinished) const noexcept;
 
-  /// The quiet begins anew, as if something had arrived.
+  /// Restarts the quiet time, as if something had arrived.
   void begin_quiet(Time wall_now) noexcept { quiet_since_ = wall_now; }
 
-  /// Takes the oldest frame in front of a bus's first SYNC; false when there is none.
+  /// Takes the oldest frame ahead of a bus's first SYNC; returns false if there is none.
   [[nodiscard]] bool take_before_sync(std::size_t bus, can::Frame& out);
 
   /// Takes a bus's SYNC, which must be the oldest in its inbox.
   [[nodiscard]] can::Frame take_sync(std::size_t bus);
 
-  /// A bus has a SYNC waiting.
+  /// Whether a bus has a SYNC waiting.
   [[nodiscard]] bool has_sync(std::size_t bus) const noexcept { return buses_[bus].syncs > 0; }
 
-  /// Where the next SYNC belongs on the emulated clock: the first grid point not passed yet, later than the
-  /// SYNC before.
+  /// Time of the next SYNC on the emulated clock: the first grid point that has not passed yet and is later
+  /// than the previous SYNC.
   [[nodiscard]] Time next_sync(Time emulated_now) const noexcept;
-  /// There has been a SYNC.
+  /// Whether there has been a SYNC.
   [[nodiscard]] bool clocked() const noexcept { return last_sync_ != Time::min(); }
-  /// SYNC was sent at `at`.
+  /// Notes that SYNC was sent at `at`.
   void note_sync(Time at) noexcept { last_sync_ = at; }
-  /// End of the cycle under way; Time::max() when its end has been reached or there was no SYNC yet.
+  /// End of the current cycle; Time::max() if it has been reached or there has been no SYNC yet.
   [[nodiscard]] Time cycle_end(Time emulated_now) const noexcept;
 
   [[nodiscard]] Time period() const noexcept { return period_; }
@@ -76,7 +76,8 @@ class LockstepInboxes {
   Time last_sync_ = Time::min();
 };
 
-/// A SYNC of the predefined connection set: data frame 080h with no data or a counter (CiA 301, 7.2.5).
+/// Whether a frame is a SYNC of the predefined connection set: data frame 080h with no data or with a counter
+/// (CiA 301, 7.2.5).
 [[nodiscard]] bool is_sync(const can::Frame& frame) noexcept;
 
 }  // namespace walkman::pacing

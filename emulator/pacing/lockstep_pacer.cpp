@@ -63,7 +63,7 @@ void LockstepPacer::cycle() {
 
 void LockstepPacer::serve() {
   enter_waiting();
-  // Within the cycle under way as far as possible: its SYNC then finds the same world, served or not.
+  // Within the current cycle as far as possible, so that its SYNC finds the same world, served or not.
   const Time limit = std::min(inboxes_.cycle_end(now()), now() + inboxes_.period());
   if (inboxes_.clocked()) {
     go_until_quiet(now(), limit);
@@ -88,7 +88,7 @@ void LockstepPacer::go_to(Time until) {
 }
 
 void LockstepPacer::go_until_quiet(Time at_least, Time limit) {
-  go_to(std::max(now(), std::min(at_least, limit)));  // what waits to be sent begins
+  go_to(std::max(now(), std::min(at_least, limit)));  // starts sending what waits
   while (!quiet() && now() < limit) {
     Time next = limit;
     for (const bus::Bridge* bridge : bridges_) {

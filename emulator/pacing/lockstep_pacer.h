@@ -9,27 +9,28 @@
 
 namespace walkman::pacing {
 
-/// Told as the emulated world moves.
+/// Callbacks made as the emulated world advances.
 struct PacerEvents {
-  std::function<void()> moved;             ///< every bus has come to the same later instant
-  std::function<void(Time)> published_at;  ///< instant as of which others may look at the world
+  std::function<void()> moved;             ///< every bus has reached the same later instant
+  std::function<void(Time)> published_at;  ///< others may look at the world as of this instant
 };
 
-/// Runs the emulator by the SYNCs that arrive over its bridges: the emulated clock stands still between them.
+/// Runs the emulator in step with the SYNCs that arrive over its bridges; the emulated clock stands still
+/// between them.
 ///
-/// One cycle: frames that came before the SYNC are given to the buses where the last cycle left off, and the
-/// clock goes on to the cycle's end, T_k on the grid of the period. SYNC goes onto every bus at T_k, the
-/// clock goes on until the attached buses are quiet, at most one period, and what the nodes sent is handed
-/// out. The rest of the cycle waits for the next SYNC.
+/// One cycle: frames that came before the SYNC are passed to the buses where the last cycle left off, and the
+/// clock advances to that cycle's end, T_k on the grid of the period. SYNC is sent on every bus at T_k, the
+/// clock advances until the attached buses are quiet, at most one period, and the frames that the nodes sent
+/// are handed out. The rest of the cycle waits for the next SYNC.
 class LockstepPacer {
  public:
   /// The bridges' buses belong to `emulator`; all must outlive the pacer.
   LockstepPacer(Emulator& emulator, std::vector<bus::Bridge*> bridges, Time period, PacerEvents events = {});
 
-  /// Power-on: lets the nodes boot up, and hands out their boot-up messages.
+  /// Powers on: lets the nodes boot up, and hands out their boot-up messages.
   void start();
 
-  /// Takes what has arrived over a bridge.
+  /// Takes the frames that have arrived over a bridge.
   void receive(std::size_t bridge, Time wall_now);
 
   /// Runs every cycle that is ready and serves what is due by the wall clock.
@@ -38,7 +39,8 @@ class LockstepPacer {
   /// When `run` is to be called again if nothing arrives; Time::max() for never.
   [[nodiscard]] Time wake_at(Time wall_now) const noexcept;
 
-  /// Serves what still waits, as after a long quiet: what was sent before the end is part of the run.
+  /// Serves the frames still waiting, as after a long quiet time: those sent before the end are part of the
+  /// run.
   void finish();
 
   [[nodiscard]] std::uint64_t cycles() const noexcept { return cycles_; }

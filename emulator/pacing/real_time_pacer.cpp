@@ -28,7 +28,7 @@ bool RealTimePacer::enter() noexcept {
 
 void RealTimePacer::run(Time host_now) {
   schedule_.skip_stall(emulator_->now(), host_now);
-  carry(host_now);  // first: what arrived now was not on the bus before
+  carry(host_now);  // first: frames that arrived now were not on the bus before
   if (enter()) carry(host_now);
   hand_out();
   if (schedule_.due(emulator_->now(), host_now)) {
@@ -43,7 +43,7 @@ void RealTimePacer::run(Time host_now) {
 Time RealTimePacer::wake_at() const noexcept {
   Time next = emulator_->now() + Emulator::kPhysicsStep;
   if (!bus_timing_) return schedule_.host(next);
-  // Only a bus with something to finish has to be woken for before the step.
+  // Only a bus with something left to finish requires waking before the step.
   for (const bus::Bridge* bridge : bridges_) {
     if (!bridge->bus().quiet()) next = std::min(next, bridge->bus().next_event());
   }
@@ -55,13 +55,13 @@ Time RealTimePacer::behind(Time host_now) const noexcept {
 }
 
 void RealTimePacer::carry(Time host_now) noexcept {
-  // Never back: a step that ended before its time has taken the buses along.
+  // Never backwards: a step that ended ahead of its time has already advanced the buses.
   emulator_->carry(std::max(schedule_.emulated(host_now), emulator_->buses_now()));
   if (events_.moved) events_.moved();
 }
 
 void RealTimePacer::hand_out() noexcept {
-  for (bus::Bridge* bridge : bridges_) (void)bridge->hand_out();  // what remains goes with the next step
+  for (bus::Bridge* bridge : bridges_) (void)bridge->hand_out();  // the rest is handed out with the next step
 }
 
 }  // namespace walkman::pacing

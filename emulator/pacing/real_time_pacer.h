@@ -9,12 +9,12 @@
 
 namespace walkman::pacing {
 
-/// Runs the emulator by the host's clock. Frames are answered when they arrive: the buses go on to the
-/// present at once, the plant follows at its next millisecond.
+/// Runs the emulator in step with the host's clock. Frames are answered when they arrive: the buses advance
+/// to the present at once, the plant follows at its next millisecond.
 class RealTimePacer {
  public:
   struct Options {
-    bool bus_timing = true;  ///< the buses take time for their frames, so the end of a frame is waited for
+    bool bus_timing = true;  ///< frames take time on the buses, so their ends are waited for
     Stalls stalls = Stalls::kDrop;
   };
 
@@ -22,17 +22,17 @@ class RealTimePacer {
   RealTimePacer(Emulator& emulator, std::vector<bus::Bridge*> bridges, const Options& options,
                 PacerEvents events = {});
 
-  /// Power-on, and the start of the clock.
+  /// Powers on and starts the clock.
   void start(Time host_now);
 
-  /// Frames have arrived over a bridge; the next `run` takes them.
+  /// Notes that frames have arrived over a bridge; the next `run` takes them.
   void note_arrival(std::size_t bridge) noexcept { arrived_[bridge] = true; }
 
-  /// Carries the buses to the present, hands out what the nodes sent, and runs at most one physics step. What
-  /// has arrived in a stall that is dropped arrives now.
+  /// Advances the buses to the present, hands out what the nodes sent, and runs at most one physics step.
+  /// Frames that arrived during a dropped stall count as arriving now.
   void run(Time host_now);
 
-  /// When `run` is to be called again if nothing arrives; the past when a physics step is due already.
+  /// When `run` is to be called again if nothing arrives; in the past if a physics step is already due.
   [[nodiscard]] Time wake_at() const noexcept;
 
   [[nodiscard]] const Lateness& lateness() const noexcept { return schedule_.lateness(); }

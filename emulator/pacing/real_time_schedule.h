@@ -6,9 +6,9 @@
 
 namespace walkman::pacing {
 
-/// What becomes of a time in which the host did not let the emulator run.
+/// How stalls are treated: times in which the host did not let the emulator run.
 enum class Stalls {
-  kDrop,    ///< a long one is left out of emulated time
+  kDrop,    ///< a long stall is left out of emulated time
   kReplay,  ///< all of it is emulated, as fast as the host can
 };
 
@@ -17,36 +17,36 @@ struct Lateness {
   std::uint64_t steps = 0;   ///< all steps
   std::uint64_t late = 0;    ///< of these, begun more than a whole step after they were due
   Time worst{};              ///< largest delay of any step
-  std::uint64_t stalls = 0;  ///< times that were left out
-  Time dropped{};            ///< together
+  std::uint64_t stalls = 0;  ///< stalls that were left out
+  Time dropped{};            ///< their total duration
 };
 
-/// Ties the emulated clock to the host's, from one common origin on. Pure: host time is pushed in. A step is
-/// due when the host's clock has reached its end, for until then frames may arrive that belong before it.
+/// Ties the emulated clock to the host's, from a common origin. Pure: host time is passed in. A step is due
+/// when the host's clock has reached its end, because until then frames that belong before it may arrive.
 ///
-/// A late step is counted and run all the same. But a delay beyond `kLongestReplay` can be dropped: emulated
-/// time then goes on from the present. Otherwise it would run ahead of everybody on the buses until it has
-/// caught up, and what they send in time, heartbeats above all, would come too late in it.
+/// A late step is counted and still run. But a delay beyond `kLongestReplay` can be dropped: emulated time
+/// then continues from the present. Otherwise it would run faster than everyone else on the buses until it
+/// has caught up, and what they send in time, heartbeats above all, would arrive too late in emulated time.
 class RealTimeSchedule {
  public:
-  /// Half of the slack that heartbeats usually have: a tenth of a second apart, lost after a quarter.
+  /// Half of the usual slack of heartbeats: a tenth of a second apart, considered lost after a quarter.
   static constexpr Time kLongestReplay = std::chrono::milliseconds(75);
 
   RealTimeSchedule(Time step, Stalls stalls) noexcept : step_(step), stalls_(stalls) {}
 
-  /// From now on `emulated_now` is `host_now`.
+  /// Makes `emulated_now` correspond to `host_now` from now on.
   void start(Time host_now, Time emulated_now) noexcept { origin_ = host_now - emulated_now; }
 
   [[nodiscard]] Time emulated(Time host) const noexcept { return host - origin_; }
   [[nodiscard]] Time host(Time emulated) const noexcept { return emulated + origin_; }
 
-  /// The step from `emulated_now` on is due at `host_now`.
+  /// Whether the step that begins at `emulated_now` is due at `host_now`.
   [[nodiscard]] bool due(Time emulated_now, Time host_now) const noexcept {
     return delay(emulated_now, host_now) >= Time{};
   }
 
-  /// Drops the delay of the step from `emulated_now` on, if it is a stall that is to be dropped: the step is
-  /// then due just now.
+  /// Drops the delay of the step that begins at `emulated_now` if it is a stall to be dropped: the step is
+  /// then due exactly now.
   void skip_stall(Time emulated_now, Time host_now) noexcept {
     const Time delay = this->delay(emulated_now, host_now);
     if (stalls_ == Stalls::kReplay || delay <= kLongestReplay) return;

@@ -39,12 +39,12 @@ struct JointDrive {
 struct HandDrive {
   std::unique_ptr<SoftHand> hand;
   int palm_link;
-  std::vector<SlipMeter> slips;  // of each object
+  std::vector<SlipMeter> slips;  // one per object
 };
 
-/// A joint's actuator as it is, and what its drive takes its sensors for. The link encoder is absolute, with
-/// the zero it was mounted or homed with; the motor's is set by it when the robot boots with its springs
-/// unloaded and so inherits that zero, but for what the torque's zero is off.
+/// A joint's actuator with its true parameters, and the calibration its drive assumes. The link encoder is
+/// absolute, with the zero it was mounted or homed with; the motor encoder is set from it when the robot
+/// boots with its springs unloaded and so inherits that zero, apart from the error of the torque's zero.
 SeriesElasticActuator actuator_of(const ActuatorParameters& of_class, const DriveErrors& errors) {
   ActuatorParameters own = of_class;
   own.spring_constant *= errors.spring;
@@ -59,13 +59,13 @@ SeriesElasticActuator actuator_of(const ActuatorParameters& of_class, const Driv
       errors.gear};
 }
 
-/// Which of the two kinds a drive of the device table is, and its place among them.
+/// Whether a drive of the device table is a hand or a joint, and its index among these.
 struct DriveSlot {
   bool hand;
   int index;
 };
 
-/// What starts inside something else is thrown out of it, m.
+/// Deepest overlap allowed at the start, m: bodies that start inside each other are thrown apart.
 constexpr double kDeepestAtStart = 0.002;
 
 std::vector<std::string> names_of(const DeviceTable& devices, DeviceKind kind) {
@@ -78,7 +78,7 @@ std::vector<std::string> names_of(const DeviceTable& devices, DeviceKind kind) {
   return names;
 }
 
-/// What a fault makes of an object.
+/// Returns the object with the fault applied.
 SceneObject broken(SceneObject object, const ObjectFault& fault) {
   std::erase_if(object.weights, [&](const AttachedWeight& weight) {
     return std::find(fault.lost_weights.begin(), fault.lost_weights.end(), weight.name) !=
@@ -86,7 +86,7 @@ SceneObject broken(SceneObject object, const ObjectFault& fault) {
   });
   for (Link& link : object.model.links) link.surface.friction *= fault.friction;
   if (fault.extra_mass <= 0) return object;
-  // A point at the centre of mass, joined to the first link.
+  // A point mass at the centre of mass, attached to the first link.
   Link& link = object.model.links.front();
   const Eigen::Vector3d arm = object.p_OOcm() - link.p_LLcm;
   const double mass = link.mass + fault.extra_mass;
@@ -115,8 +115,8 @@ struct Plant::Impl {
   std::unique_ptr<Multibody> body;
   std::vector<std::unique_ptr<StaticBody>> fixed;
   std::vector<std::unique_ptr<Multibody>> objects;
-  std::vector<SceneObject> object_models;  // with their weights of now, and what is not as it should be
-  std::vector<SceneObject> sound_objects;  // without the latter
+  std::vector<SceneObject> object_models;  // with their present weights and faults
+  std::vector<SceneObject> sound_objects;  // without the faults
   std::vector<ObjectFault> object_faults;
   std::unique_ptr<Hoist> hoist;
   std::unique_ptr<EventPlayer> events;
@@ -128,7 +128,7 @@ struct Plant::Impl {
   std::vector<std::unique_ptr<WrenchProbe>> probes;
   std::vector<std::unique_ptr<InertialProbe>> inertial_probes;
   std::unique_ptr<InertialProbe> camera_probe;
-  std::vector<int> feet;       // Bullet's links a floating robot starts out standing on
+  std::vector<int> feet;       // Bullet's links on which a floating robot initially stands
   std::vector<int> sub_steps;  // taken since the last step, per drive
   double time = 0;
   double gravity = kGravity;
@@ -177,7 +177,7 @@ void Plant::Impl::add_robot(const Scene& scene, const DeviceTable& devices,
     const Link& link = robot->links[static_cast<std::size_t>(robot->link_index(frame))];
     if (link.parent_joint < 0) continue;
     const Joint& joint = robot->joints[static_cast<std::size_t>(link.parent_joint)];
-    // A sensor nothing hangs below sits in a foot.
+    // A sensor with nothing below it sits in a foot.
     if (std::find(cuts.begin(), cuts.end(), joint.name) != cuts.end()) continue;
     foot_links.push_back(joint.parent_link);
   }
@@ -302,7 +302,7 @@ Plant::Plant(const RobotModel& robot, const Scene& scene, const DeviceTable& dev
   info.m_leastSquaresResidualThreshold = 1e-12;  // (m/s)²: the last sweep changed no velocity by 1 um/s
   info.m_erp2 = 0.2;
   info.m_globalCfm = 0;
-  info.m_linearSlop = 1e-5;  // with none, resting contacts vanish and come back every few steps
+  info.m_linearSlop = 1e-5;  // without it, resting contacts vanish and reappear every few steps
   for (const FixedBody& fixed : scene.fixed) {
     p.fixed.push_back(std::make_unique<StaticBody>(p.world, fixed));
   }

@@ -14,7 +14,7 @@ std::uint64_t mixed(std::uint64_t z) {
   return z ^ (z >> 31U);
 }
 
-/// FNV-1a, with a byte behind that no text has.
+/// FNV-1a, followed by a byte that occurs in no text.
 std::uint64_t hashed(std::uint64_t hash, std::string_view text) {
   for (const char c : text) hash = (hash ^ static_cast<std::uint8_t>(c)) * 0x100000001B3U;
   return (hash ^ 0xFFU) * 0x100000001B3U;
@@ -35,7 +35,7 @@ double Draws::symmetric() { return static_cast<double>(bits() >> 11U) * 0x1p-52 
 double Draws::uniform() { return static_cast<double>(bits() >> 11U) * 0x1p-53; }
 
 double Draws::normal() {
-  // Box and Muller 1958; of its two values the second is left.
+  // Box and Muller 1958; the second of its two values is discarded.
   const double radius = std::sqrt(-2 * std::log(1 - uniform()));
   return radius * std::cos(2 * std::numbers::pi * uniform());
 }

@@ -10,7 +10,8 @@ namespace walkman {
 class Draws {
  public:
   explicit Draws(std::uint64_t seed) : state_(seed) {}
-  /// A sequence of its own for every quantity of every part: one more of either moves none of the others.
+  /// A separate sequence for every quantity of every part: adding a quantity or a part changes none of the
+  /// others.
   Draws(std::uint64_t seed, std::string_view quantity, std::string_view part);
 
   [[nodiscard]] double symmetric();  ///< uniform in [-1, 1)

@@ -31,7 +31,7 @@ std::array<double, 2> read_outliers(const YamlMap& map, const ErrorKindName& kin
   return range;
 }
 
-/// sigma and, where it is written, outliers of one quantity.
+/// Reads sigma and, if given, outliers of one quantity.
 ModelErrorChoice::Override read_spread(const YamlMap& map, const ErrorKindName& kind) {
   ModelErrorChoice::Override spread{map.number("sigma", 0, kind.most), {}};
   if (map.has("outliers")) spread.outliers = read_outliers(map, kind);
@@ -98,7 +98,7 @@ ModelError load_model_error(const std::filesystem::path& file, const ModelErrorC
     const ErrorKindName& kind = kErrorKinds[i];
     Spread& spread = error.spreads[i];
     const YamlMap by_level = spreads.map(kind.key, {levels.begin() + 1, levels.end()});
-    for (std::size_t level = 1; level < levels.size(); ++level) {  // each is read, whichever is asked for
+    for (std::size_t level = 1; level < levels.size(); ++level) {  // all are read, whichever is chosen
       const auto read = read_spread(by_level.map(levels[level], {"sigma", "outliers"}), kind);
       if (levels[level] != choice.level) continue;
       spread.sigma = read.sigma;

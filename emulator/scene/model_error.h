@@ -12,7 +12,7 @@
 
 namespace walkman {
 
-/// What of a robot differs from its model; `kErrorKinds` has name and unit of each.
+/// Quantities in which a robot differs from its model; `kErrorKinds` gives the name and unit of each.
 enum class ErrorKind {
   kLinkMass,
   kChainMass,
@@ -45,11 +45,11 @@ enum class ErrorKind {
 
 struct ErrorKindName {
   const char* key;   ///< in files
-  const char* unit;  ///< "" where it is a share
-  double most;       ///< greatest spread that makes sense, in the unit
+  const char* unit;  ///< "" for a share
+  double most;       ///< largest spread that makes sense, in the unit
 };
 
-/// By `ErrorKind`. What each means stands in `model_error.yaml`.
+/// Indexed by `ErrorKind`. Each is explained in `model_error.yaml`.
 inline constexpr std::array kErrorKinds = {
     ErrorKindName{"link_mass", "", 0.5},
     ErrorKindName{"chain_mass", "", 0.5},
@@ -85,43 +85,44 @@ static_assert(kErrorKinds.size() == static_cast<std::size_t>(ErrorKind::kPadFric
   return kErrorKinds[static_cast<std::size_t>(kind)];
 }
 
-/// How one quantity is spread: normal with `sigma`, and outliers of a size uniform in `least` .. `most`, of
-/// either sign or in any direction.
+/// Distribution of one quantity: normal with `sigma`, and outliers whose size is uniform in `least` ..
+/// `most`, of either sign or in any direction.
 struct Spread {
   double sigma = 0;
-  double least = 0, most = 0;  ///< both 0: there are no outliers
+  double least = 0, most = 0;  ///< both 0: no outliers
 
   [[nodiscard]] bool any() const { return sigma > 0 || most > 0; }
 };
 
-/// The links at and below `below` weigh `mass`, kg; what is more than in the model sits in `carried_by`.
+/// The links at and below `below` weigh `mass`, kg; the excess over the model is put into `carried_by`.
 struct WeighedPart {
   std::string below, carried_by;
   double mass = 0;
 };
 
-/// What a scene asks for: a level's name, and single spreads other than the level's.
+/// Model error that a scene selects: the name of a level, and individual spreads that differ from the
+/// level's.
 struct ModelErrorChoice {
-  /// An override. Without `outliers` those of the level grow and shrink with sigma.
+  /// An override. Without `outliers`, the level's outliers scale with sigma.
   struct Override {
     double sigma = 0;
     std::optional<std::array<double, 2>> outliers;
   };
   std::string level = "none";
   std::map<ErrorKind, Override> changed;
-  std::optional<bool> weighed_parts;  ///< unset: as the level has it
+  std::optional<bool> weighed_parts;  ///< unset: as in the level
 
   [[nodiscard]] std::string text() const;  ///< e.g. "calibrated, but joint_zero_rad 0"
 };
 
-/// The levels that there are, "none" first.
+/// All levels, "none" first.
 [[nodiscard]] const std::vector<std::string>& model_error_levels();
 
-/// A scene's `model_error`: a level, or a mapping of `base` (a level), `weighed_parts` and spreads, each a
-/// sigma or {sigma, outliers: [least, most]}. Throws std::runtime_error with file, line and key.
+/// Reads a scene's `model_error`: a level, or a mapping of `base` (a level), `weighed_parts` and spreads,
+/// each a sigma or {sigma, outliers: [least, most]}. Throws std::runtime_error naming file, line and key.
 [[nodiscard]] ModelErrorChoice read_model_error(const YamlMap& scene);
 
-/// Spreads of everything, from which robots are drawn.
+/// Spreads of all quantities, from which robots are drawn.
 struct ModelError {
   double outlier_share = 0;
   std::array<Spread, kErrorKinds.size()> spreads;
@@ -131,8 +132,8 @@ struct ModelError {
   [[nodiscard]] bool any() const;
 };
 
-/// What `choice` comes to with the levels of `file` (`model_error.yaml`). Throws std::runtime_error with
-/// file, line and key.
+/// Returns the model error that `choice` selects from the levels in `file` (`model_error.yaml`). Throws
+/// std::runtime_error naming file, line and key.
 [[nodiscard]] ModelError load_model_error(const std::filesystem::path& file, const ModelErrorChoice& choice);
 
 }  // namespace walkman

@@ -10,7 +10,7 @@ RobotParts::RobotParts(const RobotModel& robot, const DeviceTable& devices) {
     const int joint = robot.links[link].parent_joint;
     return joint < 0 ? nullptr : &robot.joints[static_cast<std::size_t>(joint)];
   };
-  std::vector<std::size_t> parents;  // of each link, its own index for the root
+  std::vector<std::size_t> parents;  // of each link; the root's own index for the root
   for (std::size_t i = 0; i < count; ++i)
     parents.push_back(carrier(i) == nullptr ? i : static_cast<std::size_t>(carrier(i)->parent_link));
 

@@ -9,25 +9,25 @@
 
 namespace walkman {
 
-/// A robot's links sorted by what they belong to: hands, kinematic chains, feet.
+/// A robot's links grouped by what they belong to: hands, kinematic chains, feet.
 class RobotParts {
  public:
-  /// What hangs below a force/torque sensor's frame.
+  /// Everything below a force/torque sensor's frame.
   struct Hand {
     std::string frame;                   ///< of the sensor
     std::vector<std::size_t> mountings;  ///< joints below the frame
-    std::vector<std::size_t> links;      ///< all links below, the frame's own left out
+    std::vector<std::size_t> links;      ///< all links below, without the frame's own
   };
 
   RobotParts(const RobotModel& robot, const DeviceTable& devices);
 
   [[nodiscard]] const std::vector<Hand>& hands() const { return hands_; }
-  /// The links that carry a force/torque sensor with nothing below it: soles are theirs.
+  /// The links that carry a force/torque sensor with nothing below it; they have the soles.
   [[nodiscard]] const std::vector<std::size_t>& feet() const { return feet_; }
-  /// Links of chains: all but the hands'.
+  /// Links of chains: all except the hands'.
   [[nodiscard]] const std::vector<std::size_t>& chain_links() const { return chain_links_; }
-  /// The first link of a link's chain: of bodies that move against each other, one after the other, up to
-  /// where more than one hangs on another. What is fixed to a body belongs to it.
+  /// The first link of a link's chain. A chain is a series of bodies that move relative to each other, up to
+  /// where more than one body is attached to another. Links fixed to a body belong to it.
   [[nodiscard]] std::size_t chain(std::size_t link) const { return chain_[link]; }
   /// Joints that a joint drive moves, in the order of the device table.
   [[nodiscard]] const std::vector<std::string>& driven_joints() const { return driven_; }

@@ -28,7 +28,7 @@ class Names {
   std::set<std::string> taken_;
 };
 
-/// A body's `contact`: what its surfaces are, whatever its URDF says.
+/// Reads a body's `contact`: properties of its surfaces, which override its URDF.
 void read_contact(const YamlMap& map, RobotModel& model) {
   if (!map.has("contact")) return;
   const YamlMap contact = map.map("contact", {"friction", "rolling_friction_m", "spinning_friction_m",
@@ -120,7 +120,8 @@ double read_spread(const YamlMap& map, const std::string& key) {
   return value;
 }
 
-/// The file as a mapping that extends the file that it `extends`, and so on; `by`: the files that led to it.
+/// Reads the file as a mapping layered over the file it `extends`, recursively; `by`: the files that led to
+/// it.
 YamlMap read_layers(const std::filesystem::path& file, std::vector<std::filesystem::path> by) {
   YamlMap map(file.string(), parse_yaml_file(file), "",
               {"extends", "robot", "fixed_bodies", "objects", "jitter", "model_error", "camera_noise", "seed",

@@ -17,7 +17,7 @@ namespace {
 constexpr double kLongest = 1e6;  // s
 constexpr double kHardest = 1e5;  // N
 
-/// The named one of `all`, which the key `key` of `map` names.
+/// Returns the element of `all` that the key `key` of `map` names.
 template <typename T>
 const T& named(const YamlMap& map, const std::string& key, const std::vector<T>& all, const char* kind) {
   const std::string name = map.text(key);

@@ -10,14 +10,14 @@
 
 namespace walkman {
 
-/// True joint values of a robot whose encoders read `read` (rad): a posture is what the encoders say, since a
-/// robot takes it up by them.
+/// True joint values of a robot whose encoders read `read` (rad): a posture is defined by encoder readings,
+/// because a robot uses them to take it up.
 [[nodiscard]] std::map<std::string, double> true_posture(const std::map<std::string, double>& read,
                                                          const RobotErrors& errors);
 
-/// Where the root link of the true robot stands in W in the scene's posture: its soles lie, in the mean of
-/// position and direction, where those of the nominal robot would, and their lowest point as low. The scene's
-/// own pose for a held base, or a robot without feet.
+/// Pose in W of the true robot's root link in the scene's posture: the mean position and orientation of its
+/// soles match those of the nominal robot, and so does the height of their lowest point. Returns the scene's
+/// own pose for a fixed base or a robot without feet.
 [[nodiscard]] Eigen::Isometry3d standing_base(const Scene& scene, const RobotModel& nominal,
                                               const TrueRobot& truth, const DeviceTable& devices);
 

@@ -17,7 +17,7 @@
 namespace walkman {
 namespace {
 
-constexpr double kLeastFactor = 0.2;  // what a draw leaves of a positive quantity at least
+constexpr double kLeastFactor = 0.2;  // minimum share of a positive quantity that a draw leaves
 
 double factor(double share) { return std::max(kLeastFactor, 1 + share); }
 
@@ -29,7 +29,7 @@ Eigen::Isometry3d displacement(const Eigen::Vector3d& translation, const Eigen::
   return X;
 }
 
-/// Scales the principal second moments of the mass, ∫x² dm: what is left is a body's inertia again, whose
+/// Scales the principal second moments of the mass, ∫x² dm: the result is again the inertia of a body, whose
 /// principal moments are sums of two of them.
 Eigen::Matrix3d spread_inertia(const Eigen::Matrix3d& inertia, const Eigen::Vector3d& shares) {
   const Eigen::Matrix3d second = 0.5 * inertia.trace() * Eigen::Matrix3d::Identity() - inertia;
@@ -41,7 +41,7 @@ Eigen::Matrix3d spread_inertia(const Eigen::Matrix3d& inertia, const Eigen::Vect
   return spread.trace() * Eigen::Matrix3d::Identity() - spread;
 }
 
-/// A true robot in the making.
+/// A true robot under construction.
 class Drawing {
  public:
   Drawing(const RobotModel& nominal, const DeviceTable& devices, const ModelError& error, std::uint64_t seed)
@@ -133,7 +133,7 @@ void Drawing::weigh(const WeighedPart& part) {
 }
 
 void Drawing::masses() {
-  // The chains' totals as they would be without errors of single links.
+  // Total masses of the chains without the errors of single links.
   std::map<std::size_t, double> nominal, drawn;
   for (const std::size_t i : parts_.chain_links()) nominal[parts_.chain(i)] += link(i).mass;
   if (any(ErrorKind::kLinkMass)) {
@@ -160,7 +160,7 @@ void Drawing::masses() {
 }
 
 void Drawing::shapes_of_mass() {
-  // A hand is one body here: its heaviest link moves for all of it.
+  // A hand is one body here: its heaviest link takes the change of the whole hand.
   const auto heaviest = [&](const RobotParts::Hand& hand) {
     return *std::max_element(hand.links.begin(), hand.links.end(),
                              [&](std::size_t a, std::size_t b) { return link(a).mass < link(b).mass; });
@@ -186,7 +186,7 @@ void Drawing::joints() {
     Joint& joint = robot_.model.joints[static_cast<std::size_t>(robot_.model.joint_index(name))];
     if (any(ErrorKind::kJointOrigin)) joint.X_PJ.translation() += vector(ErrorKind::kJointOrigin, name);
     if (!any(ErrorKind::kJointTilt)) continue;
-    // About the axis itself it would be an encoder's zero.
+    // A tilt about the axis itself would be an encoder zero error.
     const Eigen::Vector3d tilt = vector(ErrorKind::kJointTilt, name);
     joint.X_PJ = joint.X_PJ * displacement(Eigen::Vector3d::Zero(), tilt - tilt.dot(joint.axis) * joint.axis);
   }
@@ -202,7 +202,8 @@ void Drawing::hands() {
   }
 }
 
-/// Moves a frame and nothing else: what hangs on it and what its link is made of stay where they are.
+/// Moves a frame and nothing else: everything attached to it and its link's mass and shapes stay where they
+/// are.
 void Drawing::remount(const std::string& frame, const Eigen::Isometry3d& X_NF) {
   RobotModel& model = robot_.model;
   const int index = model.link_index(frame);

@@ -1,6 +1,6 @@
-"""The emulated robot as a pytest fixture: started once for each test, broken on purpose, and gone at its end.
+"""The emulated robot as a pytest fixture: started for each test, broken on purpose, and stopped at its end.
 
-WALKMAN_HIL names the program where `walkman-hil` is not in the PATH.
+WALKMAN_HIL gives the program if `walkman-hil` is not in the PATH.
 """
 import json
 import os
@@ -48,7 +48,7 @@ class EmulatedRobot:
                 told.set()
 
     def bus(self, name):
-        """python-can on one of torso, rarm, larm, rleg and lleg."""
+        """Returns a python-can bus for one of torso, rarm, larm, rleg and lleg."""
         return can.Bus(interface="socketcand", host="127.0.0.1", port=self.port, channel=name)
 
     def _ask(self, verb, *words):
@@ -59,7 +59,7 @@ class EmulatedRobot:
         return done.stdout.strip()
 
     def inject(self, *words, lasts=None):
-        """Breaks something: inject("RElbj", "encoder-stuck", "side=0", lasts="2s"). Returns the fault's name."""
+        """Injects a fault: inject("RElbj", "encoder-stuck", "side=0", lasts="2s"). Returns the fault's name."""
         return self._ask("inject", *words, *(["--for", lasts] if lasts else []))
 
     def clear(self, name="all"):

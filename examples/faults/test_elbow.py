@@ -1,4 +1,4 @@
-"""What a master of one's own has to notice, shown by python-can on the right elbow (node 14).
+"""What a user's own master has to notice, shown with python-can on the right elbow (node 14).
 
     WALKMAN_HIL=./walkman-hil pytest examples/faults
 """
@@ -13,7 +13,7 @@ SYNC, TPDO4, EMERGENCY, HEARTBEAT, SDO_ANSWER = 0x080, 0x480 + ELBOW, 0x080 + EL
 
 
 class Master:
-    """SYNC every 5 ms, and what has come, by identifier."""
+    """Sends SYNC every 5 ms and keeps what has been received, by identifier."""
 
     def __init__(self, bus):
         self.bus, self.stopped = bus, threading.Event()
@@ -39,7 +39,7 @@ class Master:
                     self.frames.setdefault(message.arbitration_id, []).append(bytes(message.data))
 
     def waited_for(self, identifier, start, limit=5.0):
-        """Whether a payload that begins so has come, or comes."""
+        """Returns whether a payload that begins with these bytes has been received, or is within the limit."""
         end = time.monotonic() + limit
         while time.monotonic() < end:
             with self.lock:
@@ -49,7 +49,7 @@ class Master:
         return False
 
     def heard(self, identifier, seconds):
-        """Payloads of an identifier from now on."""
+        """Returns the payloads of an identifier received from now on."""
         with self.lock:
             self.frames.pop(identifier, None)
         time.sleep(seconds)
@@ -71,7 +71,7 @@ def master(robot):
 
 
 def test_a_hanging_firmware_repeats_its_bytes_while_its_heart_beats(robot, master):
-    assert len(set(master.heard(TPDO4, 1.0))) > 3  # its counter 2050h goes on
+    assert len(set(master.heard(TPDO4, 1.0))) > 3  # its counter 2050h keeps counting
     name = robot.inject("RElbj", "pdo-frozen")
     frozen = master.heard(TPDO4, 1.0)
     assert len(frozen) > 3 and len(set(frozen)) == 1

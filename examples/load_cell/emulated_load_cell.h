@@ -5,8 +5,8 @@
 
 namespace walkman {
 
-/// A load cell at the plant's force/torque probe number `sensor`, which feels the force along the probe's z
-/// axis.
+/// A load cell at the plant's force/torque probe number `sensor`, which measures the force along the probe's
+/// z axis.
 class EmulatedLoadCell final : public EmulatedDevice {
  public:
   EmulatedLoadCell(const plant::Plant& plant, int sensor, const nodes::LoadCellParameters& parameters)

@@ -14,7 +14,7 @@ class LoadCell final : public MeasuringDevice {
  public:
   static constexpr std::size_t kChannels = 1;
 
-  /// Throws std::runtime_error when the PDO mapping lacks what a sample needs.
+  /// Throws std::runtime_error if the PDO mapping lacks anything that a sample needs.
   explicit LoadCell(const canopen::NodeSettings& settings);
 
   [[nodiscard]] const LoadCellSample& sample() const noexcept { return sample_; }

@@ -7,7 +7,7 @@
 
 namespace walkman::nodes {
 
-/// A load cell as built.
+/// Parameters of an individual load cell.
 struct LoadCellParameters {
   std::uint8_t node_id = 0;
   std::string name;

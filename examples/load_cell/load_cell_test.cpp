@@ -31,7 +31,7 @@ std::int16_t first_i16(const std::vector<can::StampedFrame>& frames, std::uint32
 
 class LoadCell : public plant::WholePlant {};
 
-// Node-ID 18, NMT start, SYNC: TPDO1 has the weight of the empty hand in 0.1 N, and the counter of the
+// Node-ID 18, NMT start, SYNC: TPDO1 contains the weight of the empty hand in 0.1 N, and the counter of the
 // sample.
 TEST_F(LoadCell, TellsTheForceOverItsBus) {
   const auto plant = build();
@@ -47,7 +47,7 @@ TEST_F(LoadCell, TellsTheForceOverItsBus) {
   ASSERT_GT(std::abs(truth), 2.0);
   talk.send("080#");
   const auto heard = talk.listen_stamped(milliseconds(2));
-  EXPECT_NEAR(first_i16(heard, 0x192) * 0.1, truth, 0.3);  // half a resolution, and the wire's rounding
+  EXPECT_NEAR(first_i16(heard, 0x192) * 0.1, truth, 0.3);  // half the resolution, and the rounding on the bus
 }
 
 TEST_F(LoadCell, TellsAnOverload) {
@@ -60,7 +60,7 @@ TEST_F(LoadCell, TellsAnOverload) {
   EXPECT_EQ(talk.ask("080#"), Frames{"192#204E010002"});  // 2000.0 N, sample 1, positive overload
 }
 
-// Both sides of the wire: booted, read and judged like any other device.
+// Both sides of the bus: booted, read and judged like any other device.
 TEST_F(LoadCell, IsReadByItsDriver) {
   const auto plant = build();
   EmulatedLoadCell cell(*plant, 0, {18, "r_arm_load_cell", 18});

@@ -21,7 +21,7 @@ DONE = 2000  # urad from the target
 
 
 class Drive:
-    """The SDO client, the PDOs and the state machine of one drive, in the layout the drive has from the factory."""
+    """The SDO client, the PDOs and the state machine of one drive, in the drive's factory layout."""
 
     def __init__(self, bus, node):
         self.bus, self.node = bus, node
@@ -31,7 +31,7 @@ class Drive:
         self.bus.send(can.Message(arbitration_id=identifier, data=data, is_extended_id=False))
 
     def take(self, message):
-        """What the drive tells by itself: TPDO1 6041h 6061h 6077h, TPDO2 6064h 606Ch, EMCY."""
+        """Processes what the drive sends on its own: TPDO1 6041h 6061h 6077h, TPDO2 6064h 606Ch, EMCY."""
         data = bytes(message.data)
         if message.arbitration_id == 0x180 + self.node and len(data) == 5:
             self.status = struct.unpack_from("<H", data)[0]
@@ -42,7 +42,7 @@ class Drive:
             self.emergency = code or None
 
     def wait(self, seconds, done):
-        """Takes frames until `done` says so of one; None when the time is over first."""
+        """Receives frames until `done` is true for one; returns None if the time runs out first."""
         end = time.monotonic() + seconds
         while (left := end - time.monotonic()) > 0:
             message = self.bus.recv(left)
@@ -74,7 +74,7 @@ class Drive:
         self.sdo(struct.pack("<BHB", 0x23 | (4 - size) << 2, index, sub) + data, index, sub)
 
     def cycle(self, controlword, target):
-        """One SYNC, the set-points behind it, and the time until the next."""
+        """Sends one SYNC and the set-points after it, and waits until the next is due."""
         end = time.monotonic() + CYCLE
         self.send(0x080)
         self.send(0x200 + self.node, struct.pack("<Hbh", controlword, MODE_CSP, 0))
@@ -87,7 +87,7 @@ class Drive:
             raise RuntimeError("node %d reports error %04Xh" % (self.node, self.emergency))
 
     def enable(self, target):
-        """Shutdown, switch on, enable operation, each after the statusword asked for it (CiA 402)."""
+        """Shutdown, switch on, enable operation, each until the statusword confirms it (CiA 402)."""
         for controlword, mask, wanted in ((0x06, 0x6F, 0x21), (0x07, 0x6F, 0x23), (0x0F, 0x6F, 0x27)):
             for _ in range(400):
                 self.cycle(controlword, target)
@@ -107,7 +107,7 @@ def move(drive, distance, seconds):
         drive.write("H", 0x6040, 0)
         drive.write("H", 0x6040, 0x80)  # fault reset by a rising edge
     drive.write("b", 0x6060, MODE_CSP)
-    # A joint does not start at 0: the first target is where it is, before operation is enabled.
+    # A joint does not start at 0: the first target is its present position, set before operation is enabled.
     start = drive.read("i", 0x6064)
     drive.write("i", 0x607A, start)
     drive.send(0x000, bytes([0x01, drive.node]))  # start

@@ -23,7 +23,7 @@ def move(network, node, distance, seconds):
         node.sdo[0x6040].raw = 0x00
         node.sdo[0x6040].raw = 0x80  # fault reset by a rising edge
     node.sdo[0x6060].raw = 8
-    # A joint does not start at 0: the first target is where it is, before operation is enabled.
+    # A joint does not start at 0: the first target is its present position, set before operation is enabled.
     start = node.sdo[0x6064].raw
     node.sdo[0x607A].raw = start
     node.tpdo.read()

@@ -1,4 +1,5 @@
-// The bus model alone: the length of a frame, and a frame's way among participants that do nothing.
+// The bus model alone: the length of a frame, and the transfer of frames between participants that do
+// nothing.
 
 #include <deque>
 #include <memory>
@@ -33,7 +34,7 @@ void BM_FrameLength(benchmark::State& state) {
 }
 BENCHMARK(BM_FrameLength)->Args({8, 0})->Args({24, 1});
 
-/// Sends one frame when it is asked to.
+/// Sends one frame on request.
 class Idler final : public bus::Participant {
  public:
   void offer(const can::Frame& frame) {
@@ -53,7 +54,8 @@ class Idler final : public bus::Participant {
   std::uint64_t heard_ = 0;
 };
 
-/// An arm's cycle without an arm: SYNC and 18 frames of the computer, and one of each of nine devices twice.
+/// An arm's cycle without an arm: SYNC and 18 frames of the computer, and two frames from each of nine
+/// devices.
 void BM_BusCycle(benchmark::State& state) {
   bus::CanBus arm("rarm", "can_rarm");
   std::vector<std::unique_ptr<Idler>> devices;

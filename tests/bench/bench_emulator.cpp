@@ -66,7 +66,7 @@ void BM_SyncCycle(benchmark::State& state) {
 }
 BENCHMARK(BM_SyncCycle)->Unit(benchmark::kMicrosecond);
 
-/// Experiment 1 from power-on to the last weighing, logs left out.
+/// Experiment 1 from power-on to the last weighing, without logs.
 void BM_WholeRun(benchmark::State& state) {
   apps::RepetitionOptions options;
   options.scene = kUrdf / "scenes/experiment_1.yaml";

@@ -41,8 +41,8 @@ const Robot& robot() {
   return instance;
 }
 
-/// The arm goes back and forth between two poses over a table whose top is `top` (m) above W, so that solves
-/// of a whole motion are averaged.
+/// Moves the arm back and forth between two poses over a table whose top is `top` (m) above W, so that the
+/// solves of a whole motion are averaged.
 void go_to_and_fro(benchmark::State& state, HandMotion& hand, double top) {
   hand.reset(robot().q);
   hand.set_obstacles(

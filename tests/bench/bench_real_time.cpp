@@ -1,5 +1,5 @@
-// The whole emulator at the pace of the host's clock: a robot that its drivers balance over the buses, while
-// a client takes every stereo frame, both images and the laser's scans from the camera over UDP.
+// The whole emulator in real time: a robot balanced by its drivers over the buses, while a client receives
+// every stereo frame, both images and the laser's scans from the camera over UDP.
 
 #include <atomic>
 #include <chrono>
@@ -28,7 +28,7 @@ using namespace std::chrono_literals;
 
 const std::filesystem::path kTree = std::filesystem::path(WALKMAN_URDF_DIR) / "..";
 constexpr const char* kAddress = "127.9.11.1";
-constexpr double kSeconds = 10;       // that are measured
+constexpr double kSeconds = 10;       // duration of the measurement
 constexpr double kSpindleRate = 0.6;  // rad/s
 
 double processor_seconds() {
@@ -37,7 +37,7 @@ double processor_seconds() {
   return static_cast<double>(used.tv_sec) + 1e-9 * static_cast<double>(used.tv_nsec);
 }
 
-/// Each physics step when it is due.
+/// Runs each physics step when it is due.
 class RealTimeCycle final : public robot::Cycle {
  public:
   RealTimeCycle(Emulator& emulator, gateways::CameraServer& server)
@@ -76,7 +76,7 @@ struct Got {
   int frames = 0, images = 0, scans = 0, lost = 0;
 };
 
-/// Takes what the camera streams, in a thread of its own.
+/// Receives the camera's streams in a separate thread.
 class Watcher {
  public:
   Watcher() : thread_([this] { watch(); }) {}
@@ -129,9 +129,9 @@ class Watcher {
   std::thread thread_;
 };
 
-/// Without and with a client of the camera. Counters: emulated over real time, physics steps that began more
-/// than a step late and the worst of them, what the client got per second and what it lost, and cores in use,
-/// of physics and buses alone and in all.
+/// Without and with a client of the camera. Counters: ratio of emulated to real time, physics steps that
+/// began more than a step late and the worst lateness, what the client received per second and what it lost,
+/// and cores in use, by physics and buses alone and in total.
 void BM_RealTime(benchmark::State& state) {
   apps::WorldOptions options;
   options.scene = kTree / "urdf/scenes/experiment_1.yaml";

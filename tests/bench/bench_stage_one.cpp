@@ -11,13 +11,13 @@
 #include "adaptation/perception/voxels.h"
 #include "tests/unit/perception/analytic_scene.h"
 
-// Stage I step by step on the bar of experiments 1 to 5 at 0.83 m, 1024 × 1024 points, disparity noise of 0.2
-// px.
+// Stage I, step by step, on the bar of experiments 1 to 5 at 0.83 m, 1024 × 1024 points, disparity noise of
+// 0.2 px.
 
 namespace walkman::perception {
 namespace {
 
-// Each step's input, made once.
+// Input of each step, created once.
 struct Inputs {
   StageOneParameters parameters;
   camera::OrganizedCloud cloud;

@@ -1,6 +1,6 @@
 // A stereo frame and its parts, and Bullet's ray test on a sixteenth of the same rays.
 //
-// Scene 0 is that of the first experiment; scene 1 has a like number of bodies but 140,000 triangles.
+// Scene 0 is that of the first experiment; scene 1 has a similar number of bodies but 140,000 triangles.
 
 #include <cmath>
 #include <filesystem>
@@ -112,7 +112,7 @@ Body rod(const Eigen::Vector3d& a, const Eigen::Vector3d& b, double radius) {
   return body;
 }
 
-/// Room and table of the experiment; two arms and hands of rods in view, legs and torso out of it.
+/// Room and table of the experiment; two arms and hands made of rods in view, legs and torso out of view.
 World dense_world() {
   World world;
   world.fixed = experiment_world().fixed;
@@ -163,7 +163,7 @@ void BM_StereoFrame(benchmark::State& state) {
   walkman::sensors::StereoImages images;
   walkman::sensors::StereoImages* const wanted = state.range(3) == 0 ? nullptr : &images;
   std::uint64_t frame = 0;
-  camera.capture(scene, world.X_WC, 1, frame++, disparity, wanted);  // makes its tables
+  camera.capture(scene, world.X_WC, 1, frame++, disparity, wanted);  // builds its tables
   for (auto _ : state) {
     scene.update(poses);
     camera.capture(scene, world.X_WC, 1, frame++, disparity, wanted);
@@ -178,7 +178,8 @@ BENCHMARK(BM_StereoFrame)
     ->MeasureProcessCPUTime()
     ->UseRealTime();
 
-/// A turn of the laser's mirror; counter: share of a core at 40 a second, with the scene moved for each.
+/// One turn of the laser's mirror; counter: share of a core at 40 turns per second, with the scene moved for
+/// each.
 void BM_LidarScan(benchmark::State& state) {
   constexpr double kRate = 40;
   const World& world = world_of(state.range(0));
@@ -192,7 +193,7 @@ void BM_LidarScan(benchmark::State& state) {
     return Eigen::Isometry3d(world.X_WC * Eigen::AngleAxisd(5.2 * seconds, Eigen::Vector3d::UnitZ()));
   };
   scene.place(poses);
-  lidar.scan(scene, X_WL, number++, scan);  // makes its tables
+  lidar.scan(scene, X_WL, number++, scan);  // builds its tables
   const double start = process_seconds();
   for (auto _ : state) {
     if (state.range(1) != 0) scene.place(poses);
@@ -220,7 +221,8 @@ BENCHMARK(BM_SceneUpdate)
     ->Unit(benchmark::kMillisecond)
     ->MeasureProcessCPUTime();
 
-/// Left-image rays of `world` by Embree: depth of each pixel, and the rays a core casts in a second.
+/// Casts the left image's rays in `world` with Embree: depth of each pixel, and the rays that a core casts
+/// per second.
 double cast_primary(const World& world, const StereoOptions& options, int repetitions,
                     std::vector<float>& depth) {
   RayScene scene;
@@ -244,8 +246,8 @@ double cast_primary(const World& world, const StereoOptions& options, int repeti
   return options.width * options.height / best;
 }
 
-/// The world as a user of Bullet would have it for ray tests: its primitives, and trees of triangles for
-/// meshes.
+/// The world as a Bullet user would set it up for ray tests: primitives as they are, and trees of triangles
+/// for meshes.
 class BulletWorld {
  public:
   explicit BulletWorld(const World& world) {
@@ -262,7 +264,7 @@ class BulletWorld {
   BulletWorld(const BulletWorld&) = delete;
   BulletWorld& operator=(const BulletWorld&) = delete;
 
-  /// Fraction of the way from `from` to `to`, infinity without a hit.
+  /// Fraction of the way from `from` to `to`; infinity without a hit.
   [[nodiscard]] double cast(const Eigen::Vector3d& from, const Eigen::Vector3d& to) const {
     const btVector3 a(from.x(), from.y(), from.z());
     const btVector3 b(to.x(), to.y(), to.z());
@@ -329,7 +331,7 @@ BENCHMARK(BM_EmbreePrimaryRays)
     ->Unit(benchmark::kMillisecond)
     ->Iterations(3);
 
-/// One ray in 16, one thread. Counters: Bullet's rate, Embree's on all of the image, their ratio, and the
+/// One ray in 16, one thread. Counters: Bullet's rate, Embree's on the whole image, their ratio, and the
 /// share of rays whose depths differ by more than 2 mm.
 void BM_BulletRayTest(benchmark::State& state) {
   constexpr int kStep = 4;

@@ -5,7 +5,7 @@
 
 namespace {
 
-/// "model name" of the first core, as the kernel gives it.
+/// "model name" of the first core, as reported by the kernel.
 std::string processor() {
   std::ifstream info("/proc/cpuinfo");
   for (std::string line; std::getline(info, line);) {

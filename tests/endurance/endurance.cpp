@@ -1,5 +1,5 @@
 // Hours of emulated time with the whole robot on its five embedded buses and the driver layer at the other
-// end: nothing may leak, drift, or get lost, and counters must pass their ends.
+// end: nothing may leak, drift or get lost, and counters must wrap around.
 
 #include <algorithm>
 #include <chrono>
@@ -24,7 +24,7 @@ using namespace walkman;
 
 constexpr Time kCycle = std::chrono::milliseconds(5);
 constexpr std::uint32_t kSync = 0x080;
-/// Growth of resident memory taken for noise of the allocator and the kernel's page accounting.
+/// Growth of resident memory attributed to noise of the allocator and the kernel's page accounting.
 constexpr long kFlatBytes = 256 * 1024;
 
 struct Options {
@@ -43,7 +43,7 @@ long resident_bytes() {
   return resident * sysconf(_SC_PAGESIZE);
 }
 
-/// The robot with or without physics, as far as this program needs it.
+/// The robot with or without physics, reduced to what this program needs.
 struct Subject {
   std::vector<can::Interface*> interfaces;
   std::vector<bus::CanBus*> buses;
@@ -74,7 +74,7 @@ Subject with_plant(const rigs::RobotFiles& files, const std::filesystem::path& s
   return subject;
 }
 
-/// Watches one bus from the wire.
+/// Observes the frames on one bus.
 struct Witness {
   std::string name;
   std::uint64_t syncs = 0;
@@ -168,7 +168,8 @@ int run(const Options& options) {
     report.require(witness.tpdo1 == cycles * nodes, witness.name + ": " + std::to_string(witness.tpdo1) +
                                                         " TPDO1 of " + std::to_string(nodes) +
                                                         " nodes, expected " + std::to_string(cycles * nodes));
-    // Every node and the master beat ten times a second; a period may begin before and end after the run.
+    // Every node and the master send ten heartbeats per second; a period may begin before and end after the
+    // run.
     const double beats = options.seconds * 10 * static_cast<double>(nodes + 1);
     report.require(std::abs(static_cast<double>(witness.heartbeats) - beats) <= 2.0 * (nodes + 1),
                    witness.name + ": " + std::to_string(witness.heartbeats) + " heartbeats, expected " +

@@ -1,5 +1,5 @@
-// A device's datagrams into the camera's client: answers as they should be or not, fragments in any order,
-// frames, scans and acknowledgements that nobody asked for, while it opens, looks and sweeps.
+// A device's datagrams into the camera's client: correct and incorrect answers, fragments in any order,
+// frames, scans and acknowledgements that nobody requested, while it opens, looks and sweeps.
 
 #include <deque>
 #include <vector>
@@ -12,8 +12,8 @@ namespace {
 
 using namespace multisense;
 
-/// The device's end: answers what a client cannot do without, unless the input says otherwise, and sends what
-/// the input has.
+/// The device's side: gives the answers that a client cannot do without, unless the input says otherwise, and
+/// sends the contents of the input.
 class AnsweringPort final : public DatagramPort {
  public:
   explicit AnsweringPort(Input& input) : input_(input) {}
@@ -37,7 +37,7 @@ class AnsweringPort final : public DatagramPort {
     if (waiting_.empty() && !input_.empty()) from_input(input_.byte());
     return !waiting_.empty();
   }
-  /// A datagram or a message of the input's.
+  /// Queues a datagram or a message from the input.
   void from_input(unsigned how) {
     const auto bytes = input_.bytes(input_.byte());
     switch (how & 7U) {
@@ -70,7 +70,7 @@ class AnsweringPort final : public DatagramPort {
         push(encode(scan), (how & 8U) != 0);
         break;
       }
-      default: {  // an answer's body from the input
+      default: {  // an answer with a body from the input
         static constexpr std::uint16_t kIds[] = {
             Ack::kId,   Status::kId,           DeviceInfo::kId,    CameraCalibration::kId,
             Image::kId, LidarCalibration::kId, ImageMetadata::kId, LidarData::kId};

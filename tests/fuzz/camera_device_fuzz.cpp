@@ -1,6 +1,6 @@
-// Datagrams of several clients into the emulated camera: requests that are whole or cut, and anything else.
-// What is no datagram of the protocol is not answered, an answer is no longer than the longest message that
-// may be asked for, and a client that does not read costs a bounded amount of memory.
+// Datagrams of several clients into the emulated camera: complete and truncated requests, and anything else.
+// A datagram outside the protocol is not answered, an answer is no longer than the longest message that may
+// be requested, and a client that does not read costs a bounded amount of memory.
 
 #include <array>
 #include <memory>
@@ -9,7 +9,7 @@
 #include "emulator/camera/multisense_device.h"
 #include "tests/fuzz/input.h"
 
-// Whatever advances a camera looks at the plant. Here exposures are given as they come: the plant, half of
+// Any code that advances a camera reads the plant. Here exposures are supplied directly: the plant, half of
 // the emulator, is not linked.
 namespace walkman::plant {
 
@@ -25,7 +25,7 @@ namespace walkman::fuzz {
 namespace {
 
 using multisense::kDatagramHeadBytes;
-/// In datagrams of one request: its acknowledgement, and what fills the longest datagram.
+/// Bytes in the datagrams for one request: its acknowledgement, and the longest datagram.
 constexpr std::size_t kMostAnswered = 2 * kDatagramHeadBytes + 10 + multisense::kMostMtu;
 
 /// A base with a box to look at, a camera and a laser on a spindle; nothing moves.
@@ -36,7 +36,7 @@ RobotModel camera_head() {
 
 constexpr int kWidth = 1028, kHeight = 2;
 
-/// Of so few rows that a frame is cast at once, at every size that may be asked for.
+/// Has so few rows that a frame is cast at once, at every size that may be requested.
 CameraParameters small_camera() {
   CameraParameters parameters;
   parameters.stereo.width = kWidth;
@@ -48,8 +48,7 @@ CameraParameters small_camera() {
   return parameters;
 }
 
-/// What there is to see, and the camera that looks at it: made once, for it takes as long as a hundred
-/// inputs.
+/// The scene, and the camera that looks at it: created once, because that takes as long as a hundred inputs.
 class Head {
  public:
   Head() {
@@ -59,7 +58,7 @@ class Head {
     imu_ = camera_->imu()->config();
     exposure_.poses.assign(1, Eigen::Isometry3d::Identity());
   }
-  /// As it is when it is switched on, but for the inertial unit's count of its samples.
+  /// Returns the camera in its state after power-on, except for the inertial unit's sample count.
   MultiSense& reset() {
     camera_->set_mode({kWidth, kHeight, 128});
     camera_->set_rate(2);
@@ -69,7 +68,7 @@ class Head {
     exposure_.stamp = Time::min();
     return *camera_;
   }
-  /// A frame, a turn of the laser and samples of the inertial unit.
+  /// Produces a frame, a turn of the laser and samples of the inertial unit.
   void see(Time now, LaserTurns& turns) {
     exposure_.stamp = now;
     ++exposure_.frame;
@@ -93,7 +92,7 @@ class Head {
   Exposure exposure_;
 };
 
-/// The head of a datagram that is a whole message.
+/// Returns a datagram with its head that contains a whole message.
 std::vector<std::uint8_t> whole(std::span<const std::uint8_t> message) {
   std::vector<std::uint8_t> datagram;
   multisense::Fragments(message, 7, multisense::kMostMtu).next(datagram);
@@ -105,7 +104,7 @@ std::vector<std::uint8_t> whole(std::span<const std::uint8_t> message) {
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   using namespace walkman;
-  // Two images of 2 B a pixel, the disparity and the metadata are the longest that one frame brings.
+  // Two images of 2 B per pixel, the disparity and the metadata are the longest messages of one frame.
   constexpr std::size_t kMostPerClient = 8 << 20;
   static fuzz::Head head;
   MultiSenseDevice device(head.reset());

@@ -1,4 +1,4 @@
-// A plan of a campaign in YAML, with the product's own scenes.
+// A campaign plan in YAML, with the product's own scenes.
 
 #include <filesystem>
 #include <set>

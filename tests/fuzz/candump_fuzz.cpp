@@ -1,4 +1,4 @@
-// A log of candump: what is read can be written, and is the same when it is read again.
+// A candump log: what is read can be written, and is the same when it is read again.
 
 #include <string>
 #include <vector>

@@ -1,4 +1,4 @@
-// Frames into a drive: NMT, SYNC, TIME, SDO, RPDOs, guarding, LSS, in any order, while its loops run.
+// Frames into a drive: NMT, SYNC, TIME, SDO, RPDOs, guarding, LSS, in any order, while its control loops run.
 
 #include <cmath>
 
@@ -11,13 +11,13 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   constexpr double kStep = 2.5e-4;  // s
   constexpr int kMostSteps = 64;    // after one pause
   fuzz::Input input(data, size);
-  const bool fd = (input.byte() & 7U) == 7;  // ten times as long to set up
+  const bool fd = (input.byte() & 7U) == 7;  // takes ten times as long to set up
   const nodes::DriveParameters parameters = nodes::test_drive();
   nodes::DriveNode drive(parameters);
   if (fd) drive.use_fd();
   drive.store_eds(std::string(300, 'e'));
 
-  nodes::ServoFeedback feedback;  // a motor on a spring whose other end is held
+  nodes::ServoFeedback feedback;  // a motor on a spring whose other end is fixed
   fuzz::talk_to(drive, input, fd, [&](Time pause) {
     const auto steps = static_cast<int>(std::chrono::duration<double>(pause).count() / kStep);
     for (int i = 0; i < std::min(steps, kMostSteps); ++i) {

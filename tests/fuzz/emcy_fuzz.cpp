@@ -1,5 +1,5 @@
-// Emergency objects of every device into the master: codes, registers and the manufacturer's bytes as they
-// come, of any length; what it makes of them in words.
+// Emergency objects of every device into the master: arbitrary codes, registers and manufacturer-specific
+// bytes, of any length; and their description in words.
 
 #include <array>
 

@@ -1,5 +1,5 @@
-// The files that the emulator alone reads, each read as every kind that there is: actuators, force/torque
-// sensors, the camera, the spread of the true robot.
+// The files that only the emulator reads, each read as every kind of them: actuators, force/torque sensors,
+// the camera, the spread of the true robot.
 
 #include "emulator/camera/camera_parameters.h"
 #include "emulator/nodes/measuring/force_torque_kind.h"

@@ -1,4 +1,4 @@
-// A plan of faults in YAML, and a fault in words as the command line and the control socket have it.
+// A fault plan in YAML, and a fault in words as on the command line and on the control socket.
 
 #include <sstream>
 #include <string>

@@ -8,7 +8,7 @@
 
 namespace walkman::fuzz {
 
-/// What holds of every fault that a reader of plans lets pass.
+/// Requires the properties of every fault that a reader of plans accepts.
 inline void require_in_range(const faults::Injection& injection) {
   require(injection.kind != nullptr && injection.values.size() == injection.kind->parameters.size(),
           "a fault has a kind and its parameters");

@@ -11,17 +11,18 @@
 #include "drivers/can/frame.h"
 #include "drivers/time.h"
 
-/// What the harnesses have in common. Each defines LLVMFuzzerTestOneInput, which libFuzzer's own main calls.
+/// Common parts of the harnesses. Each harness defines LLVMFuzzerTestOneInput, which libFuzzer's own main
+/// calls.
 namespace walkman::fuzz {
 
-/// Ends the run as a finding.
+/// Ends the run as a finding if `good` is false.
 inline void require(bool good, const char* what) {
   if (good) return;
   std::fprintf(stderr, "not so: %s\n", what);
   std::abort();
 }
 
-/// Takes an input apart from its front, where a seed made of a log or a conversation has its beginning; past
+/// Consumes an input from its front, where a seed made from a log or a conversation has its beginning; past
 /// the end everything is zero.
 class Input {
  public:
@@ -38,7 +39,7 @@ class Input {
     const unsigned low = byte();
     return static_cast<std::uint16_t>(low | unsigned{byte()} << 8U);
   }
-  /// So many bytes, fewer at the end.
+  /// Returns `count` bytes, fewer at the end.
   std::span<const std::uint8_t> bytes(std::size_t count) noexcept {
     const std::span<const std::uint8_t> out = rest_.first(std::min(count, rest_.size()));
     rest_ = rest_.subspan(out.size());
@@ -56,7 +57,7 @@ class Input {
   }
 
   /// A frame as a bus may carry it: flags (1 extended, 2 remote, 4 FD, 8 report of the controller),
-  /// identifier in two bytes, or four of an extended one, length, data.
+  /// identifier in two bytes, or in four if it is extended, length, data.
   can::Frame frame() noexcept {
     const unsigned flags = byte();
     can::Frame frame;

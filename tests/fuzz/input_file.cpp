@@ -12,7 +12,7 @@ namespace walkman::fuzz {
 namespace fs = std::filesystem;
 
 InputFile::InputFile(const fs::path& name, const fs::path& beside) {
-  // In memory where there is such a file system: an input is written ten thousand times a second.
+  // In memory if there is such a file system: an input is written ten thousand times a second.
   std::error_code none;
   const fs::path root = fs::is_directory("/dev/shm", none) ? "/dev/shm" : fs::temp_directory_path();
   std::string pattern = (root / "walkman-fuzz-XXXXXX").string();
@@ -21,7 +21,7 @@ InputFile::InputFile(const fs::path& name, const fs::path& beside) {
   file_ = folder_ / name;
   fs::create_directories(file_.parent_path());
   if (beside.empty()) return;
-  // A link to each entry of `beside`, but for the folders on the way to the file, which are its own.
+  // A link to each entry of `beside`, except for the folders on the way to the file, which are real folders.
   fs::path from = beside, to = folder_;
   for (auto part = name.begin();; ++part) {
     for (const auto& entry : fs::directory_iterator(from))

@@ -8,12 +8,12 @@
 
 namespace walkman::fuzz {
 
-/// A folder of this process's own with one file, which has each input for its contents; what such a file may
-/// name beside itself is there by links to the source tree.
+/// A private folder of this process with one file that takes each input as its contents; other files that it
+/// may name are there as links to the source tree.
 class InputFile {
  public:
-  /// `name` below the folder; `beside`: a folder of the source tree whose entries are linked there as if the
-  /// file were at `name` in it; empty: none.
+  /// `name`: path below the folder; `beside`: a folder of the source tree whose entries are linked there as
+  /// if the file were at `name` in it; empty: none.
   explicit InputFile(const std::filesystem::path& name, const std::filesystem::path& beside = {});
   ~InputFile();
   InputFile(const InputFile&) = delete;
@@ -22,7 +22,7 @@ class InputFile {
   void write(std::span<const std::uint8_t> contents);
   [[nodiscard]] const std::filesystem::path& path() const { return file_; }
 
-  /// Lets `read` throw std::runtime_error with a sentence that names the file, or one that it names, and
+  /// Lets `read` throw std::runtime_error with a sentence that names the file, or a file that it names, and
   /// nothing else.
   template <typename Read>
   void read_or_refuse(const Read& read) const {

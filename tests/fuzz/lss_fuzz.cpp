@@ -1,6 +1,5 @@
-// LSS requests (CiA 305) into two nodes on one bus, of which one has no node-ID, between NMT commands.
-// However they are set, neither ever has a node-ID that the standard does not know, and both can be found
-// again.
+// LSS requests (CiA 305) into two nodes on one bus, one of which has no node-ID, between NMT commands.
+// However they are set, neither ever has a node-ID outside the standard, and both can be found again.
 
 #include <array>
 
@@ -50,7 +49,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     } else if ((how & 7U) == 2) {
       say(input.frame());
     } else {
-      // A value that one of the two has, or any.
+      // A value of one of the two nodes, or any value.
       const std::uint8_t command = kCommands[input.byte() % kCommands.size()];
       std::uint32_t value = std::uint32_t{input.word()} | std::uint32_t{input.word()} << 16U;
       const nodes::CanopenSlave& meant = (how & 8U) != 0 ? first : second;
@@ -62,7 +61,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
       require(node->node_id() == 0xFF || (node->node_id() >= 1 && node->node_id() <= 127),
               "a node-ID is in range");
   }
-  // Found by its address in either state; then both answer with their serial numbers.
+  // Both can be addressed in either state, and then answer with their serial numbers.
   say(lss(0x04, 0));
   int found = 0;
   for (NodeTalk& talk : talks)

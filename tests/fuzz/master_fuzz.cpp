@@ -1,4 +1,4 @@
-// Frames of anybody into the master, on two buses, while it boots its devices, runs them and recovers.
+// Arbitrary frames into the master, on two buses, while it boots its devices, runs them and recovers.
 
 #include <array>
 
@@ -6,7 +6,7 @@
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   using namespace walkman;
-  // What devices send, by function code and node.
+  // Frames that devices send, by function code and node.
   constexpr std::array<std::uint32_t, 8> kFunctions = {0x080, 0x180, 0x280, 0x380,
                                                        0x480, 0x580, 0x700, 0x000};
   constexpr std::array<std::uint32_t, 6> kNodes = {11, 18, 19, 31, 91, 127};

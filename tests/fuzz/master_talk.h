@@ -8,14 +8,13 @@
 
 namespace walkman::fuzz {
 
-/// A robot of two buses whose devices answer as they should, with frames of somebody else in between.
+/// A robot with two buses whose devices answer correctly, with frames from elsewhere in between.
 class MasterTalk {
  public:
   static constexpr int kMostCycles = 400;
 
-  /// `before`: called in each cycle before the devices and the master have their turn; it may inject frames.
-  /// It goes on until `before` returns false, or for `kMostCycles`. Begins with boot; faults are recovered
-  /// from.
+  /// `before`: called in each cycle before the devices and the master run; it may inject frames. Continues
+  /// until `before` returns false, or for `kMostCycles`. Begins with a boot; recovers from faults.
   template <typename Before>
   void run(const Before& before) {
     bool running = false, faulty = false;
@@ -36,7 +35,7 @@ class MasterTalk {
         }
       } catch (const std::runtime_error& failed) {
         require_words(failed.what());
-        if (!running) return;  // of a boot: it is told, and over
+        if (!running) return;  // a failed boot is reported and ends the run
       }
       check();
     }

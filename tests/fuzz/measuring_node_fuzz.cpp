@@ -8,7 +8,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   using namespace walkman;
   fuzz::Input input(data, size);
   const unsigned how = input.byte();
-  const bool fd = (how & 7U) == 7;  // ten times as long to set up
+  const bool fd = (how & 7U) == 7;  // takes ten times as long to set up
   if ((how & 8U) != 0) {
     nodes::InertialParameters parameters;
     parameters.node_id = 5;

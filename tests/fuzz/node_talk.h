@@ -10,13 +10,14 @@
 
 namespace walkman::fuzz {
 
-/// The bus at one node: gives it frames and time as `bus::CanBus` does, and looks at what it sends.
+/// The bus as seen by one node: gives it frames and time as `bus::CanBus` does, and checks what it sends.
 class NodeTalk {
  public:
   /// Powers the node on.
   NodeTalk(nodes::CanopenSlave& node, bool fd) : node_(node), fd_(fd) { node_.advance(now_); }
 
-  /// Time goes on, with every timer at its own time. `busy`: the bus takes no frame of the node's meanwhile.
+  /// Advances time, running every timer when it is due. `busy`: the bus accepts no frames of the node
+  /// meanwhile.
   void wait(Time pause, bool busy) {
     constexpr int kMostAtOnce = 100;  // events at one instant
     const Time until = now_ + pause;
@@ -30,13 +31,13 @@ class NodeTalk {
     now_ = until;
     if (!busy) take_all();
   }
-  /// A frame of somebody else is through.
+  /// A frame of another participant has been transmitted.
   void hear(const can::Frame& frame) {
     if (bus::is_sendable(frame) && (fd_ || !frame.fd)) node_.receive(frame, now_);
   }
   void link(can::LinkState state) { node_.on_link_state(state, now_); }
 
-  /// Called with what the node sends.
+  /// Called with each frame that the node sends.
   std::function<void(const can::Frame&)> heard = [](const can::Frame&) {};
 
  private:
@@ -58,7 +59,7 @@ class NodeTalk {
   Time now_{};
 };
 
-/// All of the input as pauses and frames, or changes of the controller's state in place of its reports.
+/// Uses the whole input as pauses and frames, with changes of the controller's state in place of its reports.
 /// `each` is called after each pause.
 template <typename Each>
 void talk_to(nodes::CanopenSlave& node, Input& input, bool fd, const Each& each) {
@@ -76,7 +77,7 @@ void talk_to(nodes::CanopenSlave& node, Input& input, bool fd, const Each& each)
     }
   }
   talk.wait(std::chrono::milliseconds(1), false);
-  // Whatever was said: switched off and on it is there again, unless it was told to have no node-ID.
+  // Whatever it received, the node is there again after a power cycle, unless it was told to have no node-ID.
   bool there = false;
   talk.heard = [&](const can::Frame& frame) {
     there = there || frame.id == canopen::cob_id::error_control(node.node_id());

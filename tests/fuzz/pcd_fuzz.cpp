@@ -1,4 +1,4 @@
-// A PCD file: header, and a body in text, in binary or compressed.
+// A PCD file: header, and a body in text, binary or compressed form.
 
 #include "adaptation/perception/pcd.h"
 #include "tests/fuzz/input.h"

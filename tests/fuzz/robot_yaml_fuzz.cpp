@@ -1,5 +1,5 @@
-// The files that the robot's own computer knows it by, each read as every kind that there is: description,
-// device table, identities, PDO layout.
+// The files that describe the robot to its own computer, each read as every kind of them: description, device
+// table, identities, PDO layout.
 
 #include <set>
 

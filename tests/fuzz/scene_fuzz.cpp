@@ -1,4 +1,4 @@
-// A scene in YAML, with the robot, objects and surroundings that it may name beside it.
+// A scene in YAML, with the robot, objects and surroundings that it may name.
 
 #include "emulator/scene/scene.h"
 #include "tests/fuzz/input.h"

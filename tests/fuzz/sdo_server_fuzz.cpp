@@ -1,5 +1,5 @@
-// SDO requests into a node's server: expedited, segmented and block transfers that begin, go on and end as
-// they should or not. What a whole block download has brought must be in the object.
+// SDO requests into a node's server: expedited, segmented and block transfers that begin, continue and end
+// correctly or not. The data of a complete block download must be in the object.
 
 #include <array>
 #include <string>
@@ -55,7 +55,7 @@ class SdoTalk {
     frame.length = 8;
     talk_.hear(frame);
   }
-  /// A command at an object that is there, its data as they come.
+  /// Sends a command for an existing object, with arbitrary data.
   void aimed(std::uint8_t command) {
     std::array<std::uint8_t, 8> bytes{command};
     canopen::put(bytes.data() + 1, kIndices[input_.byte() % kIndices.size()]);
@@ -64,7 +64,7 @@ class SdoTalk {
     std::copy(rest.begin(), rest.end(), bytes.begin() + 4);
     request(bytes);
   }
-  /// The user note, in blocks; its CRC wrong or a segment left out if `how` says so.
+  /// Downloads the user note in blocks, with a wrong CRC or a missing segment if `how` says so.
   void block_download(unsigned how) {
     const bool wrong_crc = (how & 8U) != 0, gap = (how & 16U) != 0, announced = (how & 32U) != 0;
     std::string note(input_.word() % 1100, 'x');

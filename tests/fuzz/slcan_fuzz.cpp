@@ -1,5 +1,5 @@
-// What the peer of a serial-line adapter may write, in pieces of any size, between frames of a bus; and every
-// frame that the protocol can carry, there and back.
+// Anything that the peer of a serial-line adapter may write, in pieces of any size, between frames of a bus;
+// and a round trip of every frame that the protocol can carry.
 
 #include "emulator/bus/frame_length.h"
 #include "emulator/gateways/slcan_adapter.h"
@@ -11,7 +11,7 @@
 namespace walkman::fuzz {
 namespace {
 
-/// Lines that end in a carriage return, or BELs.
+/// Requires lines that end in a carriage return, or BELs.
 void require_answers(std::string_view text) {
   require(text.empty() || text.back() == '\r' || text.back() == '\a', "a peer gets whole answers");
   for (const char c : text) require((c >= ' ' && c <= '~') || c == '\r' || c == '\a', "an answer is text");

@@ -1,5 +1,5 @@
-// What a client of the socketcand server may write, in pieces of any size, between frames of a node and of
-// the bus's computer. What goes out to the client are whole messages, what goes to the bus is what it can
+// Anything that a client of the socketcand server may write, in pieces of any size, between frames of a node
+// and of the bus's computer. The client receives only whole messages, and the bus only frames that it can
 // carry.
 
 #include <array>
@@ -14,7 +14,7 @@
 namespace walkman::fuzz {
 namespace {
 
-/// "< ... >" one after the other, with nothing but line feeds between them.
+/// Requires one "< ... >" after the other, with nothing but line feeds in between.
 void require_messages(std::string_view text) {
   bool inside = false;
   for (const char c : text) {
@@ -44,7 +44,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   gateways::SocketcandCounters counters;
   Time wall = std::chrono::seconds(1000);
   SocketcandSession session(pool, counters, wall);
-  std::string pieces;  // the client's that the session has not used up
+  std::string pieces;  // input of the client that the session has not consumed
   const auto drain = [&] {
     fuzz::require_messages(session.outgoing().text());
     session.outgoing().pop(session.outgoing().text().size());
@@ -58,7 +58,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
       wall += pause;
       rarm.advance(rarm.now() + pause);
       session.forward(wall);
-      if ((how & 4U) == 0) drain();  // else a client that does not read
+      if ((how & 4U) == 0) drain();  // otherwise a client that does not read
     } else {
       pieces += input.text(how >> 2U);
       std::string_view left = pieces;
@@ -72,7 +72,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
       if (step == SocketcandSession::Step::kClosed) return 0;
       fuzz::require(step != SocketcandSession::Step::kNeedMore || left.empty(), "all input is used up");
       pieces.erase(0, pieces.size() - left.size());
-      if (pieces.size() > 1024) return 0;  // a bus that is blocked
+      if (pieces.size() > 1024) return 0;  // a blocked bus
     }
   }
   return 0;

@@ -1,4 +1,4 @@
-// An SRDF: postures and pairs of links that need not be kept apart, of a robot that is known.
+// An SRDF: postures and pairs of links that need not be kept apart, for a known robot.
 
 #include <cmath>
 

@@ -1,4 +1,5 @@
-// A URDF: what loads it has a tree whose every part is finite, and what checks it says so in words and JSON.
+// A URDF: if it loads, it is a tree in which everything is finite; a check of it reports the result in words
+// and JSON.
 
 #include <cmath>
 

@@ -1,4 +1,4 @@
-"""What tests/house/house_test lets pass: {name: reason}."""
+"""Exceptions that tests/house/house_test accepts: {name: reason}."""
 
 CLOCK = {
     "drivers/can/receive_batch.cpp": "SocketCAN: the kernel's time stamps are read on the host's two clocks",

@@ -1,9 +1,9 @@
 #!/usr/bin/env python3
-"""walkman-hil campaign from outside, on every engine. Usage: campaign_test.py PROGRAM SOURCE_TREE
+"""Tests walkman-hil campaign from outside, on every engine. Usage: campaign_test.py PROGRAM SOURCE_TREE
 
-One campaign is run without interruption; each of its runs is then the same, field for field, as `experiment --faults` from
-power-on. On every engine the same campaign is killed and gone on with: what is left is the same to the byte. Its golden twins
-are taken from the first campaign, for they take most of the time.
+One campaign runs without interruption; each of its runs must then equal, field for field, `experiment --faults` from power-on.
+On every engine the same campaign is killed and continued: the result must be the same to the byte. Its golden twins are taken
+from the first campaign, because they take most of the time.
 """
 
 import json
@@ -24,9 +24,9 @@ from checks import PROGRAM, check, end, run
 
 TREE = Path(sys.argv[2])
 RUNS = 7
-LONG_RUNS = (4, 6)  # of the over-current, which the drivers get over, and of the jam in the look
+LONG_RUNS = (4, 6)  # the over-current, from which the drivers recover, and the jam in the look
 
-# A run that ends at its first weighing: the method takes whatever torque there is.
+# A run that ends at its first weighing: the method accepts any torque.
 SCENE = "extends: %s\nparameters: parameters.yaml\n"
 PARAMETERS = "stage_two:\n  torque_threshold: 50\n"
 PLAN = """experiments: [short.yaml]
@@ -93,9 +93,9 @@ def campaign(plan, out, *options):
 
 
 def contents(folder):
-    """Every file that the campaign's results are, as bytes."""
+    """Returns every file of the campaign's results, as bytes."""
     files = [p for p in sorted(folder.rglob("*")) if p.is_file() and (p.parent.name == "golden" or "runs" in p.parts)
-             and p.suffix != ".partial"]  # what somebody was writing when he was killed
+             and p.suffix != ".partial"]  # partly written when its writer was killed
     return {str(p.relative_to(folder)): p.read_bytes() for p in files + [folder / "campaign.json", folder / "plan.yaml"]}
 
 
@@ -104,7 +104,7 @@ def report_without_place(folder):
 
 
 def from_the_start(folder):
-    """Each run, begun again at power-on by the command that the report has for it, is what its fork was."""
+    """Checks that each run, started again at power-on by the command that the report gives for it, equals its fork."""
     replays = {one["run"]: one["replay"] for one in json.loads((folder / "report.json").read_text())["runs"]}
     for number in range(1, RUNS + 1):
         record = json.loads((folder / f"runs/{number:06}/record.json").read_text())
@@ -142,7 +142,7 @@ def classes(folder):
 
 
 def begun(whole, out):
-    """A campaign that has its golden twin and the long runs."""
+    """Prepares a campaign that already has its golden twin and the long runs."""
     out.mkdir()
     for name in ["golden"] + [f"runs/{number:06}" for number in LONG_RUNS]:
         shutil.copytree(whole / name, out / name)
@@ -174,7 +174,7 @@ def killed_and_gone_on_with(engine, plan, whole, out, draw, environment=None):
 
 
 def limited(folder, whole):
-    """A golden run that comes to no end within its limit is the program's failure; a run with a fault is of the class crash/hang."""
+    """A golden run that does not end within its limit is the program's failure; a run with a fault is of the class crash/hang."""
     plan, out = folder / "limited.yaml", folder / "limited"
     plan.write_text("experiments: [short.yaml]\nseeds: {first: 3}\ntime_limit_s: 1\nfaults:\n"
                     "  - {fault: overcurrent-trip, targets: [LElbj], phases: [{phase: settle}]}\n")
@@ -197,7 +197,7 @@ def nothing_left_of(out):
 
 
 def interrupted(plan, whole, out):
-    """At Ctrl-C everything ends, and a report of what there is comes."""
+    """At Ctrl-C everything ends, and a report of the results so far is written."""
     begun(whole, out)
     process = subprocess.Popen([PROGRAM, "campaign", "run", str(plan), "--out", str(out), "--jobs", "1"],
                                stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
@@ -236,7 +236,7 @@ def free_port():
 
 
 class Cluster:
-    """munged, slurmctld and slurmd of this test's own, in a folder, as root."""
+    """This test's own munged, slurmctld and slurmd, in a folder, as root."""
 
     def __init__(self, folder):
         self.folder, self.started = folder, []
@@ -249,7 +249,7 @@ class Cluster:
         (folder / "munge.key").write_bytes(os.urandom(128))
         (folder / "munge.key").chmod(0o400)
         folder.chmod(0o755)
-        # As root munged may use files that are root's, and any folder with --force.
+        # As root, munged may use files owned by root, and any folder with --force.
         self.start("munged", "--foreground", "--force", "--key-file", folder / "munge.key", "--socket",
                    folder / "munge.socket", "--pid-file", folder / "munged.pid", "--log-file", folder / "munged.log",
                    "--seed-file", folder / "munged.seed")

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""walkman-hil capture: its files read by readers written here, held against each other.
+"""Tests walkman-hil capture: its files are read by readers written here and compared with each other.
 Usage: capture_test.py PROGRAM"""
 
 import struct
@@ -18,7 +18,7 @@ def paeth(a, b, c):
 
 
 def png(path):
-    """Width, height, bits per channel, colour type and rows of bytes (PNG, sections 5 and 9)."""
+    """Returns width, height, bits per channel, colour type and rows of bytes (PNG, sections 5 and 9)."""
     data = path.read_bytes()
     check(data[:8] == b"\x89PNG\r\n\x1a\n", f"{path.name} begins as a PNG does")
     at, packed = 8, b""
@@ -59,7 +59,8 @@ FOCAL, CENTRE, WIDTH = 588.8, 511.5, 1024  # px, of the device's rectified calib
 
 
 def depths_apart(swept, cloud):
-    """Of the laser's points those that the camera sees, too: by how much (m) its depth at that pixel is another."""
+    """For the laser points that the camera also sees: difference (m) between their depth and the camera's depth at that
+    pixel."""
     out = []
     for x, y, z in (point[:3] for point in swept):
         if not z > 0.3:
@@ -67,13 +68,13 @@ def depths_apart(swept, cloud):
         u, v = round(CENTRE + FOCAL * x / z), round(CENTRE + FOCAL * y / z)
         if 128 <= u < WIDTH and 0 <= v < WIDTH:
             depth = cloud[v * WIDTH + u][2]
-            if depth == depth and abs(depth - z) < 0.05:  # else one of them is hidden from the other
+            if depth == depth and abs(depth - z) < 0.05:  # otherwise one of them is hidden from the other
                 out.append(abs(depth - z))
     return out
 
 
 def without_laser(folder):
-    """Scene experiment_6 with a robot whose camera has none."""
+    """Writes scene experiment_6 with a robot whose camera has no laser."""
     robot = (URDF / "walkman.robot.yaml").read_text()
     head, _, laser = robot.partition("  laser:")
     (folder / "bare.robot.yaml").write_text(head + laser.partition("hokuyo_joint\n")[2])

@@ -1,5 +1,5 @@
-// What the drivers say when a bus, not a device, is the cause: on the emulated buses with their exact timing,
-// all of the robot's nodes on them, and no plant.
+// What the drivers report when a bus, not a device, is the cause: on the emulated buses with their exact
+// timing and all of the robot's nodes, without a plant.
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -35,7 +35,7 @@ class CausesOnTheBus : public ::testing::Test {
     robot.sync(nodes.now());
     return good;
   }
-  /// Text of the fault that comes within 40 cycles with `each_cycle` called before each.
+  /// Text of the fault that occurs within 40 cycles, with `each_cycle` called before each.
   template <typename Action>
   std::string fault_with(Action each_cycle) {
     for (int i = 0; i < 40; ++i) {
@@ -76,7 +76,7 @@ TEST_F(CausesOnTheBus, ARobotThatStandsStillInTimeIsNamed) {
 
 TEST_F(CausesOnTheBus, AnotherMastersSetPointIsAWarning) {
   bus::ComputerPort& other = arm().add_port();
-  // At the end of a cycle: at the same instant as the robot's own it would be a collision.
+  // At the end of a cycle: at the instant of the robot's own set-point it would be a collision.
   nodes.advance(nodes.now() + std::chrono::milliseconds(4));
   static_cast<void>(other.send(can::Frame(0x30B, {0, 0, 0, 0, 0, 0, 0, 0})));
   nodes.advance(nodes.now() + std::chrono::milliseconds(1));

@@ -1,4 +1,4 @@
-"""What the tests of the command line have in common: PROGRAM is their first argument."""
+"""Common to the tests of the command line: PROGRAM is their first argument."""
 
 import subprocess
 import sys

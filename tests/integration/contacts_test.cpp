@@ -1,4 +1,4 @@
-// What the robot touches in a whole run of Experiment 1, by the plant's truth.
+// Contacts of the robot in a whole run of Experiment 1, by the plant's ground truth.
 
 #include <fstream>
 #include <iterator>
@@ -30,7 +30,7 @@ TEST(Contacts, TheRobotTouchesNeitherItselfNorTheTable) {
   EXPECT_THAT(result.touches, testing::IsEmpty());
 }
 
-// A table that stands where the robot's fingers are.
+// A table at the place of the robot's fingers.
 TEST(Contacts, ATableInTheWayIsNoticed) {
   const std::string urdf = std::filesystem::absolute(kTree / "urdf").string();
   const std::filesystem::path scene = std::filesystem::path(testing::TempDir()) / "walkman_near_table.yaml";

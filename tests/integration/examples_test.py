@@ -1,10 +1,10 @@
 #!/usr/bin/python3
-"""The worked examples for other tools: what can be run here is run, the rest is checked against the devices.
+"""The worked examples for other tools: what can run here is run, the rest is checked against the devices.
 
 Usage: examples_test.py PROGRAM SOURCE_TREE [unittest arguments]
 
-python_can and the pytest fixture of faults run against a whole emulator in real time. bus.yml is checked against exported data sheets and the device
-table, since ROS 2 is not in Debian; python_canopen is only compiled, for the same reason.
+python_can and the pytest fixture for faults run with a whole emulator in real time. bus.yml is checked against exported data
+sheets and the device table, since ROS 2 is not in Debian; python_canopen is only compiled, for the same reason.
 """
 import configparser
 import copy
@@ -43,7 +43,7 @@ BITS = {0x0002: 8, 0x0003: 16, 0x0004: 32, 0x0005: 8, 0x0006: 16, 0x0007: 32, 0x
 
 
 def findings(bus, table, sheets):
-    """What is wrong with the configuration of a bus: `table` node-ID -> (name, kind), `sheets` EDS name -> data sheet."""
+    """Returns the errors in a bus configuration: `table` node-ID -> (name, kind), `sheets` EDS name -> data sheet."""
     found = []
     if bus.get("options", {}).get("dcf_path") != "@BUS_CONFIG_PATH@":
         found.append("options.dcf_path is not what the build of a ROS package replaces")
@@ -140,7 +140,7 @@ class Ros2(unittest.TestCase):
 class PythonCan(unittest.TestCase):
     def test_a_joint_moves(self):
         with tempfile.TemporaryDirectory() as folder:
-            # The pelvis is held: the physics is then fast enough for any machine.
+            # The pelvis is held: the physics is then fast enough on any machine.
             with open(os.path.join(TREE, "urdf/scenes/robot_at_table.yaml"), encoding="utf-8") as file:
                 scene = file.read().replace("kind: floating", "kind: fixed")
             path = os.path.join(folder, "scene.yaml")
@@ -165,7 +165,7 @@ class PythonCan(unittest.TestCase):
                 self.assertAlmostEqual(there - stands, 0.1, delta=0.003)
                 self.assertAlmostEqual(back, stands, delta=0.003)
                 self.assertNotAlmostEqual(stands, 0.0, delta=0.05)
-                # And it says so when a drive is not there.
+                # And it reports a drive that is not there.
                 refused = subprocess.run([sys.executable, example, "--port", port, "--node", "30"], stdout=subprocess.PIPE,
                                          stderr=subprocess.STDOUT, text=True, timeout=240)
                 self.assertEqual(refused.returncode, 1)

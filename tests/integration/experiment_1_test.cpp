@@ -19,7 +19,8 @@ namespace {
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 
-// Of the emulated clock, s: the wrist is calibrated; the hand approaches the object; it holds it and weighs.
+// Times of the emulated clock, s: the wrist is being calibrated; the hand approaches the object; it holds and
+// weighs the object.
 constexpr double kCalibrating = 10, kInTheAir = 17, kHeld = 42;
 
 RepetitionOptions options(std::uint64_t seed) {
@@ -39,7 +40,7 @@ std::string contents(const std::filesystem::path& file) {
   return out.str();
 }
 
-/// Says of a frame whether it gets through.
+/// Decides whether a frame gets through.
 using Wire = std::function<bool(const std::string& bus, std::uint32_t can_id, double seconds)>;
 
 void lose(RepetitionOptions& o, const Wire& passes) {
@@ -52,7 +53,7 @@ void lose(RepetitionOptions& o, const Wire& passes) {
   };
 }
 
-/// Somebody else's computer, which sends one frame.
+/// A foreign computer that sends one frame.
 class Stranger final : public bus::Participant {
  public:
   Stranger(Time at, const can::Frame& frame) : at_(at), frame_(frame) {}
@@ -72,7 +73,7 @@ class Stranger final : public bus::Participant {
   bool due_ = false, sent_ = false;
 };
 
-/// A run in which a stranger sends a frame, in the middle of a cycle, on the right arm's bus.
+/// A run in which a stranger sends a frame on the right arm's bus, in the middle of a cycle.
 RepetitionOptions with_stranger(double at, const can::Frame& frame) {
   RepetitionOptions o = options(1);
   const Time time = std::chrono::milliseconds(std::llround(1e3 * at)) + std::chrono::microseconds(2300);
@@ -104,7 +105,7 @@ TEST(Experiment1, RegraspsOnceAtTheCentreOfMassAndTheSameBytesComeOutTwice) {
   EXPECT_NEAR(a.row.f_g, 1.2 * 9.81, 0.05 * 12);
   EXPECT_NEAR(a.row.d_v + a.row.d, a.row.d_r, 0.010);
   EXPECT_GT(a.row.reduction_percent, 90);
-  // By the plant, and by the weight of the bar alone: 12 N at the distance of its true centre of mass.
+  // By the plant, and from the weight of the bar alone: 12 N at the distance of its true centre of mass.
   EXPECT_NEAR(a.truth.tau, a.row.tau, 0.05);
   EXPECT_NEAR(std::abs(a.truth.tau), 1.2 * 9.81 * std::abs(a.truth.d), 0.03);
   EXPECT_NEAR(a.truth.d, a.row.d, 0.005);
@@ -163,7 +164,7 @@ TEST(Experiment1, TenRepetitionsDoAsWellAsThePaper) {
   EXPECT_GE(result.mean().whole.row.reduction_percent, 97.0);
 }
 
-/// Experiment 1's scene with events, its paths made absolute.
+/// Experiment 1's scene with events, with absolute paths.
 std::filesystem::path scene_with(const std::string& events) {
   const std::string tree = std::filesystem::absolute(WALKMAN_SOURCE_TREE).string();
   std::filesystem::path file = ::testing::TempDir() + "walkman_experiment_1_events.yaml";
@@ -171,10 +172,10 @@ std::filesystem::path scene_with(const std::string& events) {
   return file;
 }
 
-// A pull on the hand that takes the bar's torque away while it is weighed: the wrist tells the truth about
-// what it carries, and what the method makes of it is not the bar's centre of mass.
+// A pull on the hand that cancels the bar's torque while it is weighed: the wrist measures its load
+// correctly, but the method's result is not the bar's centre of mass.
 TEST(Experiment1, ACentreOfMassThatIsNotWhereItWasReportedIsWrong) {
-  RepetitionOptions o = options(3);  // its visual grasp is some centimetres beside the centre of mass
+  RepetitionOptions o = options(3);  // its visual grasp is a few centimetres beside the centre of mass
   o.scene = scene_with(
       "events:\n  - in_phase: {phase: lift, after_s: 3}\n    push: {link: r_hand_grasp, force_N: [0, 0, -3], "
       "point_m: [-0.3, 0, 0], "
@@ -187,8 +188,8 @@ TEST(Experiment1, ACentreOfMassThatIsNotWhereItWasReportedIsWrong) {
   EXPECT_NEAR(std::abs(result.truth.tau_after), std::abs(result.row.tau_after), 0.1);
 }
 
-// A robot whose encoders are off by a tenth of a radian may begin with a finger in the table: that is how
-// this one's repetition ends. The same of a scene that has no room for any robot is an error of the scene.
+// A robot whose encoders are off by a tenth of a radian may start with a finger in the table: that is how
+// this repetition ends. In a scene that has no room for any robot, the same is an error of the scene.
 TEST(Experiment1, ARobotWithoutRoomToStartIsAnOutcomeAndASceneWithoutIsNone) {
   RepetitionOptions o = options(10);
   o.model_error = "uncalibrated";
@@ -203,7 +204,8 @@ TEST(Experiment1, ARobotWithoutRoomToStartIsAnOutcomeAndASceneWithoutIsNone) {
               testing::ThrowsMessage<std::runtime_error>(HasSubstr("mm inside")));
 }
 
-// Only the method's own word is a stop; whatever else ends a run is a defect, alone and in the pool.
+// Only the method's own exception is a stop; anything else that ends a run is a defect, alone and in the
+// pool.
 TEST(Experiment1, WhateverElseEndsARunIsADefect) {
   RepetitionOptions o = options(1);
   o.progress = [](const Progress& p) {
@@ -232,14 +234,14 @@ TEST(Experiment1, WithoutTheWristsTpdosTheRunStopsAndSaysWhy) {
     EXPECT_THAT(result.reason, HasSubstr("r_arm_ft"));
     EXPECT_THAT(result.reason, HasSubstr("TPDO"));
     EXPECT_THAT(result.reason, HasSubstr("not recovered"));
-    // Three cycles of age, and two boots' time-outs.
+    // Three cycles of age, and the time-outs of two boots.
     EXPECT_NEAR(result.simulated_seconds, kInTheAir + 10.03, 0.05);
     EXPECT_FALSE(result.weighed);
   }
 }
 
-// The wrist's sensor is not heard for a third of a second while the wrist is calibrated: its bus is booted
-// anew, what was measured across that is measured again, and the plant says that the result is right.
+// The wrist's sensor is silent for a third of a second while the wrist is calibrated: its bus is booted
+// again, the measurement during that time is repeated, and by the plant the result is right.
 TEST(Experiment1, WhatIsLostWhileNothingIsHeldIsGotBack) {
   RepetitionOptions o = options(1);
   lose(o, [=](const std::string& bus, std::uint32_t id, double seconds) {
@@ -267,8 +269,8 @@ TEST(Experiment1, WhatIsLostWhileTheObjectIsHeldEndsTheRun) {
   EXPECT_NEAR(result.simulated_seconds, kHeld + 0.02, 0.05);
 }
 
-// As `grasp` and `experiment` run it: the drives fall out of operation while the hand is in the air, and are
-// got back; who did it is told at once.
+// As `grasp` and `experiment` run it: the drives drop out of operation while the hand is in the air, and are
+// recovered; the originator is reported at once.
 TEST(Experiment1, ANodeThatIsResetWhileNothingIsHeldIsGotBack) {
   const RepetitionOptions o = with_stranger(kInTheAir, kResetShoulder);
   std::vector<std::string> warned;

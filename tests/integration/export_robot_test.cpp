@@ -1,4 +1,4 @@
-// The whole robot's dictionaries against what the export knows.
+// The dictionaries of the whole robot against what the export knows.
 
 #include <fstream>
 #include <set>

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""walkman-hil fault, and plans of faults, from outside. Usage: fault_command_test.py PROGRAM SOURCE_TREE"""
+"""Tests walkman-hil fault and fault plans from outside. Usage: fault_command_test.py PROGRAM SOURCE_TREE"""
 
 import json
 import os
@@ -79,7 +79,8 @@ def plans(folder):
 
 
 def standing_offsets(folder):
-    """An encoder that is off from the start is found before anything is reached for, on either side of the spring."""
+    """An encoder with an offset from the start is detected before the robot reaches for anything, on either side of the
+    spring."""
     for joint, side in (("RElbj", 0), ("RElbj", 1), ("NeckYawj", 0), ("RHipYaw", 0)):
         plan = folder / "offset.yaml"
         plan.write_text("faults:\n  - {fault: encoder-offset, target: %s, side: %d, offset: 0.05, at_s: 0}\n" % (joint, side))
@@ -131,7 +132,7 @@ def live(folder):
 
 
 def part_of_a_bus():
-    """Nodes that are not emulated are silent; the others are all there."""
+    """Nodes that are not emulated are silent; all others are present."""
     def booted(*options):
         done = run("emulate", "--camera", "127.77.3.2", "--duration", "0.5", "--json", *options)
         check(done.returncode == 0, f"{options}: {done.stderr}")

@@ -1,5 +1,5 @@
-// Every fault that can be injected, on the whole robot in rest and in motion: what the drivers say, of whom,
-// and how soon.
+// Every fault that can be injected, on the whole robot at rest and in motion: what the drivers report, for
+// which device, and how soon.
 
 #include <algorithm>
 #include <chrono>
@@ -25,11 +25,11 @@ using rigs::BreakableRobot;
 
 using robot::FaultKind;
 
-// In the plant, rad: what a moving arm's spring and loop are behind, with some brake dragging; what the
-// springs of a robot on its brakes swing by.
+// Deviations in the plant, rad: lag of a moving arm's spring and control loop, with some brake dragging;
+// swing of the springs of a robot on its brakes.
 constexpr double kMasked = 0.05, kStill = 0.02;
 
-/// What the drivers show of a fault: a kind, of whom, within which time from its beginning.
+/// What the drivers report of a fault: its kind, the device, and the time limit from its beginning.
 struct Seen {
   FaultKind kind;
   const char* device;
@@ -44,7 +44,7 @@ struct Case {
 
 void PrintTo(const Case& one, std::ostream* out) { *out << one.name; }
 
-/// As `docs/faults.md` has them. The elbow moves with up to 0.3 rad/s.
+/// According to `docs/faults.md`. The elbow moves at up to 0.3 rad/s.
 std::vector<Case> cases() {
   const auto both = [](FaultKind kind, const char* device, Time within) {
     return std::pair(std::optional(Seen{kind, device, within}), std::optional(Seen{kind, device, within}));
@@ -200,7 +200,8 @@ TEST_P(InjectedFault, IsSeenOnTheRightDeviceInItsTime) {
   }
 }
 
-/// Sways are at their turning point above, half a second in; a link that is to move at once is missed sooner.
+/// Above, the sway is at its turning point, half a second in; a link that should move at once is missed
+/// sooner.
 TEST(InjectedLinkEncoder, ThatSticksAtFullSpeedIsSeenSooner) {
   BreakableRobot rig(true);
   rig.run(500ms);
@@ -211,7 +212,7 @@ TEST(InjectedLinkEncoder, ThatSticksAtFullSpeedIsSeenSooner) {
   EXPECT_EQ(rig.robot->fault()->device, "RElbj");
 }
 
-/// What the check of brakes is worth.
+/// Validates the check of the brakes.
 TEST(StandingStill, ByADriveThatHoldsIsNotOnBrakes) {
   BreakableRobot rig(false);
   EXPECT_FALSE(rig.on_brakes());
@@ -220,7 +221,7 @@ TEST(StandingStill, ByADriveThatHoldsIsNotOnBrakes) {
 INSTANTIATE_TEST_SUITE_P(All, InjectedFault, testing::ValuesIn(cases()),
                          [](const auto& one) { return one.param.name; });
 
-/// Flipped bits may say anything: they are never taken for a robot that is well.
+/// Flipped bits may result in any value, but they are never taken for a healthy robot.
 TEST(InjectedBitFlips, EndInAFaultOfTheirDevice) {
   for (std::uint64_t seed = 1; seed <= 5; ++seed) {
     BreakableRobot rig(false);
@@ -235,8 +236,8 @@ TEST(InjectedBitFlips, EndInAFaultOfTheirDevice) {
   }
 }
 
-/// A set-point with a bit turned over is one that the drive follows, unless it is protected: then it is lost,
-/// and the one after it is soon enough.
+/// The drive follows a set-point with a flipped bit, unless it is protected: then it is lost, and the next
+/// one comes soon enough.
 TEST(InjectedBitFlips, OfSetPointsAreFollowedUnlessThePdosAreProtected) {
   for (const char* layout : {"layout_a.yaml", "layout_e.yaml"}) {
     SCOPED_TRACE(layout);
@@ -264,7 +265,7 @@ TEST(InjectedFrozenPdos, AreSeenByTheirCountWhereTheyAreProtected) {
   EXPECT_EQ(rig.robot->fault()->device, "RElbj");
 }
 
-/// What only an SDO request meets: nothing in operation, and the next boot says it.
+/// Faults that only an SDO request encounters: no effect in operation, and the next boot reports them.
 class InjectedSdoFault : public testing::TestWithParam<std::pair<std::vector<std::string>, const char*>> {};
 
 TEST_P(InjectedSdoFault, EndsTheNextBootWithItsReason) {
@@ -333,7 +334,7 @@ TEST(InjectedForeignMaster, IsNamedWithItsRequestsAndSetPoints) {
   }
 }
 
-/// One supply for all drives of a bus: it is named, and once.
+/// All drives of a bus have one supply: it is reported, and only once.
 TEST(InjectedUnderVoltage, OfABusIsItsSupplys) {
   BreakableRobot rig(false);
   rig.emulator->inject(faults::parse_fault({"undervoltage", "rarm"}));
@@ -344,7 +345,7 @@ TEST(InjectedUnderVoltage, OfABusIsItsSupplys) {
                              testing::HasSubstr("supplied")));
 }
 
-/// However many there are of it.
+/// Regardless of the number of emergencies.
 TEST(InjectedEmergencyStorm, IsToldOnce) {
   BreakableRobot rig(false);
   rig.emulator->inject(faults::parse_fault({"emergency-storm", "RElbj", "code=8192"}));

@@ -1,5 +1,5 @@
-// What an injected fault does where it acts: in frames, readings, springs, images and on objects; and that it
-// goes away with its cause.
+// Effects of an injected fault where it acts: in frames, readings, springs, images and on objects; and that
+// they disappear with their cause.
 
 #include <algorithm>
 #include <chrono>
@@ -21,7 +21,7 @@ namespace {
 using namespace std::chrono_literals;
 using rigs::BreakableRobot;
 
-/// Its heartbeats come at the rate of its own clock, and as they should again once that is in tune.
+/// The drive's heartbeats have the rate of its own clock, and the proper rate again once that is correct.
 TEST(InjectedClockDrift, IsInTheHeartbeatsPeriod) {
   BreakableRobot rig(false);
   std::vector<Time> beats;
@@ -31,7 +31,7 @@ TEST(InjectedClockDrift, IsInTheHeartbeatsPeriod) {
         if (f.frame.id == 0x70E) beats.push_back(f.time);
       });
   const auto period = [&] {
-    rig.run(500ms);  // what was under way
+    rig.run(500ms);  // lets the period under way end
     beats.clear();
     rig.run(3s);
     return std::chrono::duration<double>(beats.back() - beats.front()).count() /
@@ -45,7 +45,7 @@ TEST(InjectedClockDrift, IsInTheHeartbeatsPeriod) {
   EXPECT_FALSE(rig.robot->fault()) << rig.robot->fault()->text;
 }
 
-/// A client that reads a name of more than four bytes meets it (CiA 301, 7.2.4.3.17: 0503 0000h).
+/// A client that reads a name of more than four bytes encounters it (CiA 301, 7.2.4.3.17: 0503 0000h).
 TEST(InjectedToggleError, EndsASegmentedUpload) {
   BreakableRobot rig(false);
   bus::ComputerPort* port = nullptr;
@@ -72,7 +72,7 @@ TEST(InjectedToggleError, EndsASegmentedUpload) {
   EXPECT_EQ(read_name().abort_code(), canopen::SdoAbort::kToggle) << "0503 0000h";
 }
 
-/// A softer spring gives way by its load over its stiffness, and by the transmission's play as before.
+/// A softer spring deflects by its load divided by its stiffness, with the transmission's play unchanged.
 TEST(InjectedCompliance, LetsTheSpringGiveByItsLoadOverItsStiffness) {
   BreakableRobot rig(false);
   const auto names = rig.robot->joint_names();
@@ -94,7 +94,7 @@ TEST(InjectedCompliance, LetsTheSpringGiveByItsLoadOverItsStiffness) {
   EXPECT_NEAR((quarter - half) / (half - sound), 2, 0.1);
 }
 
-/// A loaded transmission lies at one end of its play: half of it is what the link gives way by.
+/// A loaded transmission rests at one end of its play: the link gives way by half of it.
 TEST(InjectedBacklash, LetsTheLinkGiveByHalfOfThePlay) {
   BreakableRobot rig(false);
   const auto names = rig.robot->joint_names();
@@ -127,7 +127,7 @@ TEST(InjectedTorqueDropout, ReadsZeroAndComesBack) {
   EXPECT_GT(std::abs(rig.robot->joints()[shoulder].torque), 1.0);
 }
 
-/// What stands on the table is what the scene has, and what the fault makes of it.
+/// The object on the table is the scene's, as modified by the fault.
 TEST(InjectedObjectFault, IsOfTheObjectAndGoesAway) {
   BreakableRobot rig(false);
   const auto bar = [&] { return rig.emulator->plant().object(0); };
@@ -168,9 +168,9 @@ TEST(InjectedPush, IsReadByTheSensorBehindIt) {
   EXPECT_FALSE(rig.robot->fault()) << rig.robot->fault()->text;
 }
 
-/// The load on a wrist's sensor stays; what it reads does not.
+/// The load on a wrist's sensor stays the same; its readings do not.
 TEST(InjectedSensorFault, IsInTheReadingsAndGoesAway) {
-  // The mean of ten samples, up to 0.2 s from now.
+  // Mean of ten samples, up to 0.2 s from now.
   const auto reading = [](BreakableRobot& rig) {
     rig.run(150ms);
     constexpr int kSamples = 10;
@@ -185,7 +185,7 @@ TEST(InjectedSensorFault, IsInTheReadingsAndGoesAway) {
   };
   constexpr double kMeanTime = 0.1775;  // s
   BreakableRobot rig(false);
-  rig.run(3s);  // until nothing sways any more
+  rig.run(3s);  // until the sway has decayed
   const Wrench sound = reading(rig);
   ASSERT_GT(sound.force.norm(), 3.0);
   const auto broken = [&](const std::vector<std::string>& words) {
@@ -207,7 +207,7 @@ TEST(InjectedSensorFault, IsInTheReadingsAndGoesAway) {
   EXPECT_NEAR(swapped.force.x(), sound.force.z(), 1.0);
   EXPECT_NEAR(swapped.force.z(), sound.force.x(), 1.0);
   const Wrench saturated = broken({"ft-saturation", "r_arm_ft", "force=1", "torque=0.05"});
-  EXPECT_NEAR(saturated.force.cwiseAbs().maxCoeff(), 1, 0.051);  // half of a step on the wire
+  EXPECT_NEAR(saturated.force.cwiseAbs().maxCoeff(), 1, 0.051);  // half a resolution step on the bus
   EXPECT_LE(saturated.torque.cwiseAbs().maxCoeff(), 0.055);
   EXPECT_FALSE(rig.robot->fault()) << rig.robot->fault()->text;
 }
@@ -230,7 +230,7 @@ TEST(InjectedNoise, HasTheDeviationAskedFor) {
     forces += (one.force - mean.force).squaredNorm() / (3 * kSamples);
     torques += (one.torque - mean.torque).squaredNorm() / (3 * kSamples);
   }
-  // 1200 numbers tell their deviation to 2 %; the sensor's own noise adds 0.1 %.
+  // 1200 values determine their deviation to 2 %; the sensor's own noise adds 0.1 %.
   EXPECT_NEAR(std::sqrt(forces), 5, 0.4);
   EXPECT_NEAR(std::sqrt(torques), 0.2, 0.016);
 }

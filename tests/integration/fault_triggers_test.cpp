@@ -1,4 +1,5 @@
-// When injected faults begin, how long they stay, that one more changes no other, and what is refused.
+// When injected faults begin, how long they last, that an additional one changes no other, and which are
+// refused.
 
 #include <chrono>
 #include <cmath>
@@ -54,7 +55,7 @@ TEST(InjectedFaults, BeginWithTheFrameThatTheyWaitFor) {
   EXPECT_FALSE(rig.robot->fault()) << rig.robot->fault()->text;
   const auto state = rig.emulator->injections().front();
   EXPECT_EQ(state.touched, 1U);
-  // The 40th is the one that is lost: between the 39th and the next there are two periods.
+  // The 40th is the lost one: between the 39th and the next there are two periods.
   ASSERT_GT(seen.size(), 40U);
   EXPECT_NEAR(std::chrono::duration<double>(seen[39] - seen[38]).count(), 2 * 0.005, 5e-4);
   EXPECT_NEAR(std::chrono::duration<double>(seen[38] - seen[37]).count(), 0.005, 5e-4);

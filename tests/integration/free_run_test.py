@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""`walkman-hil emulate --free-run` from outside: the robot stands, two runs are the same, what contradicts is refused.
+"""Tests `walkman-hil emulate --free-run` from outside: the robot stands, two runs are equal, contradictory options are refused.
 
 Usage: free_run_test.py WALKMAN_HIL SOURCE_TREE [unittest arguments]
 """
@@ -22,7 +22,7 @@ def emulate(*options):
 
 
 def whole_scene(folder):
-    """The first experiment's scene with what it extends in it."""
+    """Returns the first experiment's scene merged with the scene that it extends."""
     with open(os.path.join(folder, "robot_at_table.yaml"), encoding="utf-8") as stream:
         base = stream.read()
     with open(os.path.join(folder, "experiment_1.yaml"), encoding="utf-8") as stream:
@@ -40,13 +40,13 @@ class FreeRunTest(unittest.TestCase):
         return os.path.join(self.folder, name)
 
     def run_free(self, *options, code=0):
-        """The text on stdout, and the JSON in it."""
+        """Returns the text on stdout, and the JSON in it."""
         done = emulate("--free-run", "--json", *options)
         self.assertEqual(done.returncode, code, done.stderr)
         return done.stdout, json.loads(done.stdout)
 
     def scene(self, change):
-        """The first experiment's scene as one file with its text changed, beside all that it names."""
+        """Writes the first experiment's scene as one file with its text changed, together with everything that it refers to."""
         shutil.copytree(os.path.join(TREE, "urdf"), self.path("urdf"))
         os.mkdir(self.path("adaptation"))
         shutil.copy(os.path.join(TREE, "adaptation/head_at_home.yaml"), self.path("adaptation"))
@@ -67,7 +67,7 @@ class FreeRunTest(unittest.TestCase):
             self.assertLess(drift["centre_of_mass_m"], 5e-4)
             self.assertLess(drift["base_m"], 5e-4)
             self.assertLess(drift["base_rad"], 1e-3)
-        # It is measured at all: sensors are noisy, so a robot that balances by them moves.
+        # The drift is really measured: sensors are noisy, so a robot that balances by them moves.
         self.assertGreater(result["drift"]["most"]["centre_of_mass_m"], 0)
         self.assertEqual([row["seconds"] for row in result["hashes"]], [60, 61])
         self.assertEqual(len({row["state"] for row in result["hashes"]}), 2)

@@ -1,6 +1,6 @@
 // Each shipped PDO layout on the whole emulated robot: the master configures every node, identities are
-// checked, and the right arm is moved. What travels is compared with lengths written out here, the motion
-// with ground truth.
+// checked, and the right arm is moved. The frames on the bus are compared with lengths written out here, the
+// motion with ground truth.
 
 #include <cmath>
 #include <map>
@@ -55,7 +55,7 @@ class LayoutRun {
                                             world_.emulator.interfaces(), options_);
   }
 
-  /// The reason when it does not come up.
+  /// Returns the reason if the robot does not come up.
   std::string boot() {
     try {
       for (int i = 0; i < kBootCycles; ++i)
@@ -66,7 +66,7 @@ class LayoutRun {
     return "still booting";
   }
 
-  /// RElbj by `kMove` and as long again at rest; everything else holds. False with a fault.
+  /// Moves RElbj by `kMove`, then rests for the same time; everything else holds. Returns false on a fault.
   bool move() {
     std::vector<robot::JointCommand> commands;
     for (const cia402::DriveSample& joint : robot_->joints())
@@ -95,7 +95,7 @@ class LayoutRun {
   }
   [[nodiscard]] double moved() const { return elbow_before_ - elbow_truth(); }
   [[nodiscard]] std::string fault() const { return robot_->fault() ? robot_->fault()->text : "none"; }
-  /// PDOs of a node on the right arm's bus: COB-ID less the node-ID -> length, of a constant number a SYNC.
+  /// PDOs of a node on the right arm's bus: COB-ID minus the node-ID -> length, which has to be constant.
   [[nodiscard]] std::map<std::uint32_t, int> pdos(std::uint32_t node, bool fd) const {
     std::map<std::uint32_t, int> all;
     for (const auto& [id, seen] : wire_) {
@@ -123,7 +123,7 @@ class LayoutRun {
   std::map<std::uint32_t, OnTheWire> wire_;
 };
 
-/// Every SYNC of the move but those of its edges.
+/// Expects the frame in every `every`-th SYNC of the move, except at its edges.
 void expect_each_sync(const LayoutRun& run, std::uint32_t id, int every) {
   EXPECT_NEAR(run.count(id), 2 * kMoveCycles / every, 2) << std::hex << id;
 }

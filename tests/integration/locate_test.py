@@ -1,5 +1,6 @@
 #!/usr/bin/env python3
-"""walkman-hil locate on clouds made here, of surfaces in closed form: which object, in which frame, which exit code.
+"""Tests walkman-hil locate on clouds generated here from surfaces in closed form: which object, in which frame, which
+exit code.
 Usage: locate_test.py PROGRAM"""
 
 import json
@@ -13,12 +14,12 @@ from pathlib import Path
 from checks import PROGRAM, check, end
 
 SIZE, FOCAL = 400, 368.0
-HEIGHT = 0.7  # of the camera above the table, m
+HEIGHT = 0.7  # camera height above the table, m
 PITCH = math.atan2(HEIGHT, 0.5)
 
 
 def table_point(right, away, up):
-    """From the table's coordinates (below the camera) to the camera's optical frame."""
+    """Converts table coordinates (below the camera) to the camera's optical frame."""
     up -= HEIGHT
     s, c = math.sin(PITCH), math.cos(PITCH)
     return (right, -s * away - c * up, c * away - s * up)
@@ -42,7 +43,7 @@ AXES = [sub(table_point(*e), ORIGIN) for e in ((1, 0, 0), (0, 1, 0), (0, 0, 1))]
 
 
 def meet_box(ray, low, high):
-    """Depth at which a ray from the camera enters a box along the table's axes."""
+    """Returns the depth at which a ray from the camera enters a box along the table's axes."""
     enter, leave = 0.0, math.inf
     for axis, a, b in zip(AXES, low, high):
         start, slope = -dot(axis, ORIGIN), dot(axis, ray)
@@ -141,7 +142,7 @@ def main():
         code, out, err = locate(cloud, *wrong)
         check(code == 2 and not out and err.count("\n") == 1, f"{wrong}: {code} {err}")
 
-    # The same cloud in a room's frame.
+    # The same cloud in the frame of a room.
     rng = random.Random(7)
     for _ in range(3):
         q = [rng.gauss(0, 1) for _ in range(4)]

@@ -1,9 +1,9 @@
 #!/usr/bin/env python3
-"""look: around, by whole runs: the visual centre of mass against the centroid of the object's volume.
+"""Tests look: around, by whole runs: the visual centre of mass against the centroid of the object's volume.
 Usage: look_around_test.py PROGRAM FOLDER [EXPERIMENT...] [--seeds N], FOLDER with parameters.yaml and look_around.yaml
 
-Prints a table: the error of looking once and around (mm), for each experiment and seed. Exit code 1 when one is
-not at most half of the other."""
+Prints a table: the error of looking once and of looking around (mm), for each experiment and seed. Exit code 1 if any
+error of looking around is more than half of the other."""
 
 import argparse
 import concurrent.futures
@@ -33,7 +33,7 @@ def main():
     cases = [(e, s) for e in asked.experiments for s in range(1, asked.seeds + 1)]
     good = True
     with concurrent.futures.ThreadPoolExecutor(2) as pool:
-        # In both the head may turn to an object that the image's border cuts.
+        # In both cases the head may turn to an object that is cut off by the image's border.
         once = [pool.submit(repetition, asked.program, e, s, f"{asked.folder}/parameters.yaml") for e, s in cases]
         around = [pool.submit(repetition, asked.program, e, s, f"{asked.folder}/look_around.yaml") for e, s in cases]
         print("experiment  seed    once  around  outcome of around")

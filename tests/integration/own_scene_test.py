@@ -1,6 +1,7 @@
 #!/usr/bin/env python3
-"""A scene of the user's own: a pole of two links, one of them a mesh, and a box beside it, both on the table. The pole is the
-larger one; the plant judges, by the pole's centre of mass as its URDF has it. Usage: own_scene_test.py PROGRAM SOURCE_TREE"""
+"""A user's own scene: a pole of two links, one of them a mesh, and a box beside it, both on the table. The pole is the larger
+one; the result is judged by the plant, from the pole's centre of mass in its URDF. Usage: own_scene_test.py PROGRAM
+SOURCE_TREE"""
 
 import json
 import math
@@ -11,12 +12,12 @@ import tempfile
 from checks import check, end, run
 
 LENGTH, RADIUS, SIDES = 0.80, 0.03, 24  # m
-POLE_MASS, BLOCK_MASS, BLOCK_AT = 0.4, 0.6, 0.22  # kg, m right of the pole's middle
-BLOCK = 0.10  # m, its side
+POLE_MASS, BLOCK_MASS, BLOCK_AT = 0.4, 0.6, 0.22  # kg, m to the right of the pole's centre
+BLOCK = 0.10  # m, its edge length
 
 
 def write_prism(file):
-    """The pole as an STL, its axis x."""
+    """Writes the pole as an STL, its axis along x."""
     ring = [(RADIUS * math.cos(2 * math.pi * i / SIDES), RADIUS * math.sin(2 * math.pi * i / SIDES)) for i in range(SIDES)]
     facets = []
     for (y, z), (v, w) in zip(ring, ring[1:] + ring[:1]):

@@ -1,5 +1,5 @@
-// Runs the emulated robot for a while with frames put together here byte by byte: every device is started,
-// every drive switched on and moved a little. Writes can.log (candump -L) and state.csv (state_log.h). Usage:
+// Runs the emulated robot for a while with frames assembled here byte by byte: every device is started, every
+// drive switched on and moved a little. Writes can.log (candump -L) and state.csv (state_log.h). Usage:
 // record_run SOURCE_TREE OUT_FOLDER CYCLES
 
 #include <cmath>
@@ -38,7 +38,7 @@ void command(walkman::can::Interface& wire, Move& move, int cycle) {
   const int step = cycle - kEnableCycle;
   const std::uint8_t word = step < 2 ? 0x06 : step < 4 ? 0x07 : 0x0F;
   if (step < 6) move.start = position(*move.device);
-  // Mode csp; the torque target is not used there, so that it may be anything that shows a wrong sign.
+  // Mode csp, which does not use the torque target, so that it may be anything that reveals a wrong sign.
   const std::int32_t torque = -3 * step;
   static_cast<void>(wire.send(Frame(0x200 + id, {word, 0x00, 0x08, byte(torque, 0), byte(torque, 1)})));
   const double wave = step < 6 ? 0.0 : 20000.0 * std::sin(0.05 * (step - 6));

@@ -28,7 +28,7 @@ EmulatorOptions emulator_options() {
 
 Scene scene() { return load_scene(kTree / "urdf/scenes/experiment_1.yaml"); }
 
-/// Where the feet are, and how far they have gone since.
+/// Positions of the feet, and how far they have slid from the initial ones.
 class Feet {
  public:
   explicit Feet(const rigs::CommandedRobot& robot) : robot_(robot), start_(now()) {}
@@ -36,7 +36,7 @@ class Feet {
     const auto feet = now();
     return std::max((feet[0] - start_[0]).norm(), (feet[1] - start_[1]).norm());
   }
-  /// The middle between the soles.
+  /// Midpoint between the soles.
   [[nodiscard]] Eigen::Vector2d middle() const {
     const auto feet = now();
     return (feet[0] + feet[1]) / 2;
@@ -69,7 +69,7 @@ TEST(Standing, SixtySecondsAtHome) {
   robot.manipulator().hold(60);
   EXPECT_LT(slide, 1e-4);
   EXPECT_LT(away, 0.010);
-  // Any two of the last 30 s, sway and all.
+  // Any two positions in the last 30 s, including the sway.
   Eigen::Vector2d least = com.back(), most = com.back();
   for (std::size_t i = com.size() / 2; i < com.size(); ++i) {
     least = least.cwiseMin(com[i]);
@@ -83,7 +83,7 @@ TEST(Standing, SixtySecondsAtHome) {
               1e3 * away, 1e3 * (most - least).norm());
 }
 
-/// Motors are on their brakes then, and the body on its springs.
+/// The motors are then on their brakes, and the body on its springs.
 TEST(Standing, IsNotEndedBySafeStopOrTheDriversEnd) {
   for (const bool stop : {true, false}) {
     SCOPED_TRACE(stop ? "safe stop" : "the drivers' end");
@@ -103,13 +103,13 @@ TEST(Standing, IsNotEndedBySafeStopOrTheDriversEnd) {
   }
 }
 
-/// A push for 0.1 s at the chest, 1.67 m above the ground.
+/// A push of 0.1 s at the chest, 1.67 m above the ground.
 struct Push {
   double force = 0;      // N
-  double direction = 0;  // rad, 0 forward, to the left positive
+  double direction = 0;  // rad, 0 forward, positive to the left
 };
 
-/// How the robot differs from what its computer knows.
+/// Differences between the robot and what its computer knows of it.
 struct Truth {
   double masses = 1, springs = 1;
   double in_hand = 0;       // kg at the right hand
@@ -118,24 +118,24 @@ struct Truth {
 };
 
 struct Swayed {
-  bool stood_before = false;  // quietly, since before the push
-  bool fell = false;          // or else the drivers had to stop
-  double first = 0;           // greatest distance of the centre of mass from where it was before the push, m
-  double after_3_s = 0;       // greatest distance from where it comes to rest, from 3 s after the push on
-  /// The same from where it was before the push, relative to the feet: pushed sideways, one of them is
+  bool stood_before = false;  // still, from before the push
+  bool fell = false;          // or the drivers had to stop
+  double first = 0;           // greatest distance of the centre of mass from its place before the push, m
+  double after_3_s = 0;       // greatest distance from its final place, from 3 s after the push on
+  /// The same from its place before the push, relative to the feet: when pushed sideways, one of them is
   /// lifted.
   double left_at_3_s = 0;
-  double at_end = 0;  // 10 s after the push, from where it was before: a lifted foot lands elsewhere
+  double at_end = 0;  // 10 s after the push, from its place before: a lifted foot lands elsewhere
   double lowest = 0;  // of the centre of mass, relative to before, m
-  double feet = 0;    // slid by, m
+  double feet = 0;    // distance slid, m
 };
 
 constexpr double kPushedFor = 0.1;  // s
 constexpr const char* kPushedLink = "DWYTorso";
 const Eigen::Vector3d kPushedPoint(0, 0, 0.2);
-constexpr double kPushAt = 12;  // s, when the robot has long stood
+constexpr double kPushAt = 12;  // s, when the robot has stood for a long time
 
-/// A folder of parameters in which the numbers of one key are multiplied, in a folder that goes with it.
+/// A copy of a folder of parameters in which the numbers of one key are multiplied; removed with this object.
 class ChangedFolder {
  public:
   ChangedFolder(const std::filesystem::path& original, const std::string& key, double factor)
@@ -147,7 +147,7 @@ class ChangedFolder {
       std::ofstream out(folder_ / entry.path().filename());
       for (std::string line; std::getline(in, line); out << line << '\n') {
         if (!line.starts_with(key + ":")) continue;
-        line = line.substr(0, line.find('#'));  // the source of the number, not of its multiple
+        line = line.substr(0, line.find('#'));  // which gives the source of the number, not of its multiple
         std::string changed;
         const std::regex number("[0-9][0-9.]*");
         auto after = line.cbegin();
@@ -207,7 +207,7 @@ Swayed pushed(const Push& push, const Truth& truth = {}) {
   robot.start();
   Swayed result;
   if (!robot.stands() || robot.seconds() > kPushAt - 2) return result;
-  std::vector<Eigen::Vector3d> com;     // of every cycle
+  std::vector<Eigen::Vector3d> com;     // in every cycle
   std::vector<Eigen::Vector2d> middle;  // between the feet
   robot.each_cycle = [&] {
     com.push_back(robot.p_Wcm());
@@ -258,7 +258,7 @@ Swayed pushed(const Push& push, const Truth& truth = {}) {
 
 constexpr double kForward = 0, kLeft = std::numbers::pi / 2, kBack = std::numbers::pi;
 
-/// What the capture point allows: the velocity v of a point mass at the centre of mass's height h takes it no
+/// The capture point's limit: a point mass at the height h of the centre of mass with the velocity v moves no
 /// farther than v / w, w² = g / h, and there the centre of pressure has to be (Pratt et al., Humanoids 2006).
 /// With the distance d from the centre of mass to the edge of the feet, a push F of 0.1 s at the height z
 /// turns the robot about its feet by F z t = m h v: F = m w d h / (z t).
@@ -273,15 +273,15 @@ class CapturePoint {
     const int torso = robot.model().link_index(kPushedLink);
     pushed_height_ = (robot.plant().X_WL(torso) * kPushedPoint).z();
   }
-  /// N, for a push in that direction.
+  /// Limit for a push in that direction, N.
   [[nodiscard]] double limit(double direction) const {
     const double w = std::sqrt(9.81 / p_Wcm_.z());
     return mass_ * w * to_edge(direction) * p_Wcm_.z() / (pushed_height_ * kPushedFor);
   }
-  /// From below the centre of mass to the edge of the hull of all contacts, m.
+  /// Distance from the point below the centre of mass to the edge of the hull of all contacts, m.
   [[nodiscard]] double to_edge(double direction) const {
     const Eigen::Vector2d along(std::cos(direction), std::sin(direction));
-    // The hull in a direction: no more than the corners' extent across any normal allows.
+    // The hull's extent in a direction: the least that the corners' extent along any normal allows.
     double least = std::numeric_limits<double>::infinity();
     constexpr int kNormals = 3600;
     for (int i = 0; i < kNormals; ++i) {
@@ -329,7 +329,7 @@ TEST(SwayOfAnotherRobot, IsGoneAsWell) {
   }
 }
 
-/// The robot is where it was, or near: a foot that was lifted lands elsewhere.
+/// The robot is where it was, or nearby: a lifted foot lands elsewhere.
 void expect_on_its_feet(const Swayed& swayed, double landed) {
   ASSERT_TRUE(swayed.stood_before);
   ASSERT_FALSE(swayed.fell);
@@ -346,9 +346,9 @@ TEST_P(Pushed, RobotStaysOnItsFeet) { expect_on_its_feet(pushed(GetParam()), 0.0
 INSTANTIATE_TEST_SUITE_P(ForwardAndSideways, Pushed,
                          testing::Values(Push{350, kForward}, Push{450, kLeft}, Push{450, -kLeft}));
 
-/// A push as a share of what the capture point allows a robot that does not step, in one of eight directions.
+/// A push as a share of the capture point's limit for a robot that does not step, in one of eight directions.
 struct Share {
-  int eighth;  // of a turn to the left
+  int eighth;  // of a turn, to the left
   double share;
   double torque_range = 1;
 };
@@ -373,8 +373,9 @@ std::string name_of(const testing::TestParamInfo<Share>& one) {
 INSTANTIATE_TEST_SUITE_P(Along, AtTheCapturePoint,
                          testing::Values(Share{0, 1}, Share{2, 1}, Share{4, 1}, Share{6, 1}), name_of);
 
-// At a corner of one foot the whole weight and its acceleration are more than an ankle's sensor can measure,
-// and the drivers stop the robot: at 0.85 of the limit it is out of its range for longer than they wait.
+// At a corner of one foot, the whole weight and its acceleration exceed what an ankle's sensor can measure,
+// and the drivers stop the robot: at 0.85 of the limit the sensor is out of its range for longer than they
+// tolerate.
 INSTANTIATE_TEST_SUITE_P(Diagonally, AtTheCapturePoint,
                          testing::Values(Share{1, 0.8}, Share{3, 0.8}, Share{5, 0.8}, Share{7, 0.8}),
                          name_of);

@@ -12,7 +12,7 @@ constexpr double kRadius = 0.035;    // m, of the bar
 constexpr double kSpacerMass = 0.1;  // kg; the two weights keep the bar 1 cm above the table
 constexpr double kMinForce = 1.0;    // N
 
-/// The bar of the scene with the mass and the centre of mass of the case, its middle where it lay.
+/// The scene's bar with the mass and the centre of mass of the case, its middle at its original place.
 Scene with_bar(Scene scene, const LiftCase& lift) {
   SceneObject& bar = scene.objects[kBar];
   for (AttachedWeight& weight : bar.weights) {
@@ -24,7 +24,7 @@ Scene with_bar(Scene scene, const LiftCase& lift) {
   const double mass = lift.mass - 2 * kSpacerMass;
   tube.I_LLcm_L *= mass / tube.mass;
   tube.mass = mass;
-  // The spacers are as far to the left as to the right.
+  // The spacers are equally far to the left and to the right.
   tube.p_LLcm = Eigen::Vector3d(lift.offset * lift.mass / mass, 0, 0);
   return scene;
 }
@@ -33,7 +33,7 @@ double distance_to_line(const Eigen::Vector3d& point, const wrench::ComLine& lin
   return (point - line.p_PF).cross(line.direction).norm();
 }
 
-/// Judges a mean load of the object about Ho in E, T or W; both have z up.
+/// Computes the errors of a mean load of the object about Ho in E, which is T or W; both have z up.
 void judge(const Wrench& F_Ho_E, const Eigen::Vector3d& p_HoCm_E, double weight, double& force_error,
            double& line_error) {
   force_error = -F_Ho_E.force.z() / weight - 1;

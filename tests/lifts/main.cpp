@@ -18,7 +18,7 @@ namespace {
 constexpr double kLeastMass = 1.2, kMostMass = 1.8;  // kg
 constexpr double kMostOffset = 0.12;                 // m
 
-// What has to hold.
+// Required bounds.
 constexpr double kForceError = 1e-3;     // of the true wrench
 constexpr double kLineError = 0.5e-3;    // m, of the true wrench
 constexpr double kReadLineError = 3e-3;  // m, as read, in 95 of 100
@@ -58,7 +58,7 @@ double percentile(std::vector<double> values, double share) {
   return values[place - 1];
 }
 
-/// Prints the table; true when everything held.
+/// Prints the table; returns true if everything held.
 bool report(const std::vector<LiftCase>& cases, const std::vector<LiftResult>& results) {
   fmt::print("{:>8} {:>9} {:>5} {:>10} {:>9} {:>12} {:>11} {:>8}\n", "mass kg", "offset mm", "held",
              "f_z err %", "line mm", "read f_z %", "read line mm", "slip um");

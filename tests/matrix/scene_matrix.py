@@ -32,7 +32,7 @@ def run(program, urdf, case, level, seed, folder):
     done = subprocess.run([program, "experiment", "1", "--scene", scene, "--seed", str(seed), "--model-error", level,
                            "--json", "--out", folder / "out"],
                           capture_output=True, text=True, check=False)
-    shutil.rmtree(folder)  # its CAN log is hundreds of MB
+    shutil.rmtree(folder)  # its CAN log takes hundreds of MB
     try:
         return json.loads(done.stdout)["repetitions"][0]
     except (json.JSONDecodeError, KeyError, IndexError):
@@ -40,18 +40,18 @@ def run(program, urdf, case, level, seed, folder):
 
 
 def reduction(r):
-    """Of the true torque that places along the handle change, per cent."""
+    """Reduction of the true torque that depends on the place along the handle, per cent."""
     across = lambda suffix: math.sqrt(max(0, r[f"tau{suffix}_true"]**2 - r[f"tau_about_handle{suffix}_true"]**2))
     return 100 * (1 - across("_after") / across(""))
 
 
 def weighing_error(r):
-    """Of the last weighing's centre of mass as seen from the hand, m."""
+    """Error of the last weighing's centre of mass relative to the hand, m."""
     return r["d_after"] - r["d_after_true"]
 
 
 def verdict(case, r):
-    """"held", "short", "refused", "stopped" or "wrong", and why."""
+    """Returns "held", "short", "refused", "stopped" or "wrong", and the reason."""
     if r["outcome"] == "stopped":
         if r.get("touches"):
             return "wrong", f"touched before it stopped: {r['touches'][0]}"

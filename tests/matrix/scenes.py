@@ -1,4 +1,4 @@
-"""Scenes around Experiment 1's: a bar on a table in front of the robot, with one thing or all of it different."""
+"""Scenes around Experiment 1's: a bar on a table in front of the robot, with one or all properties different."""
 
 import dataclasses
 import math
@@ -8,32 +8,32 @@ import typing
 
 BAR_LENGTH = 1.05  # m
 WEIGHT_THICKNESS = 0.015  # m, along the bar
-CLAMP_OVER_BAR = 0.010  # m, by which a clamp stands out over the bar
+CLAMP_OVER_BAR = 0.010  # m, by which a clamp projects beyond the bar
 TABLE_TOP = 0.90  # m, of table.urdf
-TABLE_MIDDLE = 0.90  # m, its near edge is at 0.50
+TABLE_MIDDLE = 0.90  # m, the near edge is at 0.50
 
 
 @dataclasses.dataclass
 class Case:
     name: str
     mass: float = 1.2  # kg, bar and weights
-    bar_share: float = 1 / 6  # of the mass that is the bar's own
+    bar_share: float = 1 / 6  # share of the mass that is the bar's own
     diameter: float = 0.07  # m
     weights: tuple = (0.25, 0.95)  # m from the left end; none: a bare bar
     friction: float = 0.8  # of the bar
     table: float = 0.90  # m
-    yaw: float = 0.0  # rad, 0 across in front of the robot
-    x: float = 0.70  # m, the bar's middle
+    yaw: float = 0.0  # rad, 0: across in front of the robot
+    x: float = 0.70  # m, centre of the bar
     y: float = -0.24
-    bar_com: float = -0.03  # m, of the bar alone from its middle
-    off_axis: float = 0.0  # m, the whole's centre of mass from the bar's axis, level, by its clamps
+    bar_com: float = -0.03  # m, of the bar alone from its centre
+    off_axis: float = 0.0  # m, horizontal offset of the total centre of mass from the bar's axis, by its clamps
     tilt: float = 0.0  # rad, of the table, its far edge up
     slope: float = 0.0  # rad, of the table, its left side up
     beside: tuple = ()  # boxes on the table: x, y, then sizes, m
-    refusal: str = ""  # what a refusal of it may say: a regular expression
+    refusal: str = ""  # what a refusal may say: a regular expression
 
     def com(self) -> float:
-        """The true centre of mass, m from the left end."""
+        """Returns the true centre of mass, m from the left end."""
         own = self.mass * (self.bar_share if self.weights else 1)
         middle = BAR_LENGTH / 2 + self.bar_com
         if not self.weights:
@@ -95,20 +95,20 @@ def rpy(r):
 
 
 def write_scene(case: Case, urdf_folder: pathlib.Path, folder: pathlib.Path) -> pathlib.Path:
-    """The scene and its objects' URDFs; returns the scene's file."""
+    """Writes the scene and its objects' URDFs; returns the scene's file."""
     folder.mkdir(parents=True, exist_ok=True)
     (folder / "bar.urdf").write_text(tube_urdf(case))
     if case.weights:
         (folder / "clamp.urdf").write_text(clamp_urdf(case))
     table = rotation(case.slope, -case.tilt, 0)
     normal = [row[2] for row in table]
-    # The table's top under the bar's middle is at the table's height.
+    # Under the bar's centre, the table top is at the table's height.
     under = (case.x, case.y, case.table)
     middle_top = [TABLE_MIDDLE, 0.0, 0.0]
     middle_top[2] = under[2] - (normal[0] * (middle_top[0] - under[0]) + normal[1] * (middle_top[1] - under[1])) / normal[2]
     frame = [middle_top[i] - TABLE_TOP * normal[i] for i in range(3)]
     side = case.diameter / 2 + (CLAMP_OVER_BAR if case.weights else 0)
-    above = 0.0002 + 0.02 * max(abs(math.sin(case.tilt)), abs(math.sin(case.slope)))  # it is moved along the floor
+    above = 0.0002 + 0.02 * max(abs(math.sin(case.tilt)), abs(math.sin(case.slope)))  # its shifts are along the floor
     centre = [under[i] + (side + above) * normal[i] for i in range(3)]
     turned = times(table, rotation(0, 0, -math.pi / 2 + case.yaw))
     numbers = lambda values: ", ".join(f"{v:.6f}" for v in values)
@@ -141,10 +141,10 @@ fixed_bodies:
 
 
 def one_at_a_time() -> typing.List[Case]:
-    """Experiment 1's scene with one thing different."""
+    """Returns Experiment 1's scene with one property changed at a time."""
     degrees = math.pi / 180
     cases = [Case(f"mass {m} kg", mass=m) for m in (0.5, 0.8, 2.0, 3.0, 4.0)]
-    # The open fingers reach 7 cm below the palm: they would lie on the table beside what is lower than that.
+    # The open fingers reach 7 cm below the palm: with a lower object they would touch the table beside it.
     low = lambda height: "(Finger|Thumb).* and the table would touch" if height < 0.068 else ""
     cases += [Case(f"diameter {100 * d:g} cm", diameter=d, refusal=low(d + CLAMP_OVER_BAR)) for d in (0.04, 0.05, 0.06, 0.08, 0.09)]
     cases += [Case(f"bare, diameter {100 * d:g} cm", diameter=d, weights=(), bar_com=-0.08, refusal=low(d))
@@ -152,7 +152,7 @@ def one_at_a_time() -> typing.List[Case]:
     cases += [Case(f"friction {f}", friction=f) for f in (0.3, 0.5, 1.0, 1.2)]
     cases += [Case(f"table {t} m", table=t) for t in (0.75, 0.82, 0.97, 1.05)]
     cases += [Case(f"yaw {a} degrees", yaw=a * degrees) for a in (-40, -20, 20, 40)]
-    # Turned so far, its near end would lie in the robot.
+    # Turned this far, its near end would be inside the robot.
     cases += [Case(f"yaw {a} degrees, x 0.82 m", yaw=a * degrees, x=0.82) for a in (-60, 60)]
     cases += [Case(f"x {x} m", x=x) for x in (0.58, 0.64, 0.76, 0.82)]
     cases += [Case(f"y {y} m", y=y) for y in (-0.45, -0.10, 0.0, 0.10, 0.25, 0.45)]
@@ -171,7 +171,8 @@ def one_at_a_time() -> typing.List[Case]:
 
 
 def beyond() -> typing.List[Case]:
-    """Heavier, or with a longer lever, than hand and arm may be asked for: to be put down again, and held where they can be."""
+    """Heavier, or with a longer lever, than the hand and arm can carry: to be put down again, and held where that is
+    possible."""
     cases = [Case(f"beyond: mass {m} kg", mass=m, refusal="its motor can give for good") for m in (6.0, 8.0, 12.0)]
     # These turn or swing in the fingers; near their centre of mass they can be held.
     cases += [Case(f"beyond: 4 kg, CoM {100 * c:+.0f} cm off", mass=4, bar_share=0.5,
@@ -180,7 +181,7 @@ def beyond() -> typing.List[Case]:
 
 
 def drawn(count: int, seed: int) -> typing.List[Case]:
-    """Everything different at once, over the same ranges."""
+    """Returns scenes with every property changed at once, over the same ranges."""
     draw = random.Random(seed)
     cases = []
     for i in range(count):

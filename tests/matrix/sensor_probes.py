@@ -52,7 +52,7 @@ def lie(name, when, what, reasons):
 
 GRASP = "in_phase: {phase: grasp}"
 LIFT = "in_phase: {phase: lift}"
-# Name, arguments of `experiment`, and what a stop may say.
+# Name, arguments of `experiment`, and what a stop may report.
 PROBES = [
     lie("drift 0.02 N·m/s, all torques", GRASP, "drift_per_s: [0, 0, 0, 0.02, 0.02, 0.02]", DRIFTS),
     lie("drift 0.05 N·m/s, all torques", GRASP, "drift_per_s: [0, 0, 0, 0.05, 0.05, 0.05]", DRIFTS),
@@ -71,7 +71,7 @@ PROBES = [
     lie("bit 7 of Tx sticks in the lift", LIFT, "bit: {channel: Tx, number: 7, stuck_at: 1}", LIES),
     lie("bit 7 of Ty sticks in the lift", LIFT, "bit: {channel: Ty, number: 7, stuck_at: 1}", LIES),
 ]
-PROBES += [(f"{side} weight off {after} s into the lift",  # while the hand takes the load up, and while it rises
+PROBES += [(f"{side} weight off {after} s into the lift",  # while the hand takes up the load, and while it rises
             event(f"in_phase: {{phase: lift, after_s: {after}}}\n    remove_weight: {{object: bar, weight: {side}_weight}}"),
             "turns|does not stay|contradict|weighs") for side in ("left", "right") for after in (1, 4)]
 PROBES += [(f"{100 * share:g} % of the friction in the {phase}",

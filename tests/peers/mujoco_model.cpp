@@ -59,7 +59,8 @@ class Writer {
     }
     out_ += fmt::format("<body name=\"free_base\" {}>", pose_text(options_.X_WR * X_RM));
     if (!options_.fixed_base) out_ += "<freejoint name=\"free_base\"/>";
-    // MuJoCo wants mass in the body that moves itself: the first of the base group's links lends its own.
+    // MuJoCo requires mass in a body that moves by itself: the first of the base group's links that has any
+    // lends its own.
     for (const int i : tree_.groups().front().links) {
       if (carrier_ < 0 && model_.links[static_cast<std::size_t>(i)].mass > 0) carrier_ = i;
     }
@@ -75,7 +76,7 @@ class Writer {
   }
 
  private:
-  /// Inertia of `link`, which has the pose X_BL in the body under way.
+  /// Inertia of `link`, whose pose in the current body is X_BL.
   void inertial(const Link& link, const Eigen::Isometry3d& X_BL) {
     const Eigen::Matrix3d I = X_BL.linear() * link.I_LLcm_L * X_BL.linear().transpose();
     out_ += fmt::format("<inertial pos=\"{}\" mass=\"{}\" fullinertia=\"{} {} {} {} {} {}\"/>",
@@ -118,7 +119,7 @@ class Writer {
   const plant::RigidTree& tree_;
   const MjcfOptions& options_;
   std::vector<std::vector<std::size_t>> children_;
-  int carrier_ = -1;  // link whose inertia stands in the base's body
+  int carrier_ = -1;  // link whose inertia is in the base's body
   std::string out_;
 };
 

@@ -16,7 +16,7 @@ namespace walkman::peers {
 /// A force and a torque sensor between a rigid group and the one that carries it.
 struct MjcfSensor {
   std::string name;
-  int link = -1;   ///< URDF link whose frame the sensor reads in
+  int link = -1;   ///< URDF link in whose frame the sensor reads
   int group = -1;  ///< the group it carries
 };
 
@@ -26,14 +26,14 @@ struct MjcfOptions {
   double step = 1e-3;                                      ///< s
   double gravity = 9.81;                                   ///< m/s²
   std::vector<MjcfSensor> sensors;
-  bool ground = false;  ///< the plane z = 0, which every collision shape of the robot meets
+  bool ground = false;  ///< the plane z = 0, with which every collision shape of the robot collides
   double friction = 0.6;
 };
 
-/// MJCF text of a robot: every URDF link a body with its own inertia where the URDF has it, and a joint where
-/// `tree` has one, so MuJoCo lumps links and finds principal axes by itself. Joints have neither limits nor
-/// damping nor armature. A floating base's free joint is at the centre of mass of the tree's base group, as
-/// Bullet's is, since the discrete step depends on the point whose velocity is kept.
+/// MJCF text of a robot: every URDF link is a body with its own inertia where the URDF has it, and with a
+/// joint where `tree` has one, so that MuJoCo lumps links and finds principal axes by itself. Joints have no
+/// limits, damping or armature. A floating base's free joint is at the centre of mass of the tree's base
+/// group, as in Bullet, because the discrete step depends on the point whose velocity is kept.
 [[nodiscard]] std::string mjcf(const RobotModel& model, const plant::RigidTree& tree,
                                const MjcfOptions& options);
 
@@ -42,7 +42,7 @@ struct MujocoModelDeleter {
   void operator()(mjData* data) const { mj_deleteData(data); }
 };
 
-/// A model that MuJoCo has compiled, and its state. Throws std::runtime_error with MuJoCo's own sentence.
+/// A model compiled by MuJoCo, and its state. Throws std::runtime_error with MuJoCo's own sentence.
 struct MujocoWorld {
   explicit MujocoWorld(const std::string& mjcf_text);
 

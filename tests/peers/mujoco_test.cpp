@@ -1,5 +1,5 @@
-// The plant's parts against MuJoCo, another engine with the same model: contact-free they must agree to
-// rounding, on the ground in what physics fixes.
+// The plant's parts against MuJoCo, another engine with the same model: without contact they must agree to
+// rounding, on the ground in what physics determines.
 
 #include <algorithm>
 #include <cmath>
@@ -125,7 +125,7 @@ TEST_F(BesideMujoco, FreeFloatingRobotAcceleratesAlike) {
   EXPECT_LT(position.most(), 1e-9);
   EXPECT_LT(force.rms(), 1e-6);
   EXPECT_GT(turning, 0.1);  // rad/s: the arms turned the pelvis
-  EXPECT_GT(shaken, 0.5);   // m/s² beside the fall
+  EXPECT_GT(shaken, 0.5);   // m/s² in addition to the fall
   std::printf("base: rms %.1e m/s², %.1e rad/s²; largest %.1e m after 2 s; turned with %.2f rad/s\n",
               linear.rms(), angular.rms(), position.most(), turning);
 }
@@ -144,7 +144,7 @@ TEST_F(BesideMujoco, StandingRobotsWeighTheSameAtTheSameHeight) {
   EXPECT_LT((bullet.p_WBcm - mujoco.p_WBcm).norm(), 2e-3);
   EXPECT_EQ(twin.bullet_contacts(), 8);  // the corners of two soles
   EXPECT_EQ(twin.mujoco_contacts(), 8);
-  // Each ankle carries all but the feet; the sensors lie level, as the soles do.
+  // Each ankle carries everything above the feet; the sensors are level, as the soles are.
   const double feet = robot_.links[static_cast<std::size_t>(robot_.link_index("RFoot"))].mass +
                       robot_.links[static_cast<std::size_t>(robot_.link_index("LFoot"))].mass;
   const double weight = (robot_.total_mass() - feet) * Twin::kGravity;

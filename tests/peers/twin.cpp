@@ -8,7 +8,7 @@
 namespace walkman::peers {
 namespace {
 
-// A pair of surfaces has the product of both in Bullet, the larger of both in MuJoCo.
+// The friction of a pair of surfaces is the product of both in Bullet, the larger of both in MuJoCo.
 constexpr double kRobotFriction = 0.8;  // of the soles
 constexpr double kGroundFriction = 0.75;
 
@@ -20,8 +20,8 @@ bool has_drive(const DeviceTable& devices, const std::string& joint) {
   });
 }
 
-/// The robot's rigid groups as the plant has them: fingers stand still, and a sensor that carries a body has
-/// a rigid joint of its own.
+/// The robot's rigid groups as in the plant: fingers do not move, and a sensor that carries a body has a
+/// separate rigid joint.
 plant::RigidTree rigid_tree(const RobotModel& model, const DeviceTable& devices,
                             const std::vector<std::string>& sensors) {
   std::vector<std::string> frozen, cuts;
@@ -173,7 +173,7 @@ RobotState Twin::mujoco_state() const {
   const Eigen::Quaterniond R_WB(data.qpos[3], data.qpos[4], data.qpos[5], data.qpos[6]);
   state.p_WBcm = vector_at(data.qpos);
   state.v_WBcm = vector_at(data.qvel);
-  state.w_WB = R_WB * vector_at(data.qvel + 3);  // MuJoCo keeps it in the body's own axes
+  state.w_WB = R_WB * vector_at(data.qvel + 3);  // MuJoCo gives it in the body's own axes
   return state;
 }
 
@@ -182,7 +182,7 @@ Wrench Twin::mujoco_wrench(std::size_t sensor) const {
   const mjtNum* force = readings + force_address_[sensor];
   const mjtNum* moment = readings + torque_address_[sensor];
   Wrench wrench;
-  // MuJoCo gives what the carrying body exerts; the plant's sensors read the load upon it.
+  // MuJoCo gives what the carrying body exerts; the plant's sensors read the load on it.
   wrench.force = -Eigen::Vector3d(force[0], force[1], force[2]);
   wrench.torque = -Eigen::Vector3d(moment[0], moment[1], moment[2]);
   return wrench;

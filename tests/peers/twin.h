@@ -17,57 +17,58 @@
 
 namespace walkman::peers {
 
-/// A joint's torque law: stiffness to its first position, damping, and a sine of its own phase.
+/// A joint's torque law: stiffness towards its initial position, damping, and a sine with its own phase.
 struct JointLaw {
   double stiffness = 0;  ///< N·m/rad
   double damping = 0;    ///< N·m·s/rad
   double amplitude = 0;  ///< N·m
 };
 
-/// What one engine's robot does at a moment.
+/// State of one engine's robot at an instant.
 struct RobotState {
   std::vector<double> q, v;                          ///< of the twin's joints in their order, rad and rad/s
   Eigen::Vector3d p_WBcm = Eigen::Vector3d::Zero();  ///< base group's centre of mass, m
   Eigen::Vector3d v_WBcm = Eigen::Vector3d::Zero();  ///< its velocity, m/s
-  Eigen::Vector3d w_WB = Eigen::Vector3d::Zero();    ///< and angular velocity, rad/s, axes of W
+  Eigen::Vector3d w_WB = Eigen::Vector3d::Zero();    ///< its angular velocity, rad/s, axes of W
 };
 
 struct TwinOptions {
   bool fixed_base = true;
-  bool ground = false;  ///< on the plane z = 0, touched by any part of the robot
+  bool ground = false;  ///< on the plane z = 0, which any part of the robot may touch
   Eigen::Isometry3d X_WR = Eigen::Isometry3d::Identity();
-  std::map<std::string, double> posture;  ///< first joint positions
-  /// Bullet takes velocity terms at the poses' own instant, as the plant does; MuJoCo has no such thing, so
-  /// the two part by what a step of Euler's method leaves out.
+  std::map<std::string, double> posture;  ///< initial joint positions
+  /// Bullet evaluates velocity terms at the instant of the poses, as the plant does; MuJoCo has no such
+  /// option, so the two differ by what a step of Euler's method neglects.
   bool mid_step_velocities = false;
   std::vector<std::string> sensors{"r_arm_ft", "l_arm_ft", "r_leg_ft", "l_leg_ft"};
 };
 
-/// The same robot in Bullet, made of the plant's own parts, and in MuJoCo: same tree, same inertias, same
+/// The same robot in Bullet, built from the plant's own parts, and in MuJoCo: same tree, same inertias, same
 /// torque law, each from its own state, same semi-implicit Euler step of 1 ms.
 class Twin {
  public:
   static constexpr double kStep = 1e-3;
   static constexpr double kGravity = 9.81;
 
-  /// `model` must outlive the twin. Fingers and whatever else has no drive in `devices` do not move. Every
-  /// joint starts with stiffness and damping zero.
+  /// `model` must outlive the twin. Fingers and everything else without a drive in `devices` do not move.
+  /// Every joint starts with zero stiffness and damping.
   Twin(const RobotModel& model, const DeviceTable& devices, const TwinOptions& options);
 
   /// URDF indices of the moving joints.
   [[nodiscard]] const std::vector<int>& joints() const { return joints_; }
   [[nodiscard]] std::vector<JointLaw>& laws() { return laws_; }
 
-  /// Gives every joint a law stiff enough to stand with, by its class of actuator, and a sine of `amplitude`.
+  /// Gives every joint a law stiff enough for standing, according to its class of actuator, and a sine of
+  /// `amplitude`.
   void hold_posture(const RobotModel& model, const DeviceTable& devices, double amplitude);
 
-  /// One step of one engine, torques included. Each counts its own steps.
+  /// One step of one engine, including torques. Each engine counts its own steps.
   void step_bullet();
   void step_mujoco();
 
   [[nodiscard]] RobotState bullet_state() const;
   [[nodiscard]] RobotState mujoco_state() const;
-  /// Loads on the sensors in the order of the options, as of the last step.
+  /// Loads on the sensors in the order of the options, after the last step.
   [[nodiscard]] Wrench bullet_wrench(std::size_t sensor) const { return probes_[sensor]->F_So_S(); }
   [[nodiscard]] Wrench mujoco_wrench(std::size_t sensor) const;
   [[nodiscard]] int mujoco_contacts() const { return mujoco_->data->ncon; }

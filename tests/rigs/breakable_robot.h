@@ -11,31 +11,31 @@
 
 namespace walkman::rigs {
 
-/// The robot of Experiment 1, held by its base, under the drivers' command to stay or to sway: to be broken,
-/// and ground truth in reach for judging.
+/// The robot of Experiment 1, held by its base, commanded by the drivers to stay or to sway: for injecting
+/// faults, with access to ground truth for judging.
 struct BreakableRobot {
   static constexpr Time kCycle = std::chrono::milliseconds(5);
 
-  /// Boots, and commands for half a second. `layout`: a file of the PDO layouts, in place of the robot's own.
+  /// Boots, and commands for half a second. `layout`: file of a PDO layout that replaces the robot's own.
   explicit BreakableRobot(bool moves, const char* layout = nullptr);
 
-  /// Until a fault is latched or the time is over; the time that took.
+  /// Runs until a fault is latched or the time is over; returns the time that took.
   Time run(Time limit);
 
-  /// The safe stop, quick stop and NMT stop: by how much a joint of the plant still swings to and fro, a
-  /// second later, rad.
+  /// Performs the safe stop, quick stop and NMT stop; returns by how much a joint of the plant still swings
+  /// to and fro, a second later, rad.
   [[nodiscard]] double swing_after_stop();
-  /// Whether the motors stay where they are, to a step of their encoders, when the arm is pushed: brakes do
-  /// that, a drive that holds its position gives way first.
+  /// Returns whether the motors stay where they are, to a step of their encoders, when the arm is pushed:
+  /// with the brakes on they do, whereas a drive that holds its position gives way first.
   [[nodiscard]] bool on_brakes();
 
-  /// Of the motors, rad, by their encoders.
+  /// Positions of the motors, rad, by their encoders.
   [[nodiscard]] std::vector<double> motors() const;
-  /// Of the joints in the plant, rad, in the drivers' order.
+  /// Positions of the joints in the plant, rad, in the drivers' order.
   [[nodiscard]] std::vector<double> positions() const;
-  /// Largest distance of a joint in the plant from what it was last told, rad.
+  /// Largest distance of a joint in the plant from its last commanded position, rad.
   [[nodiscard]] double farthest_astray() const;
-  /// What the wrist's sensor last reported.
+  /// Last reading of the wrist's sensor.
   [[nodiscard]] Wrench wrist() const;
 
   bool moving;

@@ -11,14 +11,14 @@
 
 namespace walkman::rigs {
 
-/// Advances an emulator by one SYNC period, physics step by physics step.
+/// Advances an emulator by one SYNC period, in single physics steps.
 class SteppedCycle : public robot::Cycle {
  public:
   SteppedCycle(Emulator& emulator, Time period) : emulator_(emulator), period_(period) {}
 
   Time next() override;
 
-  /// Called instead of the step, which it has to make by calling its argument; for clocks and counters.
+  /// Called instead of each step, which it has to perform by calling its argument; for clocks and counters.
   std::function<void(const std::function<void()>&)> each_step;
 
  private:
@@ -26,21 +26,22 @@ class SteppedCycle : public robot::Cycle {
   Time period_;
 };
 
-/// The whole emulated robot on its embedded buses under the drivers' command: what an experiment has, without
-/// the camera's part of it. Ground truth is in reach, for judging.
+/// The whole emulated robot on its embedded buses under the drivers' command: as in an experiment, but
+/// without the camera. Ground truth is accessible for judging.
 class CommandedRobot : private regrasp::Observer {
  public:
-  /// `scene` as loaded or changed; `emulator` as in Emulator; `truth` makes of the model, which the drivers
-  /// know, the robot that is there: masses and inertias, not names.
+  /// `scene`: as loaded or changed; `emulator`: as in Emulator; `truth` turns the model that the drivers know
+  /// into the true robot: masses and inertias, not names.
   CommandedRobot(Scene scene, const EmulatorOptions& emulator,
                  const std::function<void(RobotModel&)>& truth = {});
 
   /// Boots and takes the stance. Throws regrasp::RunStopped.
   void start();
-  /// Takes a handle of `radius` (m) by the frame X_TG on its surface; `over` is called with the hand over it.
+  /// Grasps a handle of `radius` (m) by the frame X_TG on its surface; `over` is called with the hand over
+  /// it.
   void grasp(const Eigen::Isometry3d& X_TG, double radius, const std::function<void()>& over = {});
 
-  /// The drivers' safe stop or, without `stop`, their sudden end; then the world goes on without them.
+  /// The drivers' safe stop or, without `stop`, their sudden end; then the world continues without them.
   void abandon(bool stop, Time period);
 
   /// Called after every cycle, outside of which nothing moves.
@@ -53,13 +54,14 @@ class CommandedRobot : private regrasp::Observer {
   [[nodiscard]] regrasp::Session& session() { return session_; }
   [[nodiscard]] regrasp::Manipulator& manipulator() { return manipulator_; }
   [[nodiscard]] bool stands() const { return stands_; }
-  /// Where the frame of the stance is in the world, by the plant.
+  /// Pose of the stance frame in the world, by the plant.
   [[nodiscard]] const Eigen::Isometry3d& X_WT() const { return X_WT_; }
   [[nodiscard]] double seconds() const;  ///< emulated
-  /// Place of a force/torque frame among the plant's sensors.
+  /// Index of a force/torque frame among the plant's sensors.
   [[nodiscard]] int sensor(const std::string& frame) const;
 
-  /// Grasp frame on top of the middle of a level object, `height` (m) above its axis, the hand square to it.
+  /// Grasp frame on top of the middle of a level object, `height` (m) above its axis, with the hand square to
+  /// it.
   [[nodiscard]] Eigen::Isometry3d X_TG_on_top(int object, double height) const;
 
   /// Centre of mass of the robot in W, by the plant's link poses and true masses, m.

@@ -24,15 +24,15 @@ struct RobotFiles {
   DeviceTable devices;
 };
 
-/// Every drive and sensor of the robot on its bus, the drives' encoders standing still instead of a plant:
-/// what nodes and buses do, and cost, by themselves.
+/// Every drive and sensor of the robot on its bus, with stationary drive encoders instead of a plant: for the
+/// behaviour and the cost of nodes and buses alone.
 class RobotWithoutPlant {
  public:
   explicit RobotWithoutPlant(const RobotFiles& files);
 
-  /// Buses, the drives' loops at 4 kHz and the sensors at 1 kHz; whole milliseconds.
+  /// Advances the buses, the drives' control loops at 4 kHz and the sensors at 1 kHz; whole milliseconds.
   void advance(Time until);
-  /// Lets only the buses' clocks run on to `start`; no node is powered before. To be called first, if at all.
+  /// Advances only the buses' clocks to `start`; no node is powered before. To be called first, if at all.
   void start_at(Time start);
 
   [[nodiscard]] std::vector<can::Interface*> interfaces();

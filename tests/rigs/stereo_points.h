@@ -9,8 +9,8 @@
 
 namespace walkman::sensors {
 
-/// What a stereo camera's disparities (px) mean: points in the left optical frame, m, row-major; NaN without
-/// a match. Written apart from the driver's client, which does the same with the wire's numbers.
+/// Converts a stereo camera's disparities (px) to points in the left optical frame, m, row-major; NaN without
+/// a match. Independent of the driver's client, which does the same with the numbers on the wire.
 inline std::vector<Eigen::Vector3f> points_of(const StereoOptions& camera,
                                               const std::vector<float>& disparity) {
   std::vector<Eigen::Vector3f> points;
@@ -28,12 +28,12 @@ inline std::vector<Eigen::Vector3f> points_of(const StereoOptions& camera,
   return points;
 }
 
-/// Column u of row v.
+/// Point at column u of row v.
 inline const Eigen::Vector3f& point_at(const std::vector<Eigen::Vector3f>& points, int width, int u, int v) {
   return points[static_cast<std::size_t>(v) * static_cast<std::size_t>(width) + static_cast<std::size_t>(u)];
 }
 
-/// A frame of a camera as points.
+/// Captures a frame of a camera as points.
 inline std::vector<Eigen::Vector3f> captured_points(StereoCamera& camera, const RayScene& scene,
                                                     const Eigen::Isometry3d& X_WC, std::uint64_t seed,
                                                     std::uint64_t frame) {

@@ -1,4 +1,4 @@
-"""CiA 402: the state machine, the modes, motion, and what the drive does when the master is gone."""
+"""CiA 402: the state machine, the modes, motion, and the drive's reaction when the master is lost."""
 import math
 import struct
 import time
@@ -108,7 +108,7 @@ def objects_of_the_modes(limb):
 
 @test(seconds=40)
 def cyclic_position_moves_the_joint(limb):
-    """0.2 rad in a second, by a set-point each 5 ms, and back."""
+    """Moves 0.2 rad in a second, with a set-point every 5 ms, and back."""
     limb.fresh(WRIST)
     cycle = Cycle(limb, WRIST, CYCLIC_POSITION)
     cycle.prepare()
@@ -214,7 +214,7 @@ def a_reset_bit_that_stays_resets_once(limb):
     sdo.put("<H", 0x6066, 0, 10)
     cycle.enable()
     cycle.position += 300000
-    cycle.controlword = 0x8F  # bit 7 set already when the fault comes
+    cycle.controlword = 0x8F  # bit 7 is already set when the fault occurs
     cycle.until("fault", 400)
     cycle.position = None
     cycle.step(40)
@@ -227,8 +227,8 @@ def a_reset_bit_that_stays_resets_once(limb):
 
 @test(seconds=40)
 def quick_stop_when_the_master_is_gone(limb):
-    """Heartbeat consumer, 6007h = 3, 1029h:1 = 1: the statusword in TPDO1, which here comes every 5 ms of itself, shows it
-    within the time and one cycle."""
+    """Heartbeat consumer, 6007h = 3, 1029h:1 = 1: the statusword in TPDO1, which the drive sends here every 5 ms, shows
+    the quick stop within the consumer time and one cycle."""
     sdo = limb.fresh(WRIST)
     pdo.disable(sdo, 0x1800)
     sdo.put("<B", 0x1800, 2, 255)

@@ -10,7 +10,7 @@ TARA = b"tara"
 
 
 def real(sdo, channel):
-    """6130h of a channel, N or N·m."""
+    """Returns 6130h of a channel, N or N·m."""
     return struct.unpack("<f", sdo.upload(0x6130, channel))[0]
 
 
@@ -23,8 +23,8 @@ def values_in_every_form(limb):
     for channel in CHANNELS:
         unit = 0.1 if channel <= 3 else 0.01
         noise = 0.6 if channel <= 3 else 0.02
-        # The arm moves while one value after the other is read, and not evenly in the host's time: how far each integer
-        # lies outside of the reals before and after it, in the mean of many.
+        # The arm moves while one value after the other is read, and unevenly in the host's time: how far each integer
+        # lies outside the reals before and after it, averaged over many.
         differences = []
         before = real(sdo, channel)
         for _ in range(20):
@@ -41,7 +41,7 @@ def values_in_every_form(limb):
 def tpdos_pair_up(limb):
     sdo = limb.fresh(SENSOR)
     limb.start(SENSOR)
-    limb.wait(1.0)  # the arm hangs still: what is compared is not of the same instant
+    limb.wait(1.0)  # the arm hangs still: the values compared are not from the same instant
     limb.bus.drain()
     counters = []
     for _ in range(10):

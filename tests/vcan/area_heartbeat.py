@@ -27,7 +27,7 @@ def producer_keeps_its_period(limb):
 
 @test(attempts=5)
 def emulated_time_is_the_host_s(limb):
-    """The one test here that a busy host can fail."""
+    """The only test here that a busy host can make fail."""
     limb.fresh(A)
     began, first = limb.mark(), time.monotonic()
     limb.wait(1.0)
@@ -78,7 +78,7 @@ def life_guarding_lost(limb):
     sdo = limb.fresh(A)
     sdo.put("<H", 0x100C, 0, 50)
     sdo.put("<B", 0x100D, 0, 3)
-    limb.start(A)  # asks by guarding, which begins the life guarding
+    limb.start(A)  # queries it by guarding, which starts life guarding
     for _ in range(5):
         limb.bus.send(0x700 + A, dlc=1, rtr=True)
         limb.bus.expect(0x700 + A, what="(guarding)")
@@ -89,7 +89,7 @@ def life_guarding_lost(limb):
 
 
 def beat(limb, milliseconds=100):
-    """A few heartbeats of the master; the emulated time of the last."""
+    """Sends a few heartbeats of the master; returns the emulated time of the last one."""
     for _ in range(4):
         limb.wait(milliseconds / 2000)
         limb.bus.send(0x700 + MASTER, b"\5")
@@ -97,7 +97,7 @@ def beat(limb, milliseconds=100):
 
 
 def watch(limb, sdo, milliseconds=100):
-    """Node A watches the master, which has beaten a few times; the emulated time of the last beat."""
+    """Lets node A monitor the master, which has sent a few heartbeats; returns the emulated time of the last one."""
     sdo.put("<I", 0x1016, 1, MASTER << 16 | milliseconds)
     return beat(limb, milliseconds)
 

@@ -1,4 +1,4 @@
-"""The emulator and an interface that fails: no room to send, down, deleted and made again, a burst, an intruder."""
+"""The emulator with a failing interface: no room to send, down, deleted and recreated, a burst, an intruder."""
 import errno
 import os
 import signal
@@ -10,7 +10,7 @@ from checks import equal, test, that, within
 from limb import JOINTS, NODES, RESET_NODE, START, Limb
 
 OWN_PROCESSES = True
-# Every test starts the emulator anew.
+# Every test restarts the emulator.
 A = JOINTS[0]
 
 
@@ -25,7 +25,7 @@ def new_interface():
 
 
 def answers_again(limb, timeout=5.0):
-    """Until the nodes answer; how long it took."""
+    """Waits until the nodes answer; returns how long it took."""
     began = time.monotonic()
     while True:
         try:
@@ -55,7 +55,7 @@ def with_limb(function):
 @test(seconds=60)
 @with_limb
 def no_room_to_send(limb):
-    """A qdisc with a small buffer makes send() fail with ENOBUFS; nothing may be lost, nor the order."""
+    """A qdisc with a small buffer makes send() fail with ENOBUFS; no frame may be lost or reordered."""
     limb.fresh()
     limb.nmt(START)
     time.sleep(0.1)
@@ -63,7 +63,7 @@ def no_room_to_send(limb):
     subprocess.run(["tc", "qdisc", "add", "dev", "vcan1", "root", "tbf", "rate", "128kbit", "burst", "64", "limit", "96"],
                    check=True)
     try:
-        while True:  # a heartbeat may have taken the room before
+        while True:  # a heartbeat may have taken the space before
             try:
                 limb.sync()
                 break
@@ -110,7 +110,8 @@ def interface_deleted_and_made_again(limb):
 @test(seconds=60)
 @with_limb
 def a_burst_longer_than_a_socket_keeps(limb):
-    """2000 frames at once: what the emulator's socket loses it may lose, but it goes on, and in the right state."""
+    """2000 frames at once: those that the emulator's socket loses may be lost, but it must go on, and in the right
+    state."""
     limb.fresh()
     for at in range(2000):
         limb.bus.send(0x600 + 99, bytes(8))
@@ -125,7 +126,7 @@ def a_burst_longer_than_a_socket_keeps(limb):
 @test(seconds=60)
 @with_limb
 def stopped_process_goes_on(limb):
-    """The emulator stopped for a second (a debugger, a busy host) and let go."""
+    """The emulator is stopped for a second (a debugger, a busy host) and continued."""
     limb.fresh()
     os.kill(limb.emulator.process.pid, signal.SIGSTOP)
     time.sleep(1.0)

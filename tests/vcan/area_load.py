@@ -1,4 +1,4 @@
-"""The bus model's load beside that of canbusload -e: the same frames, bit for bit."""
+"""The bus model's load compared with that of canbusload -e: the same frames, bit for bit."""
 import json
 import random
 import re
@@ -11,7 +11,7 @@ from checks import equal, test, that, within
 from limb import HAND, JOINTS, NODES, START, Limb
 
 OWN_PROCESSES = True
-INTERFACE = "vcan4"  # nobody else's
+INTERFACE = "vcan4"  # used by nobody else
 BIT_RATE = 1000000
 
 
@@ -45,7 +45,7 @@ def record(under_test, log, cycles):
 
 
 def replay(frames):
-    """Puts the log's frames on the interface, in their order, and never more at a time than a socket keeps."""
+    """Puts the log's frames on the interface, in order, and never more at a time than a socket holds."""
     with Bus(INTERFACE, filters=[]) as bus:
         for at, (_, _, frame) in enumerate(frames):
             can_id, data = frame.split("#")
@@ -58,18 +58,18 @@ def replay(frames):
 
 
 def canbusload_of(frames):
-    """Frames and bits as canbusload counts them on an interface that carries these frames."""
+    """Returns frames and bits as counted by canbusload on an interface that carries these frames."""
     meter = subprocess.Popen(["stdbuf", "-oL", "canbusload", "-e", f"{INTERFACE}@{BIT_RATE}"], stdout=subprocess.PIPE, text=True)
     time.sleep(0.5)
     replay(frames)
-    time.sleep(2.2)  # two of its seconds, so that the last frames are told
+    time.sleep(2.2)  # two of its seconds, so that the last frames are reported
     meter.terminate()
     lines = re.findall(rf"{INTERFACE}@{BIT_RATE}\s+(\d+)\s+(\d+)", meter.communicate()[0])
     return sum(int(frames) for frames, _ in lines), sum(int(bits) for _, bits in lines)
 
 
 def model_of(output, name):
-    """Frames and bits of a bus by the emulator's own counters, from the summary it prints at its end."""
+    """Returns frames and bits of a bus from the emulator's own counters, in the summary that it prints at its end."""
     summary = json.loads(output[output.index("{"):])
     bus = next(one for one in summary["buses"] if one["name"] == name)
     return bus["frames"], bus["mean_load"] * summary["emulated_seconds"] * BIT_RATE

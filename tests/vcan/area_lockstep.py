@@ -1,4 +1,4 @@
-"""Two runs of the same commands: the emulator's log is the same to the byte."""
+"""Two runs of the same commands: the emulator's logs are equal to the byte."""
 import hashlib
 import os
 import struct
@@ -21,13 +21,13 @@ def digest(path):
 
 
 def a_master_of_ours(under_test, log, hurry):
-    """Boots, sets up and moves the limb by frames alone; the time between them differs from run to run."""
+    """Boots, configures and moves the limb by frames alone; the time between them differs from run to run."""
     program, scene = under_test
     bus = Bus(INTERFACE)
     emulator = Process([program, "emulate", "--scene", scene, "--can", f"rarm={INTERFACE}", "--lockstep", "--log", log,
                         "--camera", camera.ADDRESS], "lockstep")
     try:
-        while not camera.answers():  # it is ready then
+        while not camera.answers():  # when it answers, the emulator is ready
             emulator.alive()
             time.sleep(0.05)
         bus.send(0x000, bytes([RESET_COMMUNICATION, 0]))
@@ -59,7 +59,7 @@ def a_master_of_ours(under_test, log, hurry):
 
 
 def same(logs, least):
-    """The two logs are the same to the byte; their size."""
+    """Checks that the two logs are equal to the byte; returns their size."""
     sizes = [os.path.getsize(log) for log in logs]
     that(sizes[0] > least, f"log of {sizes[0]} bytes")
     if digest(logs[0]) != digest(logs[1]):

@@ -80,7 +80,7 @@ def identify_remote_slaves(limb):
     equal(answers((0, 0xFFFFFFFF), (serial + 1 & 0xFFFFFFFF, serial)), [], "answers in an empty range")
     everybody = answers((0, 0xFFFFFFFF), (0, 0xFFFFFFFF))
     same = sum(identity(limb, node)[:2] == [vendor, product] for node in NODES)
-    # The same frame from several nodes at the same instant is one frame on a wire.
+    # The same frame sent by several nodes at the same instant is one frame on the bus.
     within(len(everybody), 1, same, "answers in the whole range")
 
 
@@ -96,7 +96,7 @@ def nobody_is_unconfigured(limb):
 def switch_global(limb):
     limb.fresh()
     tell(limb, 0x04, b"\x01")
-    tell(limb, 0x13, b"\0\0")  # everybody's answer is the same
+    tell(limb, 0x13, b"\0\0")  # all nodes give the same answer
     frames = limb.frames(0.2, SLAVE)
     within(len(frames), 1, len(NODES), "answers in configuration state")
     equal({one.data[:2] for one in frames}, {b"\x13\0"}, "answers")
@@ -145,7 +145,7 @@ def node_id_takes_effect_at_reset_communication(limb):
     limb.sdo(A).send(bytes.fromhex("4000100000000000"))
     equal(len(limb.frames(0.2, 0x580 + A)), 0, "answers under the old node-ID")
     limb.nmt(RESET_NODE, NEW)
-    limb.await_boot([A])  # not stored, so power-on forgets it
+    limb.await_boot([A])  # not stored, so lost at power-on
 
 
 @test
@@ -168,7 +168,7 @@ def stored_node_id_survives_reset_node(limb):
 
 
 def fastscan(limb):
-    """The identity of one unconfigured slave, bit by bit."""
+    """Finds the identity of one unconfigured slave, bit by bit."""
     def asked(number, bit, sub, following):
         tell(limb, 0x51, struct.pack("<IBBB", number, bit, sub, following))
         answers = limb.frames(0.015, SLAVE)

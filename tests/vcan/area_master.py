@@ -1,5 +1,5 @@
-"""The product's own master and what befalls it: killed, a node that reboots, bus-off, an interface down or made again,
-a receive queue that overflows. In lock-step, so that nothing depends on how busy the host is."""
+"""The product's own master and its failures: killed, a node that reboots, bus-off, an interface down or recreated, a
+receive queue that overflows. In lock-step, so that nothing depends on how busy the host is."""
 import errno
 import functools
 import os
@@ -21,7 +21,7 @@ MEGABYTE = 1 << 20
 
 
 def running(robot):
-    robot.running(1500)  # frames of the arm's bus: the other limbs' drives are up by then, too
+    robot.running(1500)  # frames of the arm's bus: by then the other limbs' drives are enabled too
 
 
 def booting(robot):
@@ -48,7 +48,7 @@ with_booting_robot = functools.partial(with_robot, reached=booting)
 
 
 def other_buses_go_on(robot, cycles=3):
-    """Until the master has sent some more SYNCs on another bus, or has ended: it may be thinking at first."""
+    """Waits until the master has sent some more SYNCs on another bus, or has ended: it may be computing at first."""
     with Bus("vcan0", filters=[(0x080, 0x7FF)]) as torso:
         for _ in range(cycles):
             while torso.receive(0.2) is None and robot.master.process.poll() is None:
@@ -56,8 +56,9 @@ def other_buses_go_on(robot, cycles=3):
 
 
 def falls_silent(robot):
-    """The master sends SYNC on another bus twice and not on the arm's, or has ended. It sends to the torso first: the arm's
-    socket is there before, and has the first one's fellow when the second comes."""
+    """Waits until the master has sent SYNC twice on another bus, or has ended; returns whether there was none on the
+    arm's. It sends to the torso first: the arm's socket is opened before, and has received the counterpart of the first
+    SYNC when the second comes."""
     sync = [(0x080, 0x7FF)]
     with Bus("vcan1", filters=sync) as arm, Bus("vcan0", filters=sync) as torso:
         seen = 0
@@ -69,12 +70,12 @@ def falls_silent(robot):
 @test(seconds=240)
 @with_robot
 def killed_master_and_the_drives_stop(robot):
-    """kill -9: the arm's drives quick-stop by their heartbeat consumer, within its time and one cycle. From the kill
-    on, SYNC is the test's: a cycle of 5 ms each."""
+    """kill -9: the arm's drives quick-stop by their heartbeat consumer, within its time and one cycle. After the kill
+    the test sends SYNC: cycles of 5 ms."""
     robot.master.process.send_signal(signal.SIGKILL)
     robot.master.process.wait()
     robot.master = None
-    while (frame := robot.arm.receive(0.3)) is not None:  # what it still sent, in order
+    while (frame := robot.arm.receive(0.3)) is not None:  # what it had already sent, in order
         robot.note(frame)
     since_beat = robot.syncs_since_beat
     that(robot.all_enabled(), f"states before the loss: {[drive.state(word) for word in robot.words.values()]}")
@@ -113,7 +114,7 @@ def killed_master_and_the_drives_stop(robot):
 @test(seconds=240)
 @with_robot
 def ctrl_c_stops_drives_and_nodes(robot):
-    """Quick stop, then NMT stop, and one sentence; the nodes are in state stopped afterwards."""
+    """Quick stop, then NMT stop, and one sentence; afterwards the nodes are in state stopped."""
     with Bus("vcan1", filters=[(0x000, 0x7FF), (0x200 + 13, 0x7FF)]) as spy:
         robot.master.process.send_signal(signal.SIGINT)
         result, status = robot.result(30)
@@ -130,7 +131,7 @@ def ctrl_c_stops_drives_and_nodes(robot):
     for node in RIGHT_ARM:
         that(drive.state(robot.words[node]) in ("operation enabled", "quick stop active", "switch on disabled"),
              f"node {node} in state {drive.state(robot.words[node])}")
-    with Bus("vcan1") as bus:  # awake again: the torque is off
+    with Bus("vcan1") as bus:  # pre-operational again: the torque is off
         bus.send(0x000, b"\x80\0")
         robot.states_after(2)
         for node in RIGHT_ARM:
@@ -154,7 +155,7 @@ def ctrl_c_while_the_robot_boots(robot):
 @test(seconds=240)
 @with_booting_robot
 def what_nobody_stops_for_a_reason_is_a_defect(robot):
-    """The master's memory is taken away before the first cloud comes: not an outcome, but an internal error; and its
+    """The master's memory is taken away before the first cloud arrives: not an outcome but an internal error; its
     drives are stopped all the same."""
     master = robot.master.process
     with open(f"/proc/{master.pid}/statm", encoding="ascii") as file:
@@ -166,22 +167,22 @@ def what_nobody_stops_for_a_reason_is_a_defect(robot):
     nodes_are_stopped(robot)
 
 
-GOES_ON = 4000  # frames of the arm's bus in a row with every drive in operation enabled: some seconds of emulated time
+GOES_ON = 4000  # consecutive frames of the arm's bus with every drive in operation enabled: a few seconds of emulated time
 
 
 def result_after(robot):
-    """While nothing is held the master gets back what a fault took away and goes on: then it is ended by SIGINT. What it
-    cannot get back ends the run."""
+    """While nothing is held, the master recovers what a fault took away and goes on: then it is ended by SIGINT. What
+    it cannot recover ends the run."""
     robot.words.clear()
     seen, began, deadline = 0, time.time(), time.monotonic() + 120
     while robot.master.process.poll() is None and seen < GOES_ON:
         that(time.monotonic() < deadline, f"the master neither goes on nor ends: {robot.master.output()[-300:]!r}")
         try:
             frame = robot.arm.receive(0.2)
-        except OSError as error:  # the kernel tells once that the interface was down
+        except OSError as error:  # the kernel reports once that the interface was down
             equal(error.errno, errno.ENETDOWN, "error of the test's own socket")
             continue
-        if frame is not None and frame.time >= began:  # what waits in the socket from before tells nothing
+        if frame is not None and frame.time >= began:  # frames waiting in the socket from before are ignored
             robot.note(frame)
             seen = seen + 1 if robot.all_enabled() else 0
     if robot.master.process.poll() is None:
@@ -210,9 +211,9 @@ def a_node_reboots_in_the_middle(robot):
 @test(seconds=240)
 @with_robot
 def bus_off_and_back(robot):
-    """Error frames as a controller makes them: bus-off, some cycles later restarted (can/error.h). With bus-off a
-    controller receives nothing any more, here the nodes' frames still come; one behind the report denies it. So it is told
-    at one moment of a cycle after the other until the master has seen it last."""
+    """Error frames as a controller sends them: bus-off, restarted some cycles later (can/error.h). During bus-off a
+    controller receives nothing, but here the nodes' frames still arrive; one after the report contradicts it. So
+    bus-off is reported at different moments of a cycle until the master has received it last."""
     with Bus("vcan1", filters=[]) as controller:
         for attempt in range(400):
             time.sleep(attempt % 20 * 0.5e-3)
@@ -229,7 +230,7 @@ def bus_off_and_back(robot):
 @test(seconds=240)
 @with_robot
 def another_masters_set_point_is_a_warning(robot):
-    """One frame that only a master sends: one sentence as it comes, and in the result."""
+    """A frame that only a master sends: one sentence when it arrives, and in the result."""
     with Bus("vcan1", filters=[]) as intruder:
         intruder.send(0x30B, bytes(8))
     ends = time.monotonic() + 60
@@ -247,7 +248,7 @@ def another_masters_set_point_is_a_warning(robot):
 @test(seconds=240)
 @with_robot
 def a_flooded_bus_is_named(robot):
-    """Frames of the highest priority, faster than the bus carries them."""
+    """Frames of the highest priority, faster than the bus can carry them."""
     with Bus("vcan1", filters=[]) as intruder:
         ends = time.monotonic() + 120
         while robot.master.process.poll() is None:
@@ -267,8 +268,9 @@ def a_flooded_bus_is_named(robot):
 @test(seconds=240)
 @with_robot
 def another_robot_in_the_middle(robot):
-    """The emulator killed and made anew while the arm is away from where a new robot has it: no jump to the old set-points."""
-    robot.moving(by=0.3, seconds=150, silence=60)  # between two cycles the master thinks
+    """The emulator is killed and restarted while the arm is away from a new robot's initial position: no jump to the
+    old set-points."""
+    robot.moving(by=0.3, seconds=150, silence=60)  # the master computes between two cycles
     robot.emulator.process.send_signal(signal.SIGKILL)
     robot.emulator.process.wait()
     robot.start_emulator()
@@ -303,7 +305,7 @@ def interface_deleted_and_made_again(robot):
 @test(seconds=240)
 @with_robot
 def receive_overflow_is_counted(robot):
-    """The master stopped, more frames than its socket keeps, and on."""
+    """The master is stopped, its socket gets more frames than it holds, and the master continues."""
     os.kill(robot.master.process.pid, signal.SIGSTOP)
     with Bus("vcan1", filters=[]) as flood:
         for at in range(20000):

@@ -79,7 +79,7 @@ def stopped_is_silent_but_for_error_control(limb):
     limb.bus.drain()
     sdo.send(bytes.fromhex("4000100000000000"))
     limb.sync()
-    limb.bus.send(0x200 + A, b"\0")  # too short, an error that is told in another state
+    limb.bus.send(0x200 + A, b"\0")  # too short, which is reported as an error in another state
     frames = limb.frames(0.3)
     others = [frame for frame in frames if frame.id & 0x7F == A and frame.id != 0x700 + A]
     equal([hex(frame.id) for frame in others], [], "frames of a stopped node")

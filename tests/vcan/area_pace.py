@@ -1,5 +1,5 @@
-"""A master and an emulator that do not agree what moves the time: the master finds out by the nodes' heartbeats. And how
-an emulator tells that it is ready, on the kernel's bus."""
+"""A master and an emulator that disagree on what advances time: the master detects it from the nodes' heartbeats. And
+how an emulator reports that it is ready, on the kernel's bus."""
 import os
 import subprocess
 
@@ -57,7 +57,7 @@ def ready_when_the_nodes_have_booted(under_test):
             with os.fdopen(reader) as pipe:
                 equal(pipe.read(), "ready\n", "what the descriptor told before it was closed")
             booted = set()
-            while (frame := arm.receive(0)) is not None:  # all of them have come by now
+            while (frame := arm.receive(0)) is not None:  # all of them have arrived by now
                 if frame.data == b"\0":
                     booted.add(frame.id - 0x700)
         finally:

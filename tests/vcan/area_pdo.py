@@ -16,7 +16,7 @@ def count(limb, can_id, duration=0.1):
 
 
 def only(limb, record, kind, **more):
-    """Node A with this one TPDO valid and of this type; operational."""
+    """Makes node A operational with only this TPDO valid and of this type."""
     sdo = limb.fresh(A)
     pdo.quiet(sdo)
     sdo.put("<B", record, 2, kind)
@@ -99,7 +99,7 @@ def type_0_with_sync_after_a_change(limb):
     pdo.quiet(sdo)
     pdo.remap(sdo, TPDO1, [STATUSWORD], 0)
     limb.start(A)
-    for _ in range(3):  # the first may tell the value
+    for _ in range(3):  # the first may report the value
         limb.sync()
         count(limb, 0x180 + A, 0.03)
     for _ in range(3):
@@ -160,7 +160,7 @@ def event_of_the_profile_and_inhibit_time(limb):
     limb.frames(0.5)
     limb.bus.passed.clear()
     told = []
-    for word in (6, 0, 6, 0, 6, 0, 6, 0, 6, 0, 6):  # changes faster than may be told
+    for word in (6, 0, 6, 0, 6, 0, 6, 0, 6, 0, 6):  # changes faster than they may be sent
         limb.bus.send(0x600 + A, bytes.fromhex("2B406000") + bytes([word, 0, 0, 0]))
         told += limb.collect(0.045, 0x180 + A)
     told += limb.collect(0.6, 0x180 + A)
@@ -213,7 +213,7 @@ def mapping_of_what_cannot_be_mapped(limb):
         sdo.refused((0x06040041, 0x06020000), sdo.put, "<I", mapping, 1, pdo.entry(0x5FFF, 0, 16))
         sdo.refused((0x06040041, 0x06090011), sdo.put, "<I", mapping, 1, pdo.entry(0x6041, 7, 16))
         sdo.refused((0x06040041, 0x06040042, 0x06070010), sdo.put, "<I", mapping, 1, pdo.entry(0x6040, 0, 32))
-    sdo.refused(0x06040041, sdo.put, "<I", 0x1600, 1, STATUSWORD)  # read only, so nothing for an RPDO
+    sdo.refused(0x06040041, sdo.put, "<I", 0x1600, 1, STATUSWORD)  # read only, so not allowed in an RPDO
 
 
 @test
@@ -240,7 +240,7 @@ def cob_ids_that_are_not_free(limb):
         for bad in (0x000, 0x001, 0x07F, 0x101, 0x180, 0x581, 0x5FF, 0x601, 0x67F, 0x6E0, 0x701, 0x77F, 0x780, 0x7E4):
             sdo.refused(0x06090030, sdo.put, "<I", record, 1, bad | pdo.NO_RTR)
         sdo.put("<I", record, 1, 0x3A0 | pdo.NO_RTR)
-        sdo.refused((0x06090030, *WRONG_STATE), sdo.put, "<I", record, 1, 0x3A1 | pdo.NO_RTR)  # valid: not to be changed
+        sdo.refused((0x06090030, *WRONG_STATE), sdo.put, "<I", record, 1, 0x3A1 | pdo.NO_RTR)  # valid: must not be changed
 
 
 @test
@@ -327,7 +327,8 @@ def rpdo_deadline(limb):
 
 @test(seconds=60)
 def all_nodes_at_200_hz(limb):
-    """Two seconds of SYNC at 5 ms: every TPDO comes exactly once a SYNC, and its frames in the order of identifiers."""
+    """Two seconds of SYNC at 5 ms: every TPDO arrives exactly once per SYNC, and the frames in the order of
+    identifiers."""
     limb.fresh()
     limb.nmt(START)
     limb.wait(0.1)

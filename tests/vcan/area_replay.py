@@ -36,7 +36,7 @@ def ended(process, status=0):
 
 
 def printed(process):
-    """The JSON, behind what it may have said on stderr."""
+    """Returns the JSON, after anything printed on stderr."""
     text = process.output()
     return json.loads(text[text.index("{"):])
 
@@ -84,7 +84,7 @@ def as_fast_as_possible_and_a_computers_only(under_test):
 
 @test(seconds=60)
 def many_frames_in_order_through_a_short_queue(under_test):
-    """At 128 kbit/s as tbf counts, the kernel's queue is full nearly all the time."""
+    """At 128 kbit/s as counted by tbf, the kernel's queue is full nearly all the time."""
     count = 500
     log = "".join(f"(1700000000.000000) can_rarm 201#{at:04X}\n" for at in range(count))
     os.system("tc qdisc add dev vcan1 root tbf rate 128kbit burst 160 limit 320")

@@ -6,7 +6,7 @@ from limb import HAND, JOINTS, NODES, SENSOR
 from sdo import Abort
 
 A, B = JOINTS[0], JOINTS[3]
-NOTE = (0x2060, 0)  # a text of up to 1024 bytes for the user
+NOTE = (0x2060, 0)  # a user text of up to 1024 bytes
 
 
 @test
@@ -87,7 +87,7 @@ def segmented_download_and_back(limb):
         note = bytes(32 + (7 * at + size) % 90 for at in range(size))
         sdo.download(*NOTE, note)
         equal(sdo.upload(*NOTE), note, f"text of {size} bytes")
-    sdo.download_segments(0x1017, 0, b"\x10\x27")  # a number may come in segments too
+    sdo.download_segments(0x1017, 0, b"\x10\x27")  # a number may be sent in segments too
     equal(sdo.u16(0x1017), 10000, "1017h")
 
 
@@ -206,7 +206,7 @@ def nine_transfers_at_a_time(limb):
 
 @test(seconds=90)
 def every_object_reads_or_says_why(limb):
-    """The whole index range in steps that meet every object this device may have; no request stays unanswered."""
+    """Reads the whole index range in steps that include every object this device may have; no request stays unanswered."""
     limb.fresh()
     for node in (A, SENSOR):
         sdo, found = limb.sdo(node), 0

@@ -134,7 +134,7 @@ def small_objects_by_block(limb):
 
 @test
 def protocol_switch(limb):
-    """pst above the size: the server may answer as for a plain upload (CiA 301 7.2.4.3.13)."""
+    """pst larger than the size: the server may answer as for a plain upload (CiA 301 7.2.4.3.13)."""
     sdo = limb.fresh(A)
     answer = sdo.initiate(0xA4, 0x1017, 0, bytes([127, 100]))
     if answer[0] == 0x4B:

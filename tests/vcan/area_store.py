@@ -6,7 +6,7 @@ from limb import JOINTS, RESET_COMMUNICATION, RESET_NODE, SENSOR
 
 A = JOINTS[0]
 SAVE, LOAD = b"save", b"load"
-CLOCK_MILLISECONDS, CLOCK_DAYS = (0x2061, 1), (0x2061, 2)  # what TIME sets
+CLOCK_MILLISECONDS, CLOCK_DAYS = (0x2061, 1), (0x2061, 2)  # set by TIME
 
 
 def again(limb, node=A, command=RESET_NODE):
@@ -16,7 +16,7 @@ def again(limb, node=A, command=RESET_NODE):
 
 
 def factory(limb, node=A):
-    """Factory settings, whatever a test left behind."""
+    """Restores factory settings, whatever a test left behind."""
     limb.fresh(node).download(0x1011, 1, LOAD)
     return again(limb, node)
 

@@ -35,7 +35,7 @@ def start_value(limb):
     limb.start(A)
     limb.bus.drain()
     seen = [counter for counter in (1, 2, 3, 4, 5, 6, 7, 8, 9, 10) if answered(limb, counter)]
-    # The SYNC whose counter equals the start value is the first received (7.5.2.37); every second from there.
+    # The SYNC whose counter equals the start value counts as the first one received (7.5.2.37); then every second one.
     that(seen == [5, 7, 9], f"type 2 from counter 4 on: expected TPDOs at 5, 7, 9, got {seen}")
 
 

@@ -1,4 +1,4 @@
-"""The emulated MultiSense, as far as these tests need it."""
+"""The emulated MultiSense, as far as needed by these tests."""
 import socket
 import struct
 
@@ -6,7 +6,7 @@ ADDRESS = "127.0.0.1"  # the emulator's default
 
 
 def answers():
-    """Whether it tells its status within 50 ms."""
+    """Returns whether it reports its status within 50 ms."""
     request = struct.pack("<HHHHHIIHH", 0xADAD, 0x0100, 1, 0, 1, 4, 0, 0x0003, 1)
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as client:
         client.settimeout(0.05)

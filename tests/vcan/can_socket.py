@@ -1,4 +1,4 @@
-"""A CAN interface through the kernel's raw socket, and nothing else: frames are packed here byte by byte."""
+"""A CAN interface through the kernel's raw socket only: frames are packed here byte by byte."""
 import collections
 import select
 import socket
@@ -16,7 +16,7 @@ Frame = collections.namedtuple("Frame", "time id data rtr error fd")
 
 
 class NoFrame(AssertionError):
-    """What was waited for did not come."""
+    """The expected frame did not arrive."""
 
 
 def show(frame):
@@ -25,7 +25,7 @@ def show(frame):
 
 
 class Bus:
-    """One socket on one interface. What is received and not asked for is kept in `passed`."""
+    """One socket on one interface. Frames received while waiting for others are kept in `passed`."""
 
     def __init__(self, interface, fd=False, errors=False, receive_buffer=4 << 20, filters=None):
         self.interface = interface
@@ -41,7 +41,7 @@ class Bus:
             self.socket.setsockopt(socket.SOL_CAN_RAW, socket.CAN_RAW_FILTER, packed)
         self.socket.bind((interface,))
         self.passed = []
-        self.ruler = None  # identifier of heartbeats that tell how much emulated time has passed
+        self.ruler = None  # identifier of the heartbeats that measure emulated time
         self.ticks = 0
 
     def close(self):
@@ -63,7 +63,7 @@ class Bus:
         self.socket.send(struct.pack("=IBB2x64s", can_id, len(data), flags, bytes(data)))
 
     def receive(self, timeout=1.0):
-        """The next frame, or None."""
+        """Returns the next frame, or None."""
         if not select.select([self.socket], [], [], max(timeout, 0))[0]:
             return None
         packet, ancillary, _, _ = self.socket.recvmsg(FD_MTU, 128)
@@ -80,7 +80,7 @@ class Bus:
         return Frame(stamp, can_id, data, bool(word & RTR), bool(word & ERR), len(packet) == FD_MTU)
 
     def expect(self, can_id, timeout=3.0, where=None, what=""):
-        """The next frame with this identifier (or one of these) that `where` accepts."""
+        """Returns the next frame with this identifier (or one of these) that `where` accepts."""
         wanted = {can_id} if isinstance(can_id, int) else set(can_id)
         ends = time.monotonic() + timeout
         while (left := ends - time.monotonic()) > 0:
@@ -96,7 +96,7 @@ class Bus:
         raise NoFrame(f"no {names} {what} within {timeout:g} s (last other frames: {last or 'none'})")
 
     def drain(self):
-        """Forgets what has come so far."""
+        """Discards everything received so far."""
         while self.receive(0) is not None:
             pass
         self.passed.clear()

@@ -1,4 +1,4 @@
-"""Tests as functions, and their running: readable lines, a time-out each, an exit code."""
+"""Tests as functions, and their runner: readable lines, a time-out for each, an exit code."""
 import signal
 import time
 import traceback
@@ -9,7 +9,7 @@ REGISTERED = []
 def test(function=None, *, seconds=20, attempts=1):
     """Marks a test. It is called with the limb under test; any exception is a failure.
 
-    A test of times has several attempts: a busy host can make a good time bad, but no wrong one right."""
+    A test that measures times has several attempts: a busy host can make a good time bad, but never a wrong one right."""
     def register(marked):
         REGISTERED.append((marked.__name__, marked, seconds, attempts))
         return marked
@@ -34,7 +34,7 @@ def that(condition, what):
 
 
 def attempt(function, under_test, seconds, alive):
-    """The test's note. Raises what it raised, or TimeoutError."""
+    """Runs one test and returns its note. Raises what the test raised, or TimeoutError."""
     try:
         alive()
         signal.setitimer(signal.ITIMER_REAL, seconds)
@@ -53,7 +53,7 @@ def place_of(error):
 
 
 def run(area, under_test, alive=lambda: None):
-    """Runs all registered tests; returns how many failed. `alive` raises when the program under test has ended."""
+    """Runs all registered tests; returns how many failed. `alive` raises if the program under test has ended."""
     def out_of_time(_number, _frame):
         raise TimeoutError("out of time")
 

@@ -1,4 +1,4 @@
-"""A CiA 402 drive by its words: walking up its states over PDOs with SYNC, or over SDO."""
+"""A CiA 402 drive by its control and status words: stepping through its states over PDOs with SYNC, or over SDO."""
 import struct
 import time
 
@@ -29,7 +29,8 @@ def await_state(sdo, expected, timeout=1.0):
 
 
 class Cycle:
-    """SYNC every 5 ms of emulated time with this drive's RPDO1 and RPDO2 after it; the newest TPDO1 and TPDO2."""
+    """Sends SYNC every 5 ms of emulated time and this drive's RPDO1 and RPDO2 after it; keeps the newest TPDO1 and
+    TPDO2."""
 
     def __init__(self, limb, node, mode):
         self.limb, self.node, self.mode = limb, node, mode

@@ -1,4 +1,4 @@
-"""The emulated right arm on vcan1: its process, its nodes, and what tests need to bring it to a known state."""
+"""The emulated right arm on vcan1: its process, its nodes, and what tests need to bring it into a known state."""
 import os
 import signal
 import struct
@@ -16,7 +16,7 @@ START, STOP, PREOPERATIONAL, RESET_NODE, RESET_COMMUNICATION = 0x01, 0x02, 0x80,
 
 
 class Process:
-    """A program under test, its output in a file."""
+    """A program under test, with its output in a file."""
 
     def __init__(self, line, name, environment=None):
         self.log = f"/run/{name}.log"
@@ -34,7 +34,7 @@ class Process:
             raise AssertionError(f"{' '.join(self.line)} ended with {self.process.returncode}: {self.output()[-2000:]}")
 
     def stop(self, number=signal.SIGINT, timeout=10):
-        """Asks it to end; its exit status."""
+        """Ends it by a signal; returns its exit status."""
         if self.process.poll() is None:
             self.process.send_signal(number)
         try:
@@ -46,10 +46,10 @@ class Process:
 
 
 class Limb:
-    """The right arm behind `walkman-hil emulate`, and one socket on its bus.
+    """The right arm of `walkman-hil emulate`, and one socket on its bus.
 
-    Time is told by the heartbeats of one node, every 5 ms of the emulated clock: how busy the host is, and how far
-    behind the emulator has fallen, then makes no difference. `now`, `collect` and `wait` are in that time."""
+    Time is measured by the heartbeats of one node, every 5 ms of the emulated clock, so that it does not matter how
+    busy the host is or how far the emulator has fallen behind. `now`, `collect` and `wait` use that time."""
 
     def __init__(self, program, scene, options=("--realtime", "--timing", "none"), interface="vcan1"):
         self.bus = Bus(interface)
@@ -64,19 +64,19 @@ class Limb:
 
     @property
     def now(self):
-        """Emulated seconds since some instant."""
+        """Returns emulated seconds since an arbitrary instant."""
         return self.bus.ticks * TICK
 
     def mark(self):
-        """Returns when everything sent so far has reached the nodes and been answered; the emulated time then."""
+        """Waits until everything sent so far has reached the nodes and been answered; returns the emulated time then."""
         self.sdo(RULER).u32(0x1000)
         ticks = self.bus.ticks
         return ticks * TICK
 
     def collect(self, duration, *can_ids):
-        """Every frame (with these identifiers) of the next `duration` seconds, each as (emulated time, frame). The time
-        begins when what was sent before has arrived. A ruler that is silent, as after a reset of all, leaves it to the
-        host's clock."""
+        """Returns every frame (with these identifiers) of the next `duration` seconds, each as (emulated time, frame).
+        The time starts when everything sent before has arrived. If the ruler is silent, as after a reset of all nodes,
+        the host's clock is used."""
         found, ends, quiet_since = [], None, time.monotonic()
         self.sdo(RULER).send(bytes.fromhex("4000100000000000"))
         ticks, began = self.bus.ticks, time.monotonic()
@@ -95,15 +95,15 @@ class Limb:
         return found
 
     def frames(self, duration, *can_ids):
-        """As `collect`, without the times."""
+        """Like `collect`, without the times."""
         return [frame for _, frame in self.collect(duration, *can_ids)]
 
     def wait(self, duration):
-        """Lets emulated time pass; frames that come are kept in `bus.passed`."""
+        """Lets emulated time pass; frames received meanwhile are kept in `bus.passed`."""
         self.bus.passed += self.frames(duration)
 
     def await_boot(self, nodes, timeout=5.0):
-        """Waits for the boot-up message of each of these nodes; the times they came."""
+        """Waits for the boot-up message of each of these nodes; returns their times."""
         missing, times = {0x700 + node for node in nodes}, {}
         ends = time.monotonic() + timeout
         while missing:
@@ -127,7 +127,8 @@ class Limb:
         self.bus.send(0x080, b"" if counter is None else bytes([counter]))
 
     def fresh(self, *nodes):
-        """These nodes (all, if none is named) as after power-on, pre-operational; an SDO client for the first."""
+        """Puts these nodes (all, if none is named) in their state after power-on, pre-operational; returns an SDO
+        client for the first."""
         self.bus.drain()
         if nodes:
             for node in nodes:
@@ -137,18 +138,18 @@ class Limb:
         self.await_boot(nodes or NODES)
         if not nodes or RULER in nodes:
             self.lay_ruler()
-        self.wait(0.005)  # a drive is "not ready to switch on", and heeds no controlword, until a step after its boot-up
+        self.wait(0.005)  # a drive is "not ready to switch on", and ignores controlwords, until one step after its boot-up
         self.bus.drain()
         return self.sdo((nodes or NODES)[0])
 
     def start(self, *nodes):
-        """Operational, and seen to be so (by guarding: an answer comes after the command was obeyed)."""
+        """Makes the nodes operational and checks it (by guarding: an answer comes after the command was obeyed)."""
         for node in nodes:
             self.nmt(START, node)
             equal_state(self, node, 0x05)
 
     def state(self, node):
-        """NMT state, by guarding where no heartbeat tells it."""
+        """Returns the NMT state, by guarding if no heartbeat gives it."""
         if node == RULER:
             self.mark()
             return self.bus.expect(0x700 + node).data[0]
@@ -167,5 +168,5 @@ def equal_state(limb, node, expected):
 
 
 def emergency(code):
-    """A filter for EMCY frames of this error code."""
+    """Returns a filter for EMCY frames with this error code."""
     return lambda frame: len(frame.data) == 8 and struct.unpack_from("<H", frame.data)[0] == code

@@ -1,4 +1,4 @@
-"""Setting up PDOs by SDO, in the order CiA 301 7.5.2.38 wants."""
+"""Configures PDOs by SDO, in the order required by CiA 301 7.5.2.38."""
 import struct
 
 INVALID, NO_RTR = 1 << 31, 1 << 30
@@ -17,7 +17,7 @@ def enable(sdo, record):
 
 
 def remap(sdo, record, entries, kind=None):
-    """Gives the PDO with communication record `record` (14xxh, 18xxh) a new mapping, and leaves it valid."""
+    """Gives the PDO with communication record `record` (14xxh, 18xxh) a new mapping and leaves it valid."""
     mapping = record + 0x200
     disable(sdo, record)
     sdo.put("<B", mapping, 0, 0)
@@ -30,7 +30,7 @@ def remap(sdo, record, entries, kind=None):
 
 
 def quiet(sdo):
-    """No TPDO of this node is valid."""
+    """Makes every TPDO of this node invalid."""
     for record in (0x1800, 0x1801, 0x1802, 0x1803):
         disable(sdo, record)
 

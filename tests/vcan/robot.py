@@ -1,4 +1,4 @@
-"""The whole robot: the emulator on five vcan buses, and the product's own master as another process."""
+"""The whole robot: the emulator on five vcan buses, and the product's own master as a separate process."""
 import json
 import pathlib
 import struct
@@ -15,9 +15,9 @@ BUSES = ("torso", "rarm", "larm", "rleg", "lleg")
 CAN = ",".join(f"{name}=vcan{at}" for at, name in enumerate(BUSES))
 RIGHT_ARM = (11, 12, 13, 14, 15, 16, 17, 19)
 MASTER = 127
-HEAD_AT_HOME = pathlib.Path(__file__).parents[2] / "adaptation/head_at_home.yaml"  # as the paper's experiments
-# What a test looks at on an arm's bus: SYNC and EMCY, TPDO1, boot-up and heartbeats. The rest would cost this one
-# processor too much.
+HEAD_AT_HOME = pathlib.Path(__file__).parents[2] / "adaptation/head_at_home.yaml"  # as in the paper's experiments
+# What a test observes on an arm's bus: SYNC and EMCY, TPDO1, boot-up and heartbeats. The rest would cost too much time
+# on this single processor.
 FILTERS = ((0x080, 0x780), (0x180, 0x780), (0x700, 0x780), (0x580, 0x780))
 
 
@@ -33,7 +33,7 @@ class Robot:
         self.arm = Bus("vcan1", filters=FILTERS)
         self.master = None
         self.words = {}  # node: newest statusword
-        self.syncs_since_beat = 0  # of the master on the arm's bus
+        self.syncs_since_beat = 0  # heartbeat of the master on the arm's bus
         self.last_beat = None  # its time stamp
         self.start_emulator()
 
@@ -59,13 +59,13 @@ class Robot:
             self.last_beat = frame.time
         elif frame.id == 0x080:
             self.syncs_since_beat += 1
-        if frame.id & 0x780 == 0x700 and frame.data == b"\0":  # booted anew: what it said before is past
+        if frame.id & 0x780 == 0x700 and frame.data == b"\0":  # rebooted: its earlier messages no longer apply
             self.words.pop(frame.id & 0x7F, None)
         if frame.id & 0x780 == 0x180 and len(frame.data) == 5:
             self.words[frame.id - 0x180] = struct.unpack_from("<H", frame.data)[0]
 
     def watch(self, done, timeout, what):
-        """Takes the arm bus's frames until `done` says so."""
+        """Receives frames of the arm's bus until `done` is true."""
         ends = time.monotonic() + timeout
         while not done():
             self.emulator.alive()
@@ -80,7 +80,7 @@ class Robot:
         return all(drive.state(self.words.get(node, 0)) == "operation enabled" for node in RIGHT_ARM)
 
     def running(self, cycles=100):
-        """The master's drives are in operation enabled, and some cycles have passed so."""
+        """Waits until the master's drives are in operation enabled, and for some cycles more."""
         self.watch(self.all_enabled, 120, "the arm's drives in operation enabled")
         left = [cycles]
 
@@ -90,7 +90,7 @@ class Robot:
         self.watch(passed, 60, f"{cycles} frames")
 
     def moving(self, by=0.02, seconds=30, silence=1.0):
-        """Returns when the arm is in motion, a joint `by` rad from where it began: drives follow their set-points."""
+        """Returns when the arm is moving, with a joint `by` rad from its start: the drives follow their set-points."""
         self.running()
         first = self.positions(silence)
         ends = time.monotonic() + seconds
@@ -100,7 +100,7 @@ class Robot:
 
     @staticmethod
     def positions(silence=1.0):
-        """Position actual values (rad) of the arm's joints, each from the next TPDO2 of its drive."""
+        """Returns the position actual values (rad) of the arm's joints, each from the next TPDO2 of its drive."""
         found = {}
         with Bus("vcan1", filters=[(0x280 + node, 0x7FF) for node in JOINTS]) as bus:
             while len(found) < len(JOINTS):
@@ -110,7 +110,7 @@ class Robot:
         return [found[node] for node in JOINTS]
 
     def result(self, timeout=240):
-        """What the master printed at its end."""
+        """Returns what the master printed at its end."""
         while self.master.process.poll() is None:
             self.emulator.alive()
             that(timeout > 0, f"the master does not end: {self.master.output()[-500:]!r}")
@@ -121,7 +121,7 @@ class Robot:
         return json.loads(text[text.index("{"):]), self.master.process.returncode
 
     def states_after(self, cycles=40):
-        """NMT states that the arm's nodes tell in their heartbeats, while SYNCs of the test move the time on."""
+        """Returns the NMT states in the heartbeats of the arm's nodes, while the test's SYNCs advance the time."""
         buses = [Bus(f"vcan{at}", filters=[]) for at in range(len(BUSES))]
         told = {}
         for _ in range(cycles):

@@ -27,7 +27,7 @@ def crc16(data):
     return crc
 
 
-assert crc16(b"123456789") == 0x31C3  # the catalogued check value
+assert crc16(b"123456789") == 0x31C3  # the published check value
 
 
 class Sdo:
@@ -52,7 +52,8 @@ class Sdo:
         return self.answer()
 
     def initiate(self, command, index, sub, tail=b"\0\0\0\0"):
-        """Asks with a multiplexer; an abort is raised, another multiplexer in the answer is an error."""
+        """Sends a request with a multiplexer; raises if an abort is received, and fails if the answer has another
+        multiplexer."""
         multiplexer = struct.pack("<HB", index, sub)
         return self.checked(self.ask(bytes([command]) + multiplexer + tail.ljust(4, b"\0")), index, sub)
 
@@ -94,7 +95,7 @@ class Sdo:
         return data
 
     def download(self, index, sub, data):
-        """Expedited up to four bytes, else segmented."""
+        """Expedited up to four bytes, otherwise segmented."""
         data = bytes(data)
         if 0 < len(data) <= 4:
             answer = self.initiate(0x23 | 4 - len(data) << 2, index, sub, data)
@@ -142,7 +143,7 @@ class Sdo:
         self.download(index, sub, struct.pack(layout, value))
 
     def refused(self, code, action, *arguments):
-        """The action must end in one of these abort codes."""
+        """The action must be aborted with one of these codes."""
         codes = (code,) if isinstance(code, int) else code
         try:
             got = action(*arguments)

@@ -1,12 +1,12 @@
-"""SDO block transfer (CiA 301 7.2.4.3.9 to .16), the client's side, with losses on demand."""
+"""SDO block transfer (CiA 301 7.2.4.3.9 to .16), the client side, with losses on demand."""
 import struct
 
 from sdo import Abort, crc16
 
 
 def block_upload(sdo, index, sub=0, block_size=127, lose=(), crc=True):
-    """Reads an object. `lose`: numbers of segments (counted from 1 over the whole transfer, as they arrive) that
-    are treated as lost on the way. Returns the data and how often the server sent each block."""
+    """Reads an object. `lose`: numbers of segments (counted from 1 over the whole transfer, as they arrive) that are
+    treated as lost. Returns the data and how often the server sent each block."""
     lose = set(lose)
     answer = sdo.initiate(0xA4 if crc else 0xA0, index, sub, bytes([block_size, 0]))
     assert answer[0] & ~0x04 == 0xC2, f"block upload answered by {answer.hex()}"

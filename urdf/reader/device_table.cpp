@@ -15,9 +15,9 @@
 namespace walkman {
 namespace {
 
-constexpr std::size_t kLongestInterfaceName = 15;  // IFNAMSIZ less the final zero
+constexpr std::size_t kLongestInterfaceName = 15;  // IFNAMSIZ minus the terminating zero
 
-// What may be there once only.
+// Values that may be used only once.
 struct Used {
   std::map<int, std::string> nodes;
   std::set<std::string> names;

@@ -13,15 +13,15 @@ namespace walkman {
 
 enum class DeviceKind { kJointDrive, kHandDrive, kForceTorque, kInertialUnit };
 
-/// What a kind of device is called in files.
+/// Names of a kind of device in files.
 struct DeviceKindName {
   DeviceKind kind;
   const char* key;   ///< in a device table: the key whose value is the URDF joint or frame
   const char* name;  ///< in identities and PDO layouts
-  bool drive;        ///< it drives a joint of the URDF; else it measures in a frame
+  bool drive;        ///< drives a joint of the URDF; otherwise it measures in a frame
 };
 
-/// Every kind there is.
+/// All kinds of devices.
 inline constexpr DeviceKindName kDeviceKinds[] = {
     {DeviceKind::kJointDrive, "joint", "joint_drive", true},
     {DeviceKind::kHandDrive, "hand", "hand_drive", true},
@@ -29,7 +29,7 @@ inline constexpr DeviceKindName kDeviceKinds[] = {
     {DeviceKind::kInertialUnit, "imu", "imu", false},
 };
 
-/// One CANopen node of the robot: what it is, where it sits, which part of the URDF it drives or measures.
+/// One CANopen node of the robot: its kind, its place, and the part of the URDF that it drives or measures.
 struct Device {
   DeviceKind kind = DeviceKind::kJointDrive;
   std::uint8_t node_id =
@@ -50,21 +50,21 @@ struct Bus {
   std::uint32_t data_bit_rate = 5'000'000;  ///< of their data phase, bit/s: 1, 2, 4, 5 or 8 Mbit/s
 };
 
-/// What keeps a text from being the name of a network interface, by the rules of Linux (dev_valid_name) and
-/// in printable ASCII, or nothing.
+/// Returns why a text cannot be the name of a network interface, by the rules of Linux (dev_valid_name) and
+/// in printable ASCII, or nullopt if it can.
 [[nodiscard]] std::optional<std::string> interface_name_problem(std::string_view name);
 
-/// Which device sits on which bus under which node-ID. Both sides of the wire read it, as a real robot's
-/// computer and its wiring plan both would.
+/// Assignment of devices to buses and node-IDs. Both ends of the wire read it, as a real robot's computer and
+/// its wiring plan both would.
 struct DeviceTable {
   std::vector<Bus> buses;
 
   [[nodiscard]] const Device& device(const std::string& name) const;  ///< throws std::out_of_range
 };
 
-/// Reads the YAML table and checks it against the model: known joints and frames, node-IDs 1..126 used once,
-/// bit rates of CiA, names of buses and interfaces that an interface can have (a bus's name is a file's,
-/// too). Throws std::runtime_error with file, line and key.
+/// Reads the YAML table and checks it against the model: known joints and frames, node-IDs 1..126 each used
+/// once, CiA bit rates, names of buses and interfaces that are valid interface names (a bus's name is also
+/// used as a file name). Throws std::runtime_error with file, line and key.
 [[nodiscard]] DeviceTable load_device_table(const std::filesystem::path& yaml_file, const RobotModel& model);
 
 }  // namespace walkman

@@ -4,7 +4,7 @@
 
 namespace walkman {
 
-/// Least and greatest coordinate along an axis, m.
+/// Minimum and maximum coordinate along an axis, m.
 struct Extent {
   double min = 0;
   double max = 0;
@@ -14,7 +14,7 @@ struct Extent {
 [[nodiscard]] Extent extent_along(const LinkGeometry& geometry, const Eigen::Vector3d& x_G);
 
 /// Extent of all collision geometry of `model` along the root link's x axis, joints at zero. Empty (min >
-/// max) without any.
+/// max) if there is none.
 [[nodiscard]] Extent extent_along_x(const RobotModel& model);
 
 }  // namespace walkman

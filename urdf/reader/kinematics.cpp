@@ -16,8 +16,8 @@ std::vector<double> joint_positions(const RobotModel& model, const std::map<std:
   std::vector<double> q(model.joints.size(), 0.0);
   std::vector<bool> known(model.joints.size(), false);
   for (std::size_t i = 0; i < model.joints.size(); ++i) {
-    // A leader may itself follow another joint; the reader has made sure there is no circle. The first that
-    // is known, or follows none, settles all on the way to it.
+    // A leader may itself follow another joint; the reader has ensured that there is no cycle. The first
+    // leader that is known, or follows none, determines all joints on the way to it.
     std::vector<std::size_t> followers;
     std::size_t leader = i;
     while (!known[leader] && model.joints[leader].mimic) {

@@ -49,7 +49,8 @@ MeshShape read_mesh(const std::filesystem::path& file, const Eigen::Vector3d& sc
 
   Assimp::Importer importer;
   importer.SetPropertyInteger(AI_CONFIG_PP_SBP_REMOVE, aiPrimitiveType_POINT | aiPrimitiveType_LINE);
-  // URDF meshes are taken in the axes they are written in, whatever a Collada file says about "up".
+  // URDF meshes are read in the axes in which they are written, no matter what a Collada file says about
+  // "up".
   importer.SetPropertyBool(AI_CONFIG_IMPORT_COLLADA_IGNORE_UP_DIRECTION, true);
   const aiScene* scene =
       importer.ReadFile(file.string(), aiProcess_Triangulate | aiProcess_SortByPType |

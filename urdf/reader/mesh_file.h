@@ -10,17 +10,18 @@
 
 namespace walkman {
 
-/// The meshes a URDF names, each read once.
+/// The meshes named in a URDF, each read once.
 class MeshFiles {
  public:
   MeshFiles(const std::filesystem::path& urdf_file, PackagePath packages);
 
-  /// Mesh at `uri`, vertices multiplied by `scale` (a mirroring scale turns the triangles too, so that they
-  /// stay counter-clockwise from outside).
+  /// Mesh at `uri`, vertices multiplied by `scale` (a mirroring scale also reverses the triangles, so that
+  /// they stay counter-clockwise seen from outside).
   ///
   /// `package://NAME/rest` is looked up in every package folder, then in the folders above the URDF that are
-  /// called NAME; `file://` and plain paths as they are, relative ones from the URDF's folder. Throws
-  /// std::runtime_error: no such file (with every path tried), unreadable, no triangles, too large.
+  /// called NAME; `file://` and plain paths are used as given, relative ones starting from the URDF's folder.
+  /// Throws std::runtime_error if there is no such file (with every path tried), or if it is unreadable, has
+  /// no triangles or is too large.
   const MeshShape& load(const std::string& uri, const Eigen::Vector3d& scale);
 
  private:

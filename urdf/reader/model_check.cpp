@@ -23,7 +23,8 @@ bool ends_with(std::string_view text, std::string_view part) {
   return text.size() >= part.size() && text.substr(text.size() - part.size()) == part;
 }
 
-// Sensor a frame's name speaks of. The conventions are ROS's (REP 103: *_optical_frame) and common habit.
+// Kind of sensor that a frame's name suggests. The conventions are those of ROS (REP 103: *_optical_frame)
+// and common practice.
 std::optional<SensorKind> kind_from_name(std::string name) {
   std::transform(name.begin(), name.end(), name.begin(), [](unsigned char c) { return std::tolower(c); });
   if (ends_with(name, "_ft") || contains(name, "_ft_") || contains(name, "force_torque"))
@@ -45,7 +46,7 @@ std::optional<SensorKind> kind_from_gazebo(std::string_view type) {
 }
 
 // Sensors of <gazebo reference="LINK"><sensor type="..."> elements by link; a reference to a joint means its
-// child.
+// child link.
 std::multimap<std::string, SensorKind> gazebo_sensors(const tinyxml2::XMLDocument& xml,
                                                       const RobotModel& model) {
   std::multimap<std::string, SensorKind> sensors;

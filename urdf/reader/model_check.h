@@ -9,31 +9,31 @@
 
 namespace walkman {
 
-/// What a joint is on a robot, judged from the URDF alone.
+/// Role of a joint on a robot, judged from the URDF alone.
 enum class JointRole {
   kBody,        ///< revolute or prismatic, with its own drive
   kHandMotor,   ///< the same, and other joints mimic it: one motor that pulls several joints
   kPassive,     ///< mimics another joint
-  kContinuous,  ///< turns without end, e.g. a laser's spindle
+  kContinuous,  ///< turns without limits, e.g. a laser's spindle
 };
 
 struct CheckedJoint {
   std::string name;
   JointRole role = JointRole::kBody;
   JointType type = JointType::kRevolute;
-  JointLimits limits;  ///< lower and upper mean nothing for a continuous joint
+  JointLimits limits;  ///< lower and upper are meaningless for a continuous joint
 };
 
 enum class SensorKind { kForceTorque, kCamera, kImu, kLaser };
 
-/// A frame that looks like a sensor's, by its name, or one that a `<gazebo><sensor>` element says is.
+/// A frame that belongs to a sensor, according to its name or to a `<gazebo><sensor>` element.
 struct CheckedSensor {
   SensorKind kind = SensorKind::kForceTorque;
   std::string frame;   ///< URDF link
-  std::string parent;  ///< URDF link it hangs on; empty for the root
+  std::string parent;  ///< URDF link it is attached to; empty for the root
 };
 
-/// What a URDF holds, and what of it cannot be used.
+/// Contents of a URDF, and the parts of it that cannot be used.
 struct ModelReport {
   std::filesystem::path file;
   std::string name;
@@ -47,13 +47,13 @@ struct ModelReport {
   [[nodiscard]] int count(JointRole role) const;
 };
 
-/// Reads a URDF as `load_robot_model` does but goes on after what it cannot use: a bad geometry or inertia is
-/// left out, a joint that cannot move is taken as fixed, and all of it is listed. Throws std::runtime_error
-/// where there is no model at all: no file, no XML, no tree.
+/// Reads a URDF as `load_robot_model` does, but continues after parts it cannot use: a bad geometry or
+/// inertia is left out, a joint that cannot move is treated as fixed, and all of these are listed. Throws
+/// std::runtime_error if there is no model at all: no file, no XML, no tree.
 [[nodiscard]] ModelReport check_model(const std::filesystem::path& urdf_file,
                                       const PackagePath& packages = {});
 
-/// The report for people (SI units, several lines, each ended) and as one JSON object (SI units).
+/// The report as text for users (SI units, several lines, each terminated) and as one JSON object (SI units).
 [[nodiscard]] std::string to_text(const ModelReport& report);
 [[nodiscard]] std::string to_json(const ModelReport& report);
 

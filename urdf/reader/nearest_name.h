@@ -7,8 +7,8 @@
 namespace walkman {
 
 /// The candidate with the fewest edits (insert, delete, replace, swap of neighbours) from `name`, for "did
-/// you mean"; empty when even that one differs by more than a third of its letters, or two for short names.
-/// The first of equals.
+/// you mean"; empty if even that one differs by more than a third of its letters, or two for short names. The
+/// first among equals.
 [[nodiscard]] std::string nearest_name(std::string_view name, const std::vector<std::string>& candidates);
 
 /// `; did you mean "X"?` or nothing.

@@ -20,7 +20,7 @@ using tinyxml2::XMLElement;
 
 constexpr std::size_t kMaxSrdfBytes = 10'000'000;
 
-// One <joint> of a group_state, read into `posture`. Returns what is wrong with it.
+// Reads one <joint> of a group_state into `posture`. Returns what is wrong with it.
 std::optional<std::string> read_joint(const XMLElement& element, const RobotModel& model,
                                       std::map<std::string, double>& posture) {
   const char* name = element.Attribute("name");
@@ -47,7 +47,7 @@ std::optional<std::string> read_joint(const XMLElement& element, const RobotMode
   return std::nullopt;
 }
 
-// The root element of an SRDF, which `xml` keeps.
+// Returns the root element of an SRDF, which `xml` owns.
 const XMLElement& open_srdf(const std::filesystem::path& srdf_file, tinyxml2::XMLDocument& xml) {
   const std::string text = read_text_file(srdf_file, kMaxSrdfBytes);
   if (xml.Parse(text.data(), text.size()) != tinyxml2::XML_SUCCESS)
@@ -71,7 +71,7 @@ std::map<std::string, double> load_posture(const std::filesystem::path& srdf_fil
   std::map<std::string, double> posture;
   std::vector<std::string> states;
   bool found = false;
-  // Groups may each have a state of this name; together they are the posture.
+  // Several groups may have a state of this name; together they form the posture.
   for (const XMLElement* group = robot->FirstChildElement("group_state"); group != nullptr;
        group = group->NextSiblingElement("group_state")) {
     const char* name = group->Attribute("name");

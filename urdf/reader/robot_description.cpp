@@ -83,7 +83,7 @@ void require_link(const RobotDescription& robot, const RobotModel& model, const 
                                        model.file.string(), name, did_you_mean(name, links)));
 }
 
-/// One that turns.
+/// Requires a joint that turns.
 void require_joint(const RobotDescription& robot, const RobotModel& model, const char* key,
                    const std::string& name) {
   std::vector<std::string> joints;
@@ -110,7 +110,7 @@ void require_device(const RobotDescription& robot, const DeviceTable& devices, D
                                        robot.device_table.string(), name, did_you_mean(name, names)));
 }
 
-/// The laser hangs on its spindle, and no drive of the robot's turns that.
+/// Requires that the laser is attached to its spindle, and that no drive of the robot turns the spindle.
 void require_on_spindle(const KnownRobot& known, const LaserParts& laser) {
   const std::string file = known.description.file.string();
   for (const Bus& bus : known.devices.buses)

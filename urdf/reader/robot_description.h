@@ -21,26 +21,26 @@ struct JointRange {
 /// Joints that work together.
 struct LimbParts {
   std::vector<std::string> joints;
-  std::string posture;  ///< group_state of the SRDF that they tend to where nothing else matters
+  std::string posture;  ///< group_state of the SRDF towards which they tend if nothing else matters
   std::vector<JointRange> ranges;
 };
 
-/// An arm that works, by the names of links in the URDF and of devices in the device table.
+/// A working arm, given by the names of links in the URDF and of devices in the device table.
 struct HandParts {
-  std::string name;  ///< what people call it, such as "right"
+  std::string name;  ///< name for users, such as "right"
   LimbParts arm;
-  std::string shoulder;                             ///< link from which the arm's length counts
+  std::string shoulder;                             ///< link from which the arm's length is measured
   std::string frame;                                ///< link whose frame is the hand frame H
   std::string motor;                                ///< hand drive
   std::string force_torque;                         ///< force/torque sensor at the wrist, its frame S
-  std::map<std::string, double> continuous_torque;  ///< that a joint's motor can give for good, N·m
+  std::map<std::string, double> continuous_torque;  ///< torque that each joint's motor can sustain, N·m
 };
 
-/// The sensors that tell whether a robot stands, by their names in the device table.
+/// The sensors that show whether a robot is standing, by their names in the device table.
 struct StanceParts {
   std::array<std::string, 2> feet;  ///< force/torque sensors, left and right
   std::string imu;
-  std::string twist;  ///< joint that turns all that stands on the legs about the vertical; may be empty
+  std::string twist;  ///< joint that turns everything above the legs about the vertical; may be empty
 };
 
 /// The joints that turn the camera.
@@ -54,8 +54,8 @@ struct LaserParts {
   std::string spindle;  ///< joint that turns it
 };
 
-/// What the robot's own computer knows of it beforehand (`urdf/walkman.robot.yaml`): files, and the names in
-/// them that matter. Nothing of where the robot or anything else is.
+/// Prior knowledge of the robot's own computer about it (`urdf/walkman.robot.yaml`): files, and the relevant
+/// names in them. Nothing about where the robot or anything else is.
 struct RobotDescription {
   struct PdoLayoutFile {
     std::string name;
@@ -65,37 +65,37 @@ struct RobotDescription {
   std::filesystem::path file;
   std::filesystem::path urdf, srdf, device_table, identities;
   std::vector<PdoLayoutFile> pdo_layouts;
-  std::string pdo_layout;           ///< name of the one in use unless another is asked for
+  std::string pdo_layout;           ///< name of the one in use unless another is selected
   std::vector<HandParts> hands;     ///< none: nothing can be grasped
   std::optional<LimbParts> torso;   ///< helps either arm; none: the arms work alone
   std::string optical_frame;        ///< of the camera: link with x right, y down, z forward
-  std::optional<GazeParts> gaze;    ///< none: the camera looks where it looks
+  std::optional<GazeParts> gaze;    ///< none: the camera cannot be turned
   std::optional<LaserParts> laser;  ///< none: the camera has no laser
   std::string camera_imu;           ///< link with the axes of the camera's inertial unit; empty: it has none
   std::optional<StanceParts> stance;  ///< none: the base is held
 
-  /// `hands`. Throws std::runtime_error when there is none.
+  /// Returns `hands`. Throws std::runtime_error if there is none.
   [[nodiscard]] const std::vector<HandParts>& working_hands() const;
 };
 
-/// Reads the file; the files it names have to be there and are not opened. Throws std::runtime_error: one
-/// sentence with file, line, key, what was found and what was expected.
+/// Reads the file; the files it names must exist but are not opened. Throws std::runtime_error (one sentence)
+/// with file, line, key, the value found and what was expected.
 [[nodiscard]] RobotDescription load_robot_description(const std::filesystem::path& yaml_file);
 
-/// What of a described robot a command line may choose.
+/// Options of a described robot that a command line may select.
 struct RobotChoice {
   PackagePath packages;  ///< where the URDF's meshes are looked up
-  bool fd = false;       ///< CAN FD on every bus, whatever the device table says
+  bool fd = false;       ///< CAN FD on every bus, regardless of the device table
 };
 
-/// A described robot with its files read, which have been checked against each other.
+/// A described robot with its files read and checked against each other.
 struct KnownRobot {
   RobotDescription description;
   RobotModel model;
   DeviceTable devices;
 
-  /// Throws std::runtime_error as `load_robot_model` and `load_device_table` do, and for a part that the URDF
-  /// does not have.
+  /// Throws std::runtime_error as `load_robot_model` and `load_device_table` do, and if the URDF lacks one of
+  /// the parts.
   explicit KnownRobot(RobotDescription robot, const RobotChoice& choice = {});
 };
 

@@ -25,7 +25,7 @@ struct SphereShape {
 struct MeshShape {
   std::filesystem::path file;              ///< resolved path
   std::vector<Eigen::Vector3d> vertices;   ///< m, scale already applied
-  std::vector<Eigen::Vector3i> triangles;  ///< vertex indices, counter-clockwise from outside
+  std::vector<Eigen::Vector3i> triangles;  ///< vertex indices, counter-clockwise seen from outside
 };
 
 /// A geometric primitive or mesh fixed to a link.
@@ -35,16 +35,16 @@ struct LinkGeometry {
   std::string name;
 };
 
-/// How a link's surface touches others: URDF's <contact>, an extension that Bullet's importer reads
+/// Contact properties of a link's surface: URDF's <contact>, an extension read by Bullet's importer
 /// (<lateral_friction>, <rolling_friction>, <spinning_friction>, <restitution>, <stiffness>, <damping>, each
 /// with a `value`), and its defaults.
 struct Surface {
   double friction = 0.5;         ///< Coulomb coefficient
   double rolling_friction = 0;   ///< lever arm of the normal force against rolling, m
   double spinning_friction = 0;  ///< the same against turning about the normal, m
-  double restitution = 0;        ///< share of the speed of approach that comes back
+  double restitution = 0;        ///< share of the approach speed that is returned
   double stiffness = 0;          ///< of each contact point, N/m; 0: rigid
-  double damping = 0;            ///< with it, N·s/m
+  double damping = 0;            ///< goes with the stiffness, N·s/m
 };
 
 struct Link {
@@ -53,7 +53,7 @@ struct Link {
   Eigen::Vector3d p_LLcm = Eigen::Vector3d::Zero();    ///< centre of mass in the link frame, m
   Eigen::Matrix3d I_LLcm_L = Eigen::Matrix3d::Zero();  ///< inertia about the CoM, link axes, kg·m²
   std::vector<LinkGeometry> collisions;
-  std::vector<LinkGeometry> visuals;  ///< the collisions where the URDF gives none
+  std::vector<LinkGeometry> visuals;  ///< the collisions if the URDF gives none
   Surface surface;
   int parent_joint = -1;  ///< index of the joint that carries it; −1 = root
 };
@@ -95,8 +95,8 @@ class RobotModel {
   std::vector<Link> links;
   std::vector<Joint> joints;
 
-  /// Index of a link or joint. Throws std::out_of_range with a sentence that names the model and what was
-  /// asked.
+  /// Index of a link or joint. Throws std::out_of_range with a sentence that names the model and the
+  /// requested name.
   [[nodiscard]] int link_index(const std::string& link_name) const;
   [[nodiscard]] int joint_index(const std::string& joint_name) const;
   [[nodiscard]] std::optional<int> find_link(const std::string& link_name) const;
@@ -110,23 +110,23 @@ class RobotModel {
   std::map<std::string, int, std::less<>> joint_by_name_;
 };
 
-/// Where `package://NAME/rest` is looked up: each entry is a folder that holds a folder NAME.
+/// Where `package://NAME/rest` is looked up: each entry is a folder that contains a folder NAME.
 using PackagePath = std::vector<std::filesystem::path>;
 
 /// Reads a URDF with urdfdom, meshes (STL, OBJ, DAE) with assimp.
 ///
-/// Throws std::runtime_error with one sentence: file, element, what was found, what was expected. A missing
-/// mesh names every path tried.
+/// Throws std::runtime_error (one sentence) with file, element, the value found and what was expected. For a
+/// missing mesh, it names every path tried.
 [[nodiscard]] RobotModel load_robot_model(const std::filesystem::path& urdf_file,
                                           const PackagePath& packages = {});
 
-/// Joint values (rad) of one `group_state` of an SRDF. Throws std::runtime_error naming file and element when
-/// the state is missing, or a joint of it is not in `model`.
+/// Joint values (rad) of one `group_state` of an SRDF. Throws std::runtime_error naming file and element if
+/// the state is missing, or one of its joints is not in `model`.
 [[nodiscard]] std::map<std::string, double> load_posture(const std::filesystem::path& srdf_file,
                                                          const std::string& state, const RobotModel& model);
 
-/// Names of the links in each `disable_collisions` of an SRDF: pairs that touch where the robot is whole, or
-/// that cannot meet. Throws std::runtime_error naming file and element when a link is not in `model`.
+/// Names of the links in each `disable_collisions` of an SRDF: pairs that touch on an intact robot, or that
+/// cannot touch. Throws std::runtime_error naming file and element if a link is not in `model`.
 [[nodiscard]] std::vector<std::pair<std::string, std::string>> load_disabled_collisions(
     const std::filesystem::path& srdf_file, const RobotModel& model);
 

@@ -6,18 +6,18 @@
 
 namespace walkman {
 
-/// Throws std::runtime_error with the file and what is wrong unless it is there and a regular file: a folder,
-/// a FIFO (which might never end, nor even open) or a device is none.
+/// Throws std::runtime_error with the file and the problem unless it exists and is a regular file, not a
+/// folder, a FIFO (which might never end, or never even open) or a device.
 void require_regular_file(const std::filesystem::path& file);
 
-/// The same for a file to be written: it may be missing, but what is there must be a regular file.
+/// The same for a file to be written: it may be missing, but if it exists it must be a regular file.
 void require_regular_output(const std::filesystem::path& file);
 
-/// Whole contents of a regular file of 1..`max_bytes` bytes, as they are.
-/// Throws std::runtime_error with the file and what is wrong: not there, not a file, empty, too large.
+/// Returns the whole, unmodified contents of a regular file of 1..`max_bytes` bytes.
+/// Throws std::runtime_error with the file and the problem: missing, not a file, empty, too large.
 [[nodiscard]] std::string read_file(const std::filesystem::path& file, std::size_t max_bytes);
 
-/// The same for text: throws with the line, too, where it is not UTF-8.
+/// The same for text: also throws, with the line, if it is not UTF-8.
 [[nodiscard]] std::string read_text_file(const std::filesystem::path& file, std::size_t max_bytes);
 
 }  // namespace walkman

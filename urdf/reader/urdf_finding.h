@@ -5,7 +5,7 @@
 
 namespace walkman {
 
-/// Something in a URDF that cannot be used as it is written.
+/// Something in a URDF that cannot be used as written.
 struct UrdfFinding {
   int line = 0;         ///< in the URDF, 1 = first
   std::string element;  ///< e.g. `joint "RElbj"`
@@ -15,7 +15,7 @@ struct UrdfFinding {
 /// `FILE:LINE: ELEMENT: REASON`.
 [[nodiscard]] std::string to_sentence(const std::string& file, const UrdfFinding& finding);
 
-/// Where findings go: collected, or the first one thrown as std::runtime_error.
+/// Handles findings: collects them, or throws the first one as std::runtime_error.
 class UrdfFindings {
  public:
   enum class OnFinding { kThrow, kCollect };

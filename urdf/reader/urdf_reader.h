@@ -14,15 +14,15 @@
 
 namespace walkman {
 
-/// Turns one URDF file into a RobotModel: tinyxml2 to find what is wrong and where, urdfdom for what things
-/// mean.
+/// Turns one URDF file into a RobotModel: uses tinyxml2 to find errors and their location, urdfdom to
+/// interpret the contents.
 class UrdfReader {
  public:
   UrdfReader(std::filesystem::path urdf_file, PackagePath packages, UrdfFindings::OnFinding on_finding);
 
   [[nodiscard]] RobotModel read();
   [[nodiscard]] const std::vector<UrdfFinding>& findings() const { return findings_.all(); }
-  /// The document as read, less what `findings` names; valid after `read`.
+  /// The document as read, without the parts that `findings` names; valid after `read`.
   [[nodiscard]] const tinyxml2::XMLDocument& document() const { return xml_; }
 
  private:
@@ -34,7 +34,7 @@ class UrdfReader {
   UrdfFindings findings_;
   tinyxml2::XMLDocument xml_;
   std::map<std::string, int> joint_order_;   ///< place of each joint in the file
-  std::map<std::string, Surface> surfaces_;  ///< of links that say what theirs is
+  std::map<std::string, Surface> surfaces_;  ///< of links that specify one
   RobotModel model_;
 };
 

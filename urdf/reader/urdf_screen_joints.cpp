@@ -71,12 +71,12 @@ Problem check_dynamics(const XMLElement& joint) {
   return std::nullopt;
 }
 
-// Joints by name, and who follows whom.
+// Joints by name, and which follows which.
 struct Joints {
   std::map<std::string, XMLElement*> by_name;
   std::map<std::string, std::string> leader_of;
-  std::set<std::string> followed;  ///< joints whose chain of leaders is known not to come back to them
-  std::size_t hints = 0;           ///< given so far; each compares with every name
+  std::set<std::string> followed;  ///< joints whose chain of leaders is known not to lead back to them
+  std::size_t hints = 0;           ///< hints given so far; each compares with every name
 };
 constexpr std::size_t kMostHints = 20;
 
@@ -103,7 +103,7 @@ Problem check_mimic(const XMLElement& joint, Joints& joints) {
   for (std::string name = leader;;) {
     if (name == self) return fmt::format("<mimic> joint \"{}\" follows itself in a circle", self);
     const auto next = joints.leader_of.find(name);
-    // A way into a circle of others is theirs to report.
+    // If the chain leads into a cycle of other joints, those report it.
     const bool in_circle = !seen.insert(name).second;
     if (in_circle) way.erase(std::find(way.begin(), way.end(), name), way.end());
     if (in_circle || next == joints.leader_of.end() || joints.followed.contains(name)) {

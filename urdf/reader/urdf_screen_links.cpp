@@ -102,7 +102,7 @@ void screen_geometries(XMLElement& link, const char* kind, MeshFiles& meshes, Ur
   }
 }
 
-/// The value of one element of a <contact>, if there is one.
+/// Reads the value of one element of a <contact>, if there is one.
 Problem read_contact(const XMLElement& contact, const char* name, double& value) {
   const XMLElement* element = contact.FirstChildElement(name);
   if (element == nullptr) return std::nullopt;

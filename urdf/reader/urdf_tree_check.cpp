@@ -37,7 +37,7 @@ std::string child_link_name(const std::string& file, const XMLElement& joint, co
   return link;
 }
 
-// Elements called `kind` by name. Throws for one without a name and for two of one name.
+// Returns the elements called `kind`, by name. Throws if one has no name or two have the same name.
 std::map<std::string, const XMLElement*> by_name(const std::string& file, const XMLElement& robot,
                                                  const char* kind) {
   std::map<std::string, const XMLElement*> elements;
@@ -64,7 +64,7 @@ void check_unique_root_and_depth(const std::string& file,
            fmt::format("no joint has it as its child, nor link \"{}\", expected one root", root));
     root = name;
   }
-  // Every link is walked over once: its way up ends where a depth is known.
+  // Every link is visited once: the walk up from it ends where a depth is known.
   std::map<std::string_view, int> depth_of = {{root, 0}};
   for (const auto& [name, element] : links) {
     std::vector<std::string_view> way;
@@ -85,7 +85,8 @@ void check_unique_root_and_depth(const std::string& file,
   }
 }
 
-// XML readers compare each attribute of an element with all before it: refused before one does.
+// XML readers compare each attribute of an element with all those before it: too many are rejected
+// beforehand.
 void require_few_attributes(const std::string& file, std::string_view text) {
   std::size_t begin = 0;
   for (std::size_t at = text.find('<'); at != std::string_view::npos; at = text.find('<', begin)) {
@@ -93,7 +94,7 @@ void require_few_attributes(const std::string& file, std::string_view text) {
     const bool comment = rest.substr(0, 4) == "<!--", data = rest.substr(0, 9) == "<![CDATA[";
     if (comment || data) {
       const std::size_t end = text.find(comment ? "-->" : "]]>", at);
-      if (end == std::string_view::npos) return;  // for the parser to complain about
+      if (end == std::string_view::npos) return;  // left for the parser to report
       begin = end + 3;
       continue;
     }

@@ -7,14 +7,14 @@
 
 namespace walkman {
 
-/// Result of urdfdom's parser: the model, or what it logged when it gave none.
+/// Result of urdfdom's parser: the model, or what it logged if it returned none.
 struct UrdfdomResult {
   urdf::ModelInterfaceSharedPtr model;
   std::string complaint;
 };
 
-/// Parses with urdfdom, whose messages go to a process-wide log handler; here they end in `complaint` and
-/// never on stderr. Calls from several threads take turns.
+/// Parses with urdfdom, whose messages go to a process-wide log handler; here they end up in `complaint` and
+/// never on stderr. Calls from several threads are serialized.
 [[nodiscard]] UrdfdomResult parse_with_urdfdom(const std::string& xml);
 
 }  // namespace walkman

@@ -77,7 +77,7 @@ std::string YamlMap::place_of(const std::string& key) const {
 std::string YamlMap::where() const { return fmt::format("{}:{}", file_, node_.Mark().line + 1); }
 
 void YamlMap::fail_at(const YAML::Node& node, const std::string& place, const std::string& reason) const {
-  // What was found may be several lines, or have a zero in it, which ends a complaint.
+  // The value found may span several lines, or contain a zero byte, which ends a message.
   throw std::runtime_error(one_line(
       fmt::format("{}:{}: {}{}{}", file_, node.Mark().line + 1, place, place.empty() ? "" : ": ", reason)));
 }

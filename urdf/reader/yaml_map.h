@@ -16,38 +16,37 @@ namespace walkman {
 /// Parses a YAML file of at most 1 MB. Throws std::runtime_error with file and line.
 [[nodiscard]] YAML::Node parse_yaml_file(const std::filesystem::path& file);
 
-/// One mapping of a YAML file, read strictly: only known keys, each once, each of the asked type. Every error
-/// is a std::runtime_error `FILE:LINE: PLACE: what was found, what was expected`.
+/// One mapping of a YAML file, read strictly: only known keys, each once, each of the requested type. Every
+/// error is a std::runtime_error `FILE:LINE: PLACE: what was found, what was expected`.
 class YamlMap {
  public:
-  /// `place` says where in the file it is (e.g. `objects[0]`; empty at the top), `keys` are those it may
-  /// have.
+  /// `place`: where it is in the file (e.g. `objects[0]`; empty at the top); `keys`: those it may have.
   YamlMap(std::string file, const YAML::Node& node, std::string place, std::vector<std::string> keys);
 
-  /// From now on keys that are not there are those of `base`, a mapping of the same kind in another file.
-  /// Mappings in both are one, with the keys of both; so are entries of the same `name` in both lists of a
-  /// key, where further entries follow those of `base`. Lists without names are the one or the other.
+  /// From now on, missing keys are taken from `base`, a mapping of the same kind in another file. Mappings in
+  /// both are merged, with the keys of both; so are entries of the same `name` in both lists of a key, where
+  /// further entries follow those of `base`. A list without names replaces that of `base`.
   void extend(const YamlMap& base) { base_ = std::make_shared<const YamlMap>(base); }
 
   [[nodiscard]] bool has(const std::string& key) const { return has_own(key) || (base_ && base_->has(key)); }
-  /// The key is there and holds a mapping.
+  /// Whether the key is present and holds a mapping.
   [[nodiscard]] bool is_mapping(const std::string& key) const;
   [[nodiscard]] std::string text(const std::string& key) const;
-  /// One text or a list of them.
+  /// A single text or a list of texts.
   [[nodiscard]] std::vector<std::string> texts(const std::string& key) const;
   [[nodiscard]] bool flag(const std::string& key) const;      ///< true, false, yes or no
   [[nodiscard]] double number(const std::string& key) const;  ///< finite
   /// A number within `least` .. `most`.
   [[nodiscard]] double number(const std::string& key, double least, double most) const;
   [[nodiscard]] long long integer(const std::string& key, long long min, long long max) const;
-  /// Written in hexadecimal as the field does: 0x6041.
+  /// A hexadecimal number as usual in the field: 0x6041.
   [[nodiscard]] std::uint32_t hexadecimal(const std::string& key, std::uint32_t min, std::uint32_t max) const;
   [[nodiscard]] std::array<double, 2> number_pair(const std::string& key) const;  ///< finite
   [[nodiscard]] std::array<double, 6> six_numbers(const std::string& key) const;  ///< finite
   [[nodiscard]] Eigen::Vector3d vector3(const std::string& key) const;            ///< finite
   /// Pose from `xyz_m` and `rpy_rad` (roll, pitch, yaw about fixed axes, in this order).
   [[nodiscard]] Eigen::Isometry3d pose() const;
-  /// `key` as a path relative to the YAML file. The file must be there.
+  /// `key` as a path relative to the YAML file. The file must exist.
   [[nodiscard]] std::filesystem::path existing_file(const std::string& key) const;
 
   [[nodiscard]] YamlMap map(const std::string& key, std::vector<std::string> keys) const;
@@ -56,12 +55,12 @@ class YamlMap {
   /// "FILE:LINE", where the mapping begins.
   [[nodiscard]] std::string where() const;
 
-  /// Throws about the value of `key`, or about the whole mapping where `key` is empty or absent.
+  /// Throws about the value of `key`, or about the whole mapping if `key` is empty or absent.
   [[noreturn]] void fail(const std::string& key, const std::string& reason) const;
 
  private:
   [[nodiscard]] bool has_own(const std::string& key) const { return static_cast<bool>(node_[key]); }
-  /// The mapping that `key` is written in, this one or what it extends.
+  /// The mapping in which `key` is written, this one or one that it extends.
   [[nodiscard]] const YamlMap& owner(const std::string& key) const {
     return has_own(key) || !base_ || !base_->has(key) ? *this : base_->owner(key);
   }
@@ -75,7 +74,7 @@ class YamlMap {
   YAML::Node node_;
   std::string place_;
   std::vector<std::string> keys_;
-  std::shared_ptr<const YamlMap> base_;  // what it extends
+  std::shared_ptr<const YamlMap> base_;  // mapping that this one extends
 };
 
 }  // namespace walkman

@@ -11,17 +11,17 @@
 namespace walkman::multisense {
 namespace {
 
-constexpr Time kAnswerLimit = std::chrono::seconds(1);  // as the vendor's client: 1 s, five times
+constexpr Time kAnswerLimit = std::chrono::seconds(1);  // like the vendor's client: 1 s, five attempts
 constexpr int kAttempts = 5;
 constexpr Time kMtuLimit = std::chrono::milliseconds(100);
-constexpr Time kQuiet = std::chrono::milliseconds(50);  // in which everything sent before has come
-// Messages before an answer: a device that streams to this client alone keeps a few.
+constexpr Time kQuiet = std::chrono::milliseconds(50);  // within which everything sent before has arrived
+// Most messages ahead of an answer: a device that streams to this client alone queues only a few.
 constexpr std::uint64_t kMostBefore = 100;
-constexpr std::size_t kMostPolled = 512 << 10;        // bytes that a look between two cycles takes in
-constexpr Time kForgotten = std::chrono::seconds(5);  // an answer that has not come by then does not
+constexpr std::size_t kMostPolled = 512 << 10;        // bytes processed per poll between two cycles
+constexpr Time kForgotten = std::chrono::seconds(5);  // an answer not received by then is no longer expected
 constexpr Time kStatusInterval = std::chrono::seconds(1);
 constexpr std::size_t kKeptFrames = 4;
-constexpr std::size_t kMostScans = 4096;                  // not taken
+constexpr std::size_t kMostScans = 4096;                  // not yet taken
 constexpr double kPerMinute = 2 * std::numbers::pi / 60;  // rad/s
 constexpr std::uint32_t kFirstMtu = kMostMtu, kSecondMtu = kLeastMtu;
 
@@ -36,7 +36,7 @@ Camera::~Camera() {
   try {
     send(encode(StreamControl{source::kEverything, 0}));
   } catch (const std::exception&) {
-    // One that is no longer there streams to nobody either.
+    // A device that is gone does not stream to anyone either.
   }
 }
 
@@ -133,7 +133,7 @@ void Camera::take(std::span<const std::uint8_t> message) {
       if (const auto ack = decode<Ack>(message)) acks_[ack->request] = ack->status;
       return;
     case Status::kId:
-      // With an answer lost, the next is taken for it: a clock that is taken to be older than it is.
+      // If an answer is lost, the next one is taken for it: the sensor's clock then appears older than it is.
       if (const auto status = decode<Status>(message); status && !asked_status_.empty()) {
         offset_ = asked_status_.front() - time_of(status->uptime);
         asked_status_.pop_front();
@@ -149,7 +149,7 @@ void Camera::take(std::span<const std::uint8_t> message) {
       has_disparity_ = decode(message, disparity_);
       return;
     case Image::kId:
-      // Of those that were asked for, each by itself: so there are never more than its bits.
+      // Only requested sources, and only one source each: there are never more images than bits.
       if (auto image = decode<Image>(message);
           image && (image->source & images_wanted_) != 0 && std::has_single_bit(image->source))
         images_[image->source] = std::move(*image);
@@ -177,14 +177,14 @@ void Camera::ask_status() {
   send(encode(Query::kStatus));
 }
 
-/// Everything that the device sent before its answer has come when that has.
+/// Waits for the answer to a status request: everything that the device sent before it has then arrived.
 void Camera::synchronise() {
   for (int attempt = 0; attempt < kAttempts; ++attempt) {
     const std::size_t before = asked_status_.size();
     ask_status();
     const std::size_t most = attempt == 0 ? 0 : before;
     if (!came([&] { return asked_status_.size() <= most; }, kAttempts * kAnswerLimit)) continue;
-    // After one that was lost: of those that were asked again, none may be left for the next time.
+    // After a lost request: no answer to the repeated requests may be left over for the next call.
     if (attempt > 0) static_cast<void>(came([&] { return asked_status_.empty(); }, kQuiet));
     asked_status_.clear();
     return;
@@ -193,7 +193,7 @@ void Camera::synchronise() {
 }
 
 void Camera::stream(bool on) {
-  take_in();  // an earlier acknowledgement is none of this one
+  take_in();  // an earlier acknowledgement does not belong to this request
   acks_.erase(StreamControl::kId);
   streaming_ = on;
   const std::uint64_t sources = source::kDisparityLeft | images_wanted_;
@@ -265,7 +265,7 @@ bool Camera::latest(Time not_before, camera::OrganizedCloud& out) {
   } else {
     take_in(kMostPolled);
     if (!told_at_ || now_() - *told_at_ > kStatusInterval) {
-      // A device that has heard nothing for long no longer streams, and one request may be lost.
+      // A device that has heard nothing for a long time stops streaming, and a single request may be lost.
       if (told_at_) stream(true);
       ask_status();
     }
@@ -275,7 +275,7 @@ bool Camera::latest(Time not_before, camera::OrganizedCloud& out) {
   return true;
 }
 
-/// Whether the calibration is of the imager's rows that the frame shows; asks for the one that is, else.
+/// Whether the calibration is for the imager rows that the frame shows; if not, requests the one that is.
 bool Camera::calibrated() {
   const auto fits = [this] {
     return std::uint64_t{disparity_.width} * device_.imager_height ==
@@ -308,7 +308,7 @@ bool Camera::cloud(Time not_before, camera::OrganizedCloud& out) {
   out.width = disparity_.width;
   out.height = disparity_.height;
   out.points.resize(disparity_.pixels.size());
-  // The calibration is of the whole imager.
+  // The calibration refers to the whole imager.
   const float across = static_cast<float>(out.width) / static_cast<float>(device_.imager_width);
   const float down = static_cast<float>(out.height) / static_cast<float>(device_.imager_height);
   const auto& left = calibration_.left.P;

@@ -16,66 +16,66 @@
 
 namespace walkman::multisense {
 
-/// Clouds of a MultiSense's left disparity image.
+/// Point clouds from a MultiSense's left disparity image.
 ///
-/// Images are streamed only while `latest` is asked for one. The sensor's clock is told by its status
-/// messages; a frame is taken to be as old as the round trip of such a message allows.
+/// Images are streamed only from a call of `latest` until it returns a cloud. The sensor's clock is derived
+/// from its status messages; a frame is taken to be as old as the round trip of such a message allows.
 class Camera final : public camera::RangeCamera {
  public:
-  /// Whether `latest` waits for what the device has sent so far, or takes what has come.
+  /// Whether `latest` waits for everything sent by the device so far, or takes only what has arrived.
   enum class Waiting { kBlock, kPoll };
 
-  /// `port` must outlive the camera. `now` is the caller's clock, on which `latest` and the clouds' stamps
-  /// are. Throws camera::Lost with a sentence that begins with `name` when no device answers, or one whose
-  /// answers do not go together.
+  /// `port` must outlive the camera. `now`: the caller's clock, used by `latest` and the clouds' stamps.
+  /// Throws camera::Lost, with a sentence that begins with `name`, if no device answers or its answers are
+  /// inconsistent.
   Camera(DatagramPort& port, std::string name, std::function<Time()> now);
   ~Camera() override;
   Camera(const Camera&) = delete;
   Camera& operator=(const Camera&) = delete;
 
   void set_waiting(Waiting waiting) { waiting_ = waiting; }
-  /// Turns the laser's spindle at `rate` (rad/s) and has its scans streamed until it is told 0. Throws Lost
-  /// when the device refuses.
+  /// Turns the laser's spindle at `rate` (rad/s) and streams its scans until called with 0. Throws Lost if
+  /// the device refuses.
   void spin(double rate);
-  /// Scans since the last call, in their order, on the sensor's clock, and their calibration.
+  /// Scans received since the last call, in order, on the sensor's clock; and their calibration.
   [[nodiscard]] std::vector<LidarData> take_scans();
   [[nodiscard]] LidarCalibration laser_calibration();
 
-  /// Images that are streamed with the disparity, by their bits in `source`.
+  /// Selects images to be streamed along with the disparity, by their bits in `source`.
   void also_stream(std::uint64_t sources) { images_wanted_ = sources; }
 
   [[nodiscard]] bool latest(Time not_before, camera::OrganizedCloud& out) override;
   [[nodiscard]] bool begin_sweep(double rate) override;
   [[nodiscard]] bool swept(std::vector<Eigen::Vector3f>& points) override;
 
-  /// The disparity image that the last cloud was made of.
+  /// The disparity image from which the last cloud was computed.
   [[nodiscard]] const Disparity& disparity() const { return disparity_; }
-  /// The image of a source in that frame; null when it has not come.
+  /// The image from `source` in the same frame; null if it has not arrived.
   [[nodiscard]] const Image* image(std::uint64_t source) const;
 
   [[nodiscard]] const DeviceInfo& device() const { return device_; }
-  /// Frames of which a part has not come.
+  /// Number of frames of which a part did not arrive.
   [[nodiscard]] std::uint64_t lost_frames() const { return assembler_.lost(); }
 
  private:
   struct Captured {
     std::int64_t frame = 0;
-    Time at{};  // the sensor's clock
+    Time at{};  // on the sensor's clock
   };
 
   void open();
   void check_calibration() const;
   [[nodiscard]] bool calibrated();
-  /// Sends `message` until `answered`; throws when that never comes.
+  /// Sends `message` until `answered` returns true; throws if it never does.
   void ask(const std::vector<std::uint8_t>& message, const std::function<bool()>& answered);
   template <typename Message>
   [[nodiscard]] Message ask_for(Query query);
   void choose_mtu();
   void send(const std::vector<std::uint8_t>& message);
   void stream(bool on);
-  /// Takes in everything that has come, or so many bytes of it and a datagram.
+  /// Processes everything that has arrived, or up to `most` bytes plus one datagram.
   void take_in(std::size_t most = std::numeric_limits<std::size_t>::max());
-  /// Waits for it; false when nothing comes for `limit`, or too much else.
+  /// Waits for `answered`; returns false if nothing arrives for `limit`, or too many other messages do.
   [[nodiscard]] bool came(const std::function<bool()>& answered, Time limit);
   void take(std::span<const std::uint8_t> message);
   void ask_status();
@@ -91,24 +91,24 @@ class Camera final : public camera::RangeCamera {
   std::uint16_t sequence_ = 0;
   Assembler assembler_;
   std::vector<std::uint8_t> datagram_;
-  std::map<std::uint16_t, std::vector<std::uint8_t>> answers_;  // the newest of each id that was asked for
+  std::map<std::uint16_t, std::vector<std::uint8_t>> answers_;  // newest answer of each id requested
   std::map<std::uint16_t, std::int32_t> acks_;
 
-  std::uint64_t taken_ = 0;  // messages
+  std::uint64_t taken_ = 0;  // messages processed
 
   DeviceInfo device_;
   CameraCalibration calibration_;
-  std::deque<Time> asked_status_;  // not answered yet: when, on the caller's clock
-  std::optional<Time> told_at_;    // when the last was asked for
-  std::optional<Time> offset_;     // of the caller's clock, from the sensor's
+  std::deque<Time> asked_status_;  // times of unanswered requests, on the caller's clock
+  std::optional<Time> told_at_;    // time of the last status request
+  std::optional<Time> offset_;     // caller's clock minus sensor's clock
   bool streaming_ = false;
-  std::vector<Captured> captured_;  // of the last frames
+  std::vector<Captured> captured_;  // of the last few frames
   Disparity disparity_;
   bool has_disparity_ = false;
   std::uint64_t images_wanted_ = 0;
-  std::map<std::uint64_t, Image> images_;  // the newest of each source
+  std::map<std::uint64_t, Image> images_;  // newest image of each source
   std::vector<LidarData> scans_;
-  std::optional<Sweep> sweep_;  // begun and not complete
+  std::optional<Sweep> sweep_;  // started and not yet complete
 };
 
 }  // namespace walkman::multisense

@@ -78,8 +78,8 @@ std::span<const std::uint8_t> Assembler::take(std::span<const std::uint8_t> data
     }
     unfinished_.push_back({head->sequence, head->message_bytes, {}});
     std::vector<std::uint8_t>& bytes = unfinished_.back().bytes;
-    bytes.swap(complete_);  // its memory
-    // Filled as the rest comes: a beginning that promises ten megabytes costs no more than its own.
+    bytes.swap(complete_);  // reuses its memory
+    // Filled as the rest arrives: of ten announced megabytes only what was received is ever written to.
     bytes.assign(payload.begin(), payload.end());
     bytes.reserve(head->message_bytes);
     return {};

@@ -9,16 +9,16 @@
 
 #include "drivers/time.h"
 
-/// How a MultiSense's messages travel: in UDP datagrams with a header of 18 bytes each, which has the
-/// sequence id of the message, its length and where in it the datagram's bytes belong. There is no
+/// Transport of a MultiSense's messages: UDP datagrams, each with an 18-byte header that holds the sequence
+/// id of the message, its length and the offset in it at which the datagram's bytes belong. There is no
 /// retransmission.
 namespace walkman::multisense {
 
 inline constexpr std::uint16_t kCommandPort = 9001;
 inline constexpr std::size_t kDatagramHeadBytes = 18;
-inline constexpr std::size_t kIpUdpHeadBytes = 28;          ///< of an MTU
-inline constexpr std::size_t kMostDatagramBytes = 9000;     ///< the vendor's receive buffers
-inline constexpr std::size_t kMostMessageBytes = 10 << 20;  ///< its client's limit
+inline constexpr std::size_t kIpUdpHeadBytes = 28;          ///< part of the MTU
+inline constexpr std::size_t kMostDatagramBytes = 9000;     ///< size of the vendor's receive buffers
+inline constexpr std::size_t kMostMessageBytes = 10 << 20;  ///< limit of the vendor's client
 inline constexpr std::size_t kLeastMtu = 1500, kMostMtu = 9000;
 
 struct DatagramHead {
@@ -27,45 +27,45 @@ struct DatagramHead {
   std::uint32_t offset = 0;
 };
 
-/// None for what is no datagram of this protocol.
+/// Returns nullopt if this is not a datagram of this protocol.
 [[nodiscard]] std::optional<DatagramHead> read_head(std::span<const std::uint8_t> datagram) noexcept;
 
-/// Cuts a message into datagrams, one after the other.
+/// Splits a message into datagrams, one after the other.
 class Fragments {
  public:
-  /// `message` must live as long. `mtu` in bytes, IP and UDP headers included.
+  /// `message` must outlive this object. `mtu`: bytes, including the IP and UDP headers.
   Fragments(std::span<const std::uint8_t> message, std::uint16_t sequence, std::size_t mtu) noexcept;
 
   [[nodiscard]] bool done() const noexcept { return offset_ == message_.size(); }
-  /// Writes the next one. Of a disparity image the first has the head alone, and every other one whole pairs
-  /// of pixels.
+  /// Writes the next datagram. For a disparity image, the first one contains only the image's header, and
+  /// every other one whole pairs of pixels.
   void next(std::vector<std::uint8_t>& datagram);
 
  private:
   std::span<const std::uint8_t> message_;
   std::uint16_t sequence_;
-  std::size_t most_;   // bytes of a message in one datagram
-  std::size_t first_;  // and in the first of them
+  std::size_t most_;   // bytes of the message per datagram
+  std::size_t first_;  // bytes in the first datagram
   std::size_t offset_ = 0;
 };
 
-/// Puts messages together from datagrams in the order in which they come. A message whose beginning is
-/// missing, or whose datagrams do not follow each other, is lost.
+/// Assembles messages from datagrams in order of arrival. A message whose beginning is missing, or whose
+/// datagrams are not consecutive, is lost.
 class Assembler {
  public:
-  /// The message that this datagram completes, until the next call; empty while there is none.
+  /// Returns the message that this datagram completes, valid until the next call; empty if it completes none.
   [[nodiscard]] std::span<const std::uint8_t> take(std::span<const std::uint8_t> datagram);
 
-  /// Messages of which a part has not come.
+  /// Number of messages of which a part did not arrive.
   [[nodiscard]] std::uint64_t lost() const noexcept { return lost_; }
-  /// Datagrams that were none of this protocol.
+  /// Number of datagrams that did not belong to this protocol.
   [[nodiscard]] std::uint64_t strange() const noexcept { return strange_; }
 
  private:
   static constexpr std::size_t kMostUnfinished = 4;
   struct Unfinished {
     std::uint16_t sequence;
-    std::size_t message_bytes;  // when it is whole
+    std::size_t message_bytes;  // of the complete message
     std::vector<std::uint8_t> bytes;
   };
 
@@ -75,16 +75,16 @@ class Assembler {
   std::uint64_t lost_ = 0, strange_ = 0;
 };
 
-/// A client's end of a datagram connection to one device.
+/// Client end of a datagram connection to one device.
 class DatagramPort {
  public:
   virtual ~DatagramPort() = default;
 
-  /// A datagram that cannot be sent is lost, as on the way.
+  /// Sends a datagram. One that cannot be sent is lost, as if in transit.
   virtual void send(std::span<const std::uint8_t> datagram) = 0;
-  /// Takes the next datagram that has come; false when there is none.
+  /// Takes the next received datagram; returns false if there is none.
   [[nodiscard]] virtual bool receive(std::vector<std::uint8_t>& datagram) = 0;
-  /// Waits for a datagram, for at most so long on the host's clock; false when none has come.
+  /// Waits for a datagram, at most for `limit` on the host's clock; returns false if none arrives.
   [[nodiscard]] virtual bool wait(Time limit) = 0;
 };
 

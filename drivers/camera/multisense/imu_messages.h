@@ -7,19 +7,19 @@
 
 #include "drivers/camera/multisense/wire.h"
 
-/// Messages of a MultiSense's inertial unit: an accelerometer and magnetometer in one chip, a gyroscope in
-/// another, which is turned by 90° about z: in the accelerometer's axes the angular velocity is (y, −x, z) of
-/// what it reads. Values in g, degrees per second, gauss.
+/// Messages of a MultiSense's inertial unit: an accelerometer and magnetometer in one chip, and a gyroscope
+/// in another that is rotated by 90° about z: in the accelerometer's axes, the angular velocity is (y, −x, z)
+/// of the gyroscope's reading. Values in g, degrees per second, gauss.
 namespace walkman::multisense {
 
-/// The prefix of a list: version of its elements, and how many. None but `most` are read.
+/// A list with its prefix: version of the elements, and their number. Lists of more than `most` are not read.
 template <typename Element>
 void list_field(auto& list, auto& archive, std::uint16_t version, std::uint32_t most) {
   auto count = static_cast<std::uint32_t>(list.size());
   archive(version, count);
   if constexpr (std::remove_cvref_t<decltype(archive)>::kReads) {
     if (count > most) {
-      static_cast<void>(archive.raw(SIZE_MAX));  // not whole
+      static_cast<void>(archive.raw(SIZE_MAX));  // marks the message as incomplete
       return;
     }
     list.resize(count);
@@ -31,7 +31,7 @@ enum class ImuKind : std::uint16_t { kAccelerometer = 1, kGyroscope = 2, kMagnet
 
 struct ImuSample {
   ImuKind kind = ImuKind::kAccelerometer;
-  std::int64_t nanoseconds = 0;  ///< sensor's clock
+  std::int64_t nanoseconds = 0;  ///< on the sensor's clock
   std::array<float, 3> value{};
   std::uint64_t ptp_nanoseconds = 0;
   static void fields(auto& self, auto& archive, std::uint16_t version) {
@@ -43,7 +43,7 @@ struct ImuSample {
 struct ImuData {
   static constexpr std::uint16_t kId = 0x0114, kVersion = 1;
   static constexpr std::uint32_t kMostSamples = 300;
-  std::uint32_t number = 0;  ///< one more with each message
+  std::uint32_t number = 0;  ///< incremented with each message
   std::vector<ImuSample> samples;
   static void fields(auto& self, auto& archive) {
     archive(self.number);
@@ -51,7 +51,7 @@ struct ImuData {
   }
 };
 
-/// What the unit can be set to.
+/// Available settings of the unit.
 struct ImuInfo {
   static constexpr std::uint16_t kId = 0x0115, kVersion = 1;
   static constexpr std::uint32_t kMostSettings = 64;
@@ -61,8 +61,8 @@ struct ImuInfo {
   };
   struct Sensor {
     std::string name, device, units;
-    std::vector<Pair> rates;   ///< Hz, and the cut-off, Hz
-    std::vector<Pair> ranges;  ///< plus and minus, and of one step
+    std::vector<Pair> rates;   ///< rate and cut-off frequency, Hz
+    std::vector<Pair> ranges;  ///< plus and minus limit, and size of one step
     static void fields(auto& self, auto& archive, std::uint16_t) {
       archive(self.name, self.device, self.units);
       list_field<Pair>(self.rates, archive, 1, kMostSettings);
@@ -83,13 +83,13 @@ struct ImuConfig {
   static constexpr std::uint32_t kEnabled = 1;
   struct Sensor {
     std::string name;
-    std::uint32_t flags = kEnabled, rate = 0, range = 0;  ///< the latter places in ImuInfo's lists
+    std::uint32_t flags = kEnabled, rate = 0, range = 0;  ///< rate and range: indices into ImuInfo's lists
     static void fields(auto& self, auto& archive, std::uint16_t) {
       archive(self.name, self.flags, self.rate, self.range);
     }
   };
   bool store = false;
-  std::uint32_t samples_per_message = 0;  ///< in a request 0: as it is
+  std::uint32_t samples_per_message = 0;  ///< 0 in a request: unchanged
   std::vector<Sensor> sensors;
   static void fields(auto& self, auto& archive) {
     archive(self.store, self.samples_per_message);

@@ -14,7 +14,7 @@
 /// the wire: seconds and microseconds, metres, pixels, microradians.
 namespace walkman::multisense {
 
-/// What a stream's mask and an image name, a bit each.
+/// Image sources as named in a stream's mask and in an image, one bit each.
 namespace source {
 inline constexpr std::uint64_t kLumaLeft = 1U << 2U;
 inline constexpr std::uint64_t kLumaRight = 1U << 3U;
@@ -26,7 +26,7 @@ inline constexpr std::uint64_t kImu = 1U << 25U;
 inline constexpr std::uint64_t kEverything = 0x0000000F'FF7FFFFF;
 }  // namespace source
 
-/// Requests that are nothing but an id.
+/// Requests that consist of an id only.
 enum class Query : std::uint16_t {
   kVersion = 0x0002,
   kStatus = 0x0003,
@@ -53,13 +53,13 @@ struct Ack {
   static void fields(auto& self, auto& archive) { archive(self.request, self.status); }
 };
 
-/// On the sensor's own clock.
+/// A time on the sensor's own clock.
 struct SensorTime {
   std::uint32_t seconds = 0, microseconds = 0;
 };
 [[nodiscard]] Time time_of(const SensorTime& t);
 [[nodiscard]] SensorTime sensor_time(Time t);
-/// An angle (rad) as the wire has the spindle's: within half a turn of 0.
+/// Converts an angle (rad) to the wire format of the spindle angle: within half a turn of 0.
 [[nodiscard]] std::int32_t microradians(double angle);
 
 struct Version {
@@ -78,9 +78,9 @@ struct Status {
   SensorTime uptime;
   std::uint32_t health = 0;
   float cpu_temperature_c = 0, fpga_temperature_c = 0;
-  std::array<float, 2> imager_temperature_c{-99999, -99999};  ///< none
-  float input_voltage = -1, input_current = -1;               ///< V, A; none
-  std::array<float, 3> power{-1, -1, -1};                     ///< W; none
+  std::array<float, 2> imager_temperature_c{-99999, -99999};  ///< default: not available
+  float input_voltage = -1, input_current = -1;               ///< V, A; default: not available
+  std::array<float, 3> power{-1, -1, -1};                     ///< W; default: not available
   static void fields(auto& self, auto& archive) {
     archive(self.uptime.seconds, self.uptime.microseconds, self.health, self.cpu_temperature_c,
             self.fpga_temperature_c);
@@ -140,23 +140,23 @@ struct DeviceModes {
   }
 };
 
-/// Of the full imager: consumers scale it to the current mode.
+/// Calibration of the full imager: consumers scale it to the current mode.
 struct CameraCalibration {
   static constexpr std::uint16_t kId = 0x010D, kVersion = 2;
   struct Camera {
-    std::array<float, 9> M{};   ///< raw camera matrix, rows
+    std::array<float, 9> M{};   ///< raw camera matrix, row-major
     std::array<float, 8> D{};   ///< k1 k2 p1 p2 k3 k4 k5 k6
     std::array<float, 9> R{};   ///< rectifying rotation
     std::array<float, 12> P{};  ///< rectified projection; right: [0][3] = −fx · baseline, px·m
   };
-  Camera left, right, aux;  ///< the last is none: all zero
+  Camera left, right, aux;  ///< `aux` does not exist: all zero
   static void fields(auto& self, auto& archive) {
     for (auto* camera : {&self.left, &self.right}) archive(camera->M, camera->D, camera->R, camera->P);
     if (archive.since(2)) archive(self.aux.M, self.aux.D, self.aux.R, self.aux.P);
   }
 };
 
-/// What both the camera's configuration and its control message have.
+/// Settings common to the camera's configuration and its control message.
 struct ExposureSettings {
   float gain = 1;
   std::uint32_t exposure_us = 5000;
@@ -180,14 +180,14 @@ struct ExposureSettings {
   std::uint8_t sharpening_limit = 0;
   float most_gain = 1000;
 
-  /// Behind the frame rate, in every version.
+  /// Fields after the frame rate, in every version.
   static void first_fields(auto& self, auto& archive) {
     archive(self.gain, self.exposure_us, self.automatic, self.longest_us, self.decay, self.threshold,
             self.white_balance_red, self.white_balance_blue, self.automatic_white_balance,
             self.white_balance_decay, self.white_balance_threshold);
   }
 
-  /// Of version 5 on; the secondary exposures of other models are not read.
+  /// Fields from version 5 on; the secondary exposures of other models are not read.
   static void later_fields(auto& self, auto& archive) {
     if (archive.since(5)) archive(self.region);
     if (archive.since(6)) archive(self.profile);
@@ -247,7 +247,7 @@ struct Resolution {
   }
 };
 
-/// What starts an exposure.
+/// What triggers an exposure.
 struct Trigger {
   static constexpr std::uint16_t kId = 0x001E, kVersion = 1;
   static constexpr std::uint32_t kInternal = 0;
@@ -264,7 +264,7 @@ struct Network {
   }
 };
 
-/// Where the left optical frame is in a frame of the user's.
+/// Pose of the left optical frame in a user-defined frame.
 struct ExternalCalibration {
   static constexpr std::uint16_t kId = 0x011B, kVersion = 1;
   std::array<float, 3> translation{};     ///< m
@@ -272,7 +272,7 @@ struct ExternalCalibration {
   static void fields(auto& self, auto& archive) { archive(self.translation, self.roll_pitch_yaw); }
 };
 
-/// Of the lights around the cameras.
+/// Settings of the lights around the cameras.
 struct LightSettings {
   std::array<std::uint8_t, 8> intensity{};
   std::uint8_t flash = 0;
@@ -306,7 +306,7 @@ struct SetLights {
   }
 };
 
-/// New mask = old without `modify`, and of `control` what is in `modify`.
+/// New mask = (old & ~modify) | (control & modify).
 struct StreamControl {
   static constexpr std::uint16_t kId = 0x001C, kVersion = 2;
   std::uint64_t modify = 0, control = 0;
@@ -324,7 +324,7 @@ struct StreamControl {
   }
 };
 
-/// The answer to Query::kMtu, and the request to set it.
+/// The answer to Query::kMtu, and the request that sets the MTU.
 struct Mtu {
   static constexpr std::uint16_t kId = 0x0014, kVersion = 1;
   std::uint32_t bytes = 0;
@@ -353,7 +353,7 @@ struct MtuAnswer {
   }
 };
 
-/// Of a frame; comes before its images.
+/// Metadata of a frame; precedes its images.
 struct ImageMetadata {
   static constexpr std::uint16_t kId = 0x010F, kVersion = 2;
   std::int64_t frame = 0;
@@ -370,7 +370,7 @@ struct ImageMetadata {
   }
 };
 
-/// Of one source, `bits` a pixel.
+/// Image from one source, `bits` per pixel.
 struct Image {
   static constexpr std::uint16_t kId = 0x0110, kVersion = 3;
   static constexpr std::uint32_t kMostBits = 64;
@@ -399,15 +399,15 @@ struct Image {
   }
 };
 
-/// Homogeneous transforms by rows, m.
+/// Homogeneous transforms, row-major, m.
 struct LidarCalibration {
   static constexpr std::uint16_t kId = 0x010E, kVersion = 1;
-  std::array<float, 16> X_SpL{};  ///< laser frame in the spindle's, which turns about its z
-  std::array<float, 16> X_CSp{};  ///< spindle at angle 0 in the left optical frame
+  std::array<float, 16> X_SpL{};  ///< laser frame in the spindle frame, which turns about its z axis
+  std::array<float, 16> X_CSp{};  ///< spindle frame at angle 0 in the left optical frame
   static void fields(auto& self, auto& archive) { archive(self.X_SpL, self.X_CSp); }
 };
 
-/// The spindle's rate.
+/// Sets the spindle's rate.
 struct SetMotor {
   static constexpr std::uint16_t kId = 0x0010, kVersion = 1;
   float rpm = 0;
@@ -420,8 +420,8 @@ struct MotorPosition {
   static void fields(auto& self, auto& archive) { archive(self.microradians); }
 };
 
-/// One turn of the laser's mirror: 270° about its y axis, from −135°; at m the beam points along
-/// (sin m, 0, cos m).
+/// One turn of the laser's mirror: 270° about its y axis, starting at −135°; at mirror angle m the beam
+/// points along (sin m, 0, cos m).
 struct LidarData {
   static constexpr std::uint16_t kId = 0x0109, kVersion = 1;
   static constexpr double kArc = 4.712388;           ///< rad
@@ -429,8 +429,8 @@ struct LidarData {
   static constexpr std::uint32_t kMostRange = 30000;
   static constexpr std::uint32_t kMostPoints = 4096;
   std::uint32_t number = 0;
-  SensorTime first, last;                                      ///< of those points
-  std::int32_t first_microradians = 0, last_microradians = 0;  ///< spindle then
+  SensorTime first, last;                                      ///< times of the first and last point
+  std::int32_t first_microradians = 0, last_microradians = 0;  ///< spindle angles at these times
   std::vector<std::uint32_t> ranges_mm, intensities;
   static void fields(auto& self, auto& archive) {
     auto count = static_cast<std::uint32_t>(self.ranges_mm.size());
@@ -438,7 +438,7 @@ struct LidarData {
             self.last.microseconds, self.first_microradians, self.last_microradians, count);
     if constexpr (std::remove_cvref_t<decltype(archive)>::kReads) {
       if (count > kMostPoints) {
-        static_cast<void>(archive.raw(SIZE_MAX));  // not whole
+        static_cast<void>(archive.raw(SIZE_MAX));  // marks the message as incomplete
         return;
       }
       self.ranges_mm.resize(count);
@@ -448,7 +448,8 @@ struct LidarData {
   }
 };
 
-/// 12 bits a pixel, in 1/16 px of this width; 0: no match. Left pixel u matches right pixel u − d.
+/// Disparity image: 12 bits per pixel, in units of 1/16 px at this width; 0: no match. Left pixel u matches
+/// right pixel u − d.
 struct Disparity {
   static constexpr std::uint16_t kId = 0x0111, kVersion = 1;
   static constexpr std::size_t kHeadBytes = 16;
@@ -456,11 +457,12 @@ struct Disparity {
   static constexpr std::uint16_t kLargest = 4095;
   std::int64_t frame = 0;
   std::uint16_t width = 0, height = 0;
-  std::vector<std::uint16_t> pixels;  ///< row-major, in kStep
+  std::vector<std::uint16_t> pixels;  ///< row-major, in units of kStep
 };
-/// Of an even number of pixels.
+/// `image` must have an even number of pixels.
 [[nodiscard]] std::vector<std::uint8_t> encode(const Disparity& image);
-/// Into `image`, whose memory it takes; false for what is none, or has more or fewer pixels than it says.
+/// Decodes into `image`, reusing its memory; returns false if this is not a disparity image, or if it has
+/// more or fewer pixels than it states.
 [[nodiscard]] bool decode(std::span<const std::uint8_t> message, Disparity& image);
 
 }  // namespace walkman::multisense

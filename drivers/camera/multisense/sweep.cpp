@@ -7,7 +7,7 @@
 namespace walkman::multisense {
 namespace {
 
-constexpr double kMostSkew = 1e-3;  // of a rotation's rows, as floats in a calibration file have them
+constexpr double kMostSkew = 1e-3;  // orthonormality error, as with floats in a calibration file
 
 Eigen::Isometry3d transform_of(const std::array<float, 16>& rows, const char* which) {
   const Eigen::Matrix4d m =

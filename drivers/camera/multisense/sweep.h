@@ -10,22 +10,22 @@
 
 namespace walkman::multisense {
 
-/// Puts laser scans together: each beam from where spindle and head were at its own time.
+/// Assembles laser scans: places each beam by the poses of spindle and head at the time of that beam.
 class Sweep {
  public:
-  /// Throws std::runtime_error, one sentence, for transforms that are none.
+  /// Throws std::runtime_error (one sentence) if a transform is not rigid.
   explicit Sweep(const LidarCalibration& calibration);
 
   struct Point {
     Eigen::Vector3f p_F;  ///< m
     float intensity = 0;  ///< device units
   };
-  /// The returns of a scan. `X_FC`: left optical frame in F at a time of the sensor's clock; the spindle
-  /// turns evenly from the scan's first to its last point.
+  /// Adds the returns of a scan. `X_FC`: pose of the left optical frame in F at a time on the sensor's clock.
+  /// The spindle is assumed to turn at a constant rate from the scan's first to its last point.
   void add(const LidarData& scan, const std::function<Eigen::Isometry3d(Time)>& X_FC);
 
   [[nodiscard]] const std::vector<Point>& points() const { return points_; }
-  /// By which the spindle has turned since the first scan, rad: half a turn shows every direction once.
+  /// Angle the spindle has turned since the first scan, rad: half a turn covers every direction once.
   [[nodiscard]] double turned() const { return turned_; }
 
  private:

@@ -15,7 +15,7 @@
 namespace walkman::multisense {
 namespace {
 
-// What the vendor's client asks for; the kernel gives as much of it as net.core.rmem_max allows.
+// The size the vendor's client requests; the kernel grants as much of it as net.core.rmem_max allows.
 constexpr int kReceiveBuffer = 48 << 20;
 
 }  // namespace
@@ -61,8 +61,8 @@ void UdpPort::send(std::span<const std::uint8_t> datagram) {
 }
 
 bool UdpPort::receive(std::vector<std::uint8_t>& datagram) {
-  datagram.resize(kMostDatagramBytes + 1);  // one more shows what is too long
-  // A port without a listener is told on the next call, once.
+  datagram.resize(kMostDatagramBytes + 1);  // one extra byte reveals datagrams that are too long
+  // A port without a listener is reported once, on the next call.
   ssize_t size = recv(socket_, datagram.data(), datagram.size(), 0);
   if (size < 0 && errno == ECONNREFUSED) size = recv(socket_, datagram.data(), datagram.size(), 0);
   datagram.resize(static_cast<std::size_t>(std::max<ssize_t>(size, 0)));

@@ -12,17 +12,17 @@
 
 #include "drivers/canopen/little_endian.h"
 
-/// How values and messages of a MultiSense's UDP protocol lie in bytes: little-endian, packed back to back. A
-/// message is u16 id, u16 version and a body whose later versions only append fields.
+/// Byte layout of the values and messages of a MultiSense's UDP protocol: little-endian, packed back to back.
+/// A message is u16 id, u16 version and a body to which later versions only append fields.
 ///
-/// A message type has `kId`, `kVersion` and a static `fields(self, archive)` that names its fields in their
-/// order; the same list writes and reads it. Fields of later versions stand behind `archive.since(version)`.
+/// A message type has `kId`, `kVersion` and a static `fields(self, archive)` that lists its fields in order,
+/// for both writing and reading. Fields of later versions follow after `archive.since(version)`.
 namespace walkman::multisense {
 
 inline constexpr std::size_t kMessageHeadBytes = 4;  ///< id and version
 inline constexpr std::size_t kLongestString = 512;
 
-/// Writes a message's fields behind one another.
+/// Writes a message's fields one after the other.
 class Writer {
  public:
   static constexpr bool kReads = false;
@@ -59,7 +59,7 @@ class Writer {
   std::vector<std::uint8_t> bytes_;
 };
 
-/// Reads a message's fields; what its bytes do not have stays as it was, and it is not whole.
+/// Reads a message's fields. Fields missing from its bytes keep their values, and `whole` then returns false.
 class Reader {
  public:
   static constexpr bool kReads = true;
@@ -72,7 +72,7 @@ class Reader {
   void operator()(T&... values) {
     (read(values), ...);
   }
-  /// The next `bytes`; none when there are fewer.
+  /// Returns the next `bytes` bytes; none if fewer are left.
   [[nodiscard]] std::span<const std::uint8_t> raw(std::size_t bytes) {
     if (!has(bytes)) return {};
     const std::span<const std::uint8_t> out = rest_.first(bytes);
@@ -119,7 +119,7 @@ template <typename Message>
   return writer.take();
 }
 
-/// None for another message, or one that ends before its version's last field.
+/// Returns nullopt for a different message, or for one that ends before the last field of its version.
 template <typename Message>
 [[nodiscard]] std::optional<Message> decode(std::span<const std::uint8_t> bytes) {
   Reader reader(bytes);
@@ -130,7 +130,7 @@ template <typename Message>
   return message;
 }
 
-/// A message's id; none when it is shorter than a message is.
+/// Returns a message's id; nullopt if it is too short to be a message.
 [[nodiscard]] inline std::optional<std::uint16_t> id_of(std::span<const std::uint8_t> message) {
   if (message.size() < kMessageHeadBytes) return std::nullopt;
   return canopen::get<std::uint16_t>(message.data());

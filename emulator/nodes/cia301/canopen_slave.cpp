@@ -16,7 +16,7 @@ namespace object = canopen::object;
 
 namespace {
 
-// CiA has assigned no number to this project; masters take 0 for a device without an identity.
+// CiA has assigned no number to this project; masters regard 0 as a device without an identity.
 constexpr std::uint32_t kVendor = 0x4B4C4157;
 constexpr std::uint32_t kRevision = 0x00010000;
 
@@ -101,7 +101,7 @@ void CanopenSlave::use_fd() {
   for (auto& tpdo : tpdos_) tpdo->use_fd();
 }
 
-// Hot: every node gets every frame of its bus, most of them not for it.
+// Hot: every node receives every frame of its bus, most of them not for it.
 void CanopenSlave::receive(const can::Frame& frame, Time now) noexcept {
   set_time(now);
   if (frame.extended || frame.error) return;
@@ -196,7 +196,7 @@ void CanopenSlave::take() noexcept {
     emergency_.announce(now_);
     schedule();
   }
-  // What there is to say about a full transmit queue needs a place in it.
+  // The report of a full transmit queue needs a place in that queue.
   if (outbox_.overflows() != overflows_reported_ || active(communication_error::kOverrun)) {
     next_event_ = Time::min();
   }

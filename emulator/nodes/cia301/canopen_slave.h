@@ -23,10 +23,9 @@
 
 namespace walkman::nodes {
 
-/// What a device says it is: objects 1000h, 1008h-100Ah and 1018h. `serial` must differ from device to
-/// device.
+/// Identity of a device: objects 1000h, 1008h-100Ah and 1018h. `serial` must differ from device to device.
 struct DeviceIdentity {
-  std::uint8_t node_id = 0;  ///< 1..127, as it leaves the factory
+  std::uint8_t node_id = 0;  ///< 1..127, factory setting
   std::uint32_t device_type = 0;
   std::string name;
   std::uint32_t product_code = 0;
@@ -34,31 +33,32 @@ struct DeviceIdentity {
 };
 
 /// A CANopen device without its application (CiA 301): NMT slave, error control by heartbeat and by guarding,
-/// SYNC, TIME, four RPDOs and four TPDOs, one SDO server, EMCY producer, store and restore, LSS slave (CiA
-/// 305), and their objects. The application derives, adds its objects, and ends its constructor with
-/// `configure_pdos`.
+/// SYNC, TIME, four RPDOs and four TPDOs, one SDO server, EMCY producer, store and restore, LSS slave
+/// (CiA 305), and their objects. The application derives from it, adds its objects, and ends its constructor
+/// with `configure_pdos`.
 ///
-/// It holds no clock: on a bus, `receive` and `advance` push time in. Neither allocates.
+/// It has no clock: on a bus, `receive` and `advance` pass time in. Neither allocates.
 class CanopenSlave : public bus::Participant {
  public:
   using PdoSet = std::array<PdoDefaults, 4>;
 
   void receive(const can::Frame& frame, Time now) noexcept final;
-  /// The first call powers the node on: it sends its boot-up message and is pre-operational.
+  /// The first call powers the node on: it sends its boot-up message and enters pre-operational.
   void advance(Time now) noexcept final;
   [[nodiscard]] Time next_event() const noexcept final { return oscillator_.when(next_event_); }
   [[nodiscard]] const can::Frame* pending() const noexcept final { return outbox_.front(); }
   void take() noexcept final;
   /// Error-passive is reported as 8120h. Bus-off empties the transmit queue and is a communication error
-  /// (1029h:1, and the application's reaction); the end of it is reported as 8140h.
+  /// (1029h:1, and the application's reaction); its end is reported as 8140h.
   void on_link_state(can::LinkState state, Time now) noexcept final;
   [[nodiscard]] std::uint64_t transmit_overflows() const noexcept final { return outbox_.overflows(); }
 
-  /// Starts again, as after a short loss of power.
+  /// Restarts the node, as after a short loss of power.
   void restart() noexcept;
-  /// Falls to NMT pre-operational by itself.
+  /// Makes the node enter NMT pre-operational by itself.
   void leave_operational() noexcept;
-  /// Its own time is fast by `ppm` from now on: periods, deadlines and windows, not the application's.
+  /// Makes the node's clock fast by `ppm` from now on: its periods, deadlines and windows, but not those of
+  /// the application.
   void detune(double ppm) noexcept;
 
   /// FFh: unconfigured (LSS).
@@ -68,50 +68,50 @@ class CanopenSlave : public bus::Participant {
   [[nodiscard]] const ObjectDictionary& dictionary() const noexcept { return dictionary_; }
 
   /// Calls `observer` with each object of a TPDO when it is sampled and of an RPDO when it has taken effect,
-  /// for logs. Must not throw.
+  /// for logs. `observer` must not throw.
   using PdoObserver = std::function<void(std::uint32_t cob_id, const Entry& entry, Time now)>;
   void observe_pdos(PdoObserver observer);
 
-  /// For a bus with CAN FD: PDOs travel in FD frames and may have 64 bytes; every other service stays
-  /// classical. Before the first `advance`, at most once.
+  /// For a bus with CAN FD: PDOs use FD frames and may have 64 bytes; every other service stays classical.
+  /// Call before the first `advance`, at most once.
   void use_fd();
-  /// Puts the device's own EDS into object 1021h. Before the first `advance`.
+  /// Puts the device's own EDS into object 1021h. Call before the first `advance`.
   void store_eds(std::string text) { dictionary_.set_domain(0x1021, std::move(text)); }
 
  protected:
   /// Throws std::runtime_error for a node-ID outside 1..127.
   explicit CanopenSlave(DeviceIdentity identity);
 
-  /// Creates the PDOs; the objects they map must have been added. Throws std::runtime_error when one cannot
-  /// be mapped.
+  /// Creates the PDOs; the objects they map must have been added. Throws std::runtime_error if one cannot be
+  /// mapped.
   void configure_pdos(const PdoSet& receive, const PdoSet& transmit);
 
-  /// A SYNC has come, in any state that listens to it; TPDOs are sampled and RPDOs take effect right after.
+  /// Called on SYNC, in any state that handles it; TPDOs are sampled and RPDOs take effect right after.
   virtual void on_sync() noexcept {}
-  /// TPDOs may be sampled right after, for another reason than SYNC.
+  /// Called when TPDOs may be sampled right after, for a reason other than SYNC.
   virtual void before_sampling() noexcept {}
-  /// The command source is lost: heartbeat or life guarding (8130h), RPDO deadline (8250h), or 0 for NMT
-  /// stop, reset communication and bus-off.
+  /// Called when the command source is lost: heartbeat or life guarding (8130h), RPDO deadline (8250h), or 0
+  /// for NMT stop, reset communication and bus-off.
   virtual void on_connection_lost(std::uint16_t /*error_code*/) noexcept {}
-  /// NMT reset node: application objects have the values of a power-on.
+  /// Called on NMT reset node: application objects have their power-on values.
   virtual void on_reset() noexcept {}
 
-  /// Tells that the value of `entry` has changed: event-driven TPDOs that map it are sent.
+  /// Reports that the value of `entry` has changed: event-driven TPDOs that map it are sent.
   void signal_change(const Entry& entry) noexcept;
-  /// Reports EMCY `code` once and sets `register_bits` of 1001h, the generic bit with them.
+  /// Reports EMCY `code` once and sets `register_bits` of 1001h together with the generic bit.
   void raise(std::uint16_t code, std::uint8_t register_bits) noexcept;
-  /// Ends error `code`, and sends EMCY 0000h when none is left.
+  /// Ends error `code`, and sends EMCY 0000h if none is left.
   void clear(std::uint16_t code) noexcept;
-  /// Error `code` is present.
+  /// Whether error `code` is present.
   [[nodiscard]] bool active(std::uint16_t code) const noexcept { return emergency_.active(code); }
   [[nodiscard]] ObjectDictionary& objects() noexcept { return dictionary_; }
 
  private:
   void add_communication_objects();
-  /// What is not LSS; false for a frame that is not for this node.
+  /// Handles all frames but LSS; returns false for a frame that is not for this node.
   [[nodiscard]] bool handle_booted(const can::Frame& frame) noexcept;
   void handle_remote(const can::Frame& frame) noexcept;
-  /// SYNC, TIME, SDO and RPDOs; false for a frame that is not for this node.
+  /// Handles SYNC, TIME, SDO and RPDOs; returns false for a frame that is not for this node.
   [[nodiscard]] bool handle_service(const can::Frame& frame) noexcept;
   void handle_sync(std::uint8_t counter) noexcept;
   [[nodiscard]] bool handle_rpdo(const can::Frame& frame) noexcept;
@@ -131,25 +131,25 @@ class CanopenSlave : public bus::Participant {
   void take_node_id(std::uint8_t node_id) noexcept;
   void master_lost(std::uint8_t node) noexcept;
   void master_found() noexcept;
-  /// Ends 8130h when what was lost is not watched any more.
+  /// Ends 8130h if what was lost is no longer watched.
   void stop_missing_the_unwatched() noexcept;
   void react_to_communication_error() noexcept;
   void watch_overrun() noexcept;
 
   DeviceIdentity identity_;
   std::uint8_t node_id_;        // in use
-  std::uint8_t cob_id_offset_;  // node-ID the COB-IDs' factory settings contain
+  std::uint8_t cob_id_offset_;  // node-ID that the factory settings of the COB-IDs contain
   bool fd_ = false;
   Oscillator oscillator_;
   Time bus_now_{};
-  // The node's own time, as all that follows.
+  // On the node's own clock, as all times that follow.
   Time now_{};
   Time next_event_ = Time::min();
   canopen::NmtState state_ = canopen::NmtState::kBootUp;
   can::LinkState link_ = can::LinkState::kActive;
   std::uint64_t overflows_reported_ = 0;
-  Time window_ends_ = Time::max();    // of the synchronous PDOs of the last SYNC
-  Time window_closes_ = Time::max();  // the same, until TPDOs still waiting were taken back
+  Time window_ends_ = Time::max();    // window for the synchronous PDOs of the last SYNC
+  Time window_closes_ = Time::max();  // the same, until TPDOs still waiting have been dropped
 
   ObjectDictionary dictionary_;
   Outbox outbox_;

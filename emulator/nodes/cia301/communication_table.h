@@ -7,8 +7,8 @@
 
 namespace walkman::nodes {
 
-/// The objects every device has: CiA 301, 7.5, NMT start-up 1F80h (CiA 302-2), and 2060h, 2061h of the
-/// manufacturer.
+/// The objects that every device has: CiA 301, 7.5, NMT start-up 1F80h (CiA 302-2), and the manufacturer's
+/// 2060h, 2061h.
 [[nodiscard]] ObjectTable communication_table();
 
 inline constexpr std::uint16_t kUserNote = 0x2060;
@@ -19,15 +19,15 @@ inline constexpr std::uint32_t kCobIdNoRtr = 0x40000000U;     ///< bit 30 of a T
 inline constexpr std::uint32_t kCobIdExtended = 0x20000000U;  ///< bit 29: 29-bit identifier
 inline constexpr std::uint32_t kCobIdMask = 0x7FFU;
 
-/// CAN identifiers that SYNC, EMCY and PDOs may not be given (CiA 301, table 38).
+/// Whether SYNC, EMCY and PDOs must not use a CAN identifier (CiA 301, table 38).
 [[nodiscard]] constexpr bool restricted_identifier(std::uint32_t id) noexcept {
   return id <= 0x07F || (id >= 0x101 && id <= 0x180) || (id >= 0x581 && id <= 0x5FF) ||
          (id >= 0x601 && id <= 0x67F) || (id >= 0x6E0 && id <= 0x6FF) || (id >= 0x701 && id <= 0x77F) ||
          id >= 0x780;
 }
 
-/// Judges a write to a COB-ID entry: only base identifiers and the flags in `allowed_flags`, no restricted
-/// one, and no other identifier while the object stays valid. Refusal is 0609 0030.
+/// Checks a write to a COB-ID entry: only base identifiers and the flags in `allowed_flags`, no restricted
+/// identifier, and no other identifier while the object stays valid. Refuses with 0609 0030.
 [[nodiscard]] inline Refusal check_cob_id(std::uint32_t value, std::uint32_t present,
                                           std::uint32_t allowed_flags) noexcept {
   if ((value & ~(allowed_flags | kCobIdMask)) != 0) return SdoAbort::kValue;

@@ -36,8 +36,8 @@ inline constexpr std::uint16_t kRpdoTimeout = 0x8250;   ///< RPDO deadline
 }  // namespace communication_error
 
 /// Emergency producer (CiA 301, 7.2.7): present errors, error register 1001h, history 1003h, EMCY object with
-/// its COB-ID 1014h and inhibit time 1015h. An error is reported once when it appears; one message 0000h when
-/// the last has gone.
+/// its COB-ID 1014h and inhibit time 1015h. An error is reported once when it appears; one message 0000h is
+/// sent when the last one ends.
 class EmergencyProducer {
  public:
   static constexpr std::size_t kHistory = 8;
@@ -46,28 +46,28 @@ class EmergencyProducer {
   EmergencyProducer(const EmergencyProducer&) = delete;
   EmergencyProducer& operator=(const EmergencyProducer&) = delete;
 
-  /// Does nothing when `code` is present already. `detail` goes into the manufacturer's five bytes, its first
-  /// two into the history.
+  /// Does nothing if `code` is already present. `detail` goes into the manufacturer's five bytes, its first
+  /// two bytes into the history.
   void raise(std::uint16_t code, std::uint8_t register_bits, std::span<const std::uint8_t> detail,
              Time now) noexcept;
   void raise(std::uint16_t code, std::uint8_t register_bits, Time now) noexcept {
     raise(code, register_bits, {}, now);
   }
-  /// Ends error `code`, and sends 0000h when it was the last. Does nothing when it is not present.
+  /// Ends error `code`, and sends 0000h if it was the last. Does nothing if it is not present.
   void clear(std::uint16_t code, Time now) noexcept;
   [[nodiscard]] bool active(std::uint16_t code) const noexcept;
 
-  /// Whether EMCY may be sent; messages of the meantime are dropped.
+  /// Sets whether EMCY may be sent; while it may not, messages are dropped.
   void enable(bool enabled) noexcept;
-  /// Reset node: no errors, no history, nothing waiting.
+  /// Reset node: clears errors, history and waiting messages.
   void reset() noexcept;
-  /// Reset communication: as `reset`, but errors of the device itself, without the register's communication
-  /// bit, stay; `announce` reports them anew.
+  /// Reset communication: as `reset`, but keeps errors of the device itself, which lack the register's
+  /// communication bit; `announce` reports them again.
   void reset_communication() noexcept;
   [[nodiscard]] bool some_outlasted_reset() const noexcept { return outlasting_ > 0; }
   void announce(Time now) noexcept;
 
-  /// Sends what has waited for the inhibit time 1015h (in 100 us) since the last message.
+  /// Sends messages that have waited for the inhibit time 1015h (in 100 us) since the last message.
   void advance(Time now) noexcept;
   [[nodiscard]] Time next_event() const noexcept;
 
@@ -93,7 +93,7 @@ class EmergencyProducer {
   std::array<Present, 16> present_{};
   std::size_t present_count_ = 0;
   std::size_t outlasting_ =
-      0;  // of the present ones, the first: they outlasted a reset and are not yet reported
+      0;  // number of errors, first in `present_`, that outlasted a reset and are not yet reported
   std::array<Payload, 8> waiting_{};
   std::size_t waiting_count_ = 0;
   Time allowed_from_{};

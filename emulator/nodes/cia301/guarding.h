@@ -8,9 +8,9 @@
 
 namespace walkman::nodes {
 
-/// Node and life guarding (CiA 301, 7.2.8.3.2.1): the answer to the master's remote frame on 700h + node-ID,
-/// and the watch over these frames. Guard time 100Ch in ms times life time factor 100Dh is the time within
-/// which the next must come; it runs from the first one on, and not at all when either is 0.
+/// Node and life guarding (CiA 301, 7.2.8.3.2.1): answers the master's remote frame on 700h + node-ID, and
+/// monitors these frames. Guard time 100Ch in ms times life time factor 100Dh is the time within which the
+/// next one must arrive; it runs from the first one on, and never if either is 0.
 class NodeGuarding {
  public:
   /// `now`: the node's clock, read when 100Ch or 100Dh is written. It and `node_id` must outlive this.
@@ -18,14 +18,14 @@ class NodeGuarding {
   NodeGuarding(const NodeGuarding&) = delete;
   NodeGuarding& operator=(const NodeGuarding&) = delete;
 
-  /// Answers with the state and a bit that toggles from 0 on. True when the master had been lost.
+  /// Answers with the state and a toggle bit that starts with 0. Returns true if the master had been lost.
   [[nodiscard]] bool answer(canopen::NmtState state, Time now) noexcept;
-  /// True when the life time has just passed.
+  /// Returns true if the life time has just expired.
   [[nodiscard]] bool advance(Time now) noexcept;
   [[nodiscard]] Time next_event() const noexcept { return deadline_; }
-  /// Until the next remote frame, or until 100Ch or 100Dh is written 0.
+  /// Whether the master is lost; until the next remote frame, or until 0 is written to 100Ch or 100Dh.
   [[nodiscard]] bool lost() const noexcept { return lost_; }
-  /// Stops watching until the next remote frame; the toggle bit starts with 0.
+  /// Stops monitoring until the next remote frame; the toggle bit restarts with 0.
   void reset() noexcept;
 
  private:

@@ -48,9 +48,9 @@ class HeartbeatConsumer {
   HeartbeatConsumer(const HeartbeatConsumer&) = delete;
   HeartbeatConsumer& operator=(const HeartbeatConsumer&) = delete;
 
-  /// A heartbeat of `node` has come.
+  /// Notes a heartbeat of `node`.
   void beat(std::uint8_t node, Time now) noexcept;
-  /// True when a watched node has just failed to send in time; `lost_node` tells the first.
+  /// Returns true if a watched node has just failed to send in time; `lost_node` is the first of them.
   [[nodiscard]] bool advance(Time now) noexcept;
   [[nodiscard]] std::uint8_t lost_node() const noexcept { return lost_node_; }
   [[nodiscard]] bool any_lost() const noexcept;

@@ -87,7 +87,7 @@ bool LssSlave::switch_global(Request request, std::uint8_t active) noexcept {
 
 void LssSlave::switch_selective(unsigned part, std::uint32_t value) noexcept {
   if (configuration_) return;
-  // The four come in their order; a wrong one begins anew.
+  // The four parts come in order; a wrong one restarts the sequence.
   if (part == 0) selected_ = 0;
   selected_ = selected_ == part && value == address_[part] ? selected_ + 1 : 0;
   if (selected_ < address_.size()) return;

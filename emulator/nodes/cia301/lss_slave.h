@@ -9,16 +9,17 @@
 
 namespace walkman::nodes {
 
-/// Vendor-ID, product code, revision and serial number: what 1018h:1-4 say and LSS knows a device by.
+/// Vendor-ID, product code, revision and serial number: the values of 1018h:1-4, by which LSS identifies a
+/// device.
 using LssAddress = std::array<std::uint32_t, 4>;
 
 /// LSS slave (CiA 305): the services that find a device by its LSS address and give it node-ID and bit
 /// timing.
 ///
 /// A node-ID set here becomes pending; it is in use after the next reset communication, and after reset node
-/// only when it was stored. Node-ID FFh makes the device unconfigured: then it takes part in nothing but LSS,
-/// and boots when a node-ID has been set and LSS is switched back to the waiting state. A bit timing is taken
-/// and stored, but every device of an emulated bus has the bus's bit rate, whatever is activated.
+/// only if it was stored. Node-ID FFh makes the device unconfigured: it then takes part in nothing but LSS,
+/// and boots when a node-ID has been set and LSS is switched back to the waiting state. A bit timing is
+/// accepted and stored, but every device on an emulated bus has the bus's bit rate, whatever is activated.
 class LssSlave {
  public:
   static constexpr std::uint32_t kRequestId = 0x7E5;
@@ -28,15 +29,15 @@ class LssSlave {
   LssSlave(Outbox& outbox, const LssAddress& address, std::uint8_t node_id)
       : outbox_(outbox), address_(address), pending_(node_id), stored_(node_id) {}
 
-  /// A frame on `kRequestId`; `active` is the node-ID in use. True when an unconfigured device has got its
-  /// node-ID and is to boot now.
+  /// Takes a frame on `kRequestId`; `active` is the node-ID in use. Returns true if an unconfigured device
+  /// has received its node-ID and must boot now.
   [[nodiscard]] bool receive(const can::Frame& frame, std::uint8_t active) noexcept;
 
   /// The node-ID for the next reset communication.
   [[nodiscard]] std::uint8_t pending() const noexcept { return pending_; }
-  /// Power-on and reset node: the stored node-ID is the pending one, the LSS state is waiting.
+  /// Power-on and reset node: makes the stored node-ID the pending one and the LSS state waiting.
   void power_on() noexcept;
-  /// The LSS state is waiting; what is pending stays.
+  /// Makes the LSS state waiting; pending values stay.
   void reset_communication() noexcept;
 
  private:
@@ -55,10 +56,10 @@ class LssSlave {
   LssAddress address_;
   std::uint8_t pending_, stored_;
   std::uint8_t bit_timing_ = 0, stored_bit_timing_ = 0;  // table 0: 1 Mbit/s
-  bool configuration_ = false;                           // LSS state; else waiting
+  bool configuration_ = false;                           // LSS state configuration; else waiting
   unsigned selected_ = 0;                                // parts of a switch selective that matched so far
   unsigned identified_ = 0;                              // conditions of an identify that held so far
-  std::uint8_t scanned_ = 0;                             // part the fastscan asks about next
+  std::uint8_t scanned_ = 0;                             // part that the fastscan asks for next
 };
 
 }  // namespace walkman::nodes

@@ -9,8 +9,8 @@
 namespace walkman::nodes {
 
 /// TIME consumer (CiA 301, 7.2.6), COB-ID 1012h (bit 31 = consume), and the node's clock that TIME sets:
-/// 2061h, sub 1 milliseconds after midnight, sub 2 days since 1984-01-01. The clock runs on between two TIME
-/// messages; from power-on it starts at that epoch.
+/// 2061h, sub 1 milliseconds after midnight, sub 2 days since 1984-01-01. The clock keeps running between two
+/// TIME messages; at power-on it starts at that epoch.
 class NodeClock {
  public:
   /// `now`: the node's clock, read when 2061h is read; must outlive this.
@@ -19,7 +19,7 @@ class NodeClock {
   NodeClock& operator=(const NodeClock&) = delete;
 
   [[nodiscard]] bool accepts(const can::Frame& frame) const noexcept;
-  /// Anything but 6 bytes with a time of day is ignored.
+  /// Ignores anything but 6 bytes with a time of day.
   void receive(const can::Frame& frame, Time now) noexcept;
 
  private:
@@ -27,7 +27,7 @@ class NodeClock {
 
   Object<std::uint32_t> cob_id_, milliseconds_;
   Object<std::uint16_t> days_;
-  Time offset_{};  // of the epoch's time from the node's
+  Time offset_{};  // from the node's time to the time since the epoch
 };
 
 }  // namespace walkman::nodes

@@ -27,7 +27,7 @@ std::int64_t integer_value(DataType type, std::uint32_t raw) noexcept {
   }
 }
 
-/// Characters of a VISIBLE_STRING (CiA 301, table 44).
+/// Whether all are characters of a VISIBLE_STRING (CiA 301, table 44).
 bool visible(std::span<const std::uint8_t> bytes) noexcept {
   return std::all_of(bytes.begin(), bytes.end(),
                      [](std::uint8_t c) { return c == 0 || (c >= 0x20 && c <= 0x7E); });
@@ -173,7 +173,7 @@ Refusal ObjectDictionary::write(Entry& entry, std::span<const std::uint8_t> byte
   if (!entry.number()) {
     if (bytes.size() > entry.longest) return SdoAbort::kTooLong;
     if (!visible(bytes)) return SdoAbort::kValue;
-    // Within the capacity reserved; by pointer, since by iterators a temporary string would be made.
+    // Fits into the reserved capacity; by pointer, because iterators would create a temporary string.
     entry.text.assign(reinterpret_cast<const char*>(bytes.data()), bytes.size());
     return std::nullopt;
   }
@@ -213,7 +213,7 @@ void ObjectDictionary::power_on(std::uint16_t first, std::uint16_t last) noexcep
 void ObjectDictionary::store(std::uint16_t first, std::uint16_t last) noexcept {
   for (const auto& entry : entries_) {
     if (!storable(*entry) || !within(*entry, first, last)) continue;
-    // A value left at its factory setting goes on following it, as when the node-ID is changed.
+    // A value left at its factory setting continues to follow it, for example when the node-ID changes.
     entry->stored = entry->number() ? entry->raw != entry->default_raw : entry->text != entry->default_text;
     entry->stored_raw = entry->raw;
     if (!entry->number()) entry->stored_text = entry->text;

@@ -17,12 +17,13 @@ namespace walkman::nodes {
 using canopen::ObjectAddress;
 using canopen::SdoAbort;
 
-/// Nothing when an access is granted, else the abort code the client is told.
+/// Empty if an access is granted, else the abort code sent to the client.
 using Refusal = std::optional<SdoAbort>;
 
-/// One sub-index of an object: type, rights, value. Numbers are kept as the bytes they have on the wire.
+/// One sub-index of an object: type, access rights, value. Numbers are kept as the bytes they have on the
+/// wire.
 ///
-/// A value may be kept over resets (objects 1010h and 1011h); the copy is here, as in a real device's
+/// A value may be kept across resets (objects 1010h and 1011h); the copy is kept here, as in a real device's
 /// non-volatile memory, and lives as long as the node.
 struct Entry {
   explicit Entry(std::uint32_t& value) : raw(value) {}
@@ -35,26 +36,26 @@ struct Entry {
   std::int64_t lowest = 0;  ///< limits of an integer that may be written
   std::int64_t highest = 0;
   std::uint64_t allowed = 0;  ///< as `EntryRow::allowed`
-  /// Asked before a new value is stored; may refuse it or act on it.
+  /// Called before a new value is stored; may refuse it or act on it.
   std::function<Refusal(std::uint32_t raw)> write_hook;
-  /// Asked before a read; may refuse it.
+  /// Called before a read; may refuse it.
   std::function<Refusal()> read_hook;
 
-  const ObjectRow* object = nullptr;  ///< what the table of objects says of it
+  const ObjectRow* object = nullptr;  ///< its object in the table of objects
   const EntryRow* row = nullptr;
   std::uint32_t default_raw = 0;  ///< factory setting
   bool plus_node_id = false;      ///< the factory setting contains the node-ID
   std::string text;               ///< value of a string or domain
   std::string default_text;
-  std::size_t longest = 0;  ///< bytes a string may be given
+  std::size_t longest = 0;  ///< maximum length of a string in bytes
 
-  bool stored = false;  ///< the values below are taken after a reset instead of the factory setting
+  bool stored = false;  ///< the values below are used after a reset instead of the factory setting
   std::uint32_t stored_raw = 0;
   std::string stored_text;
 
-  /// Bytes of the value.
+  /// Size of the value in bytes.
   [[nodiscard]] std::size_t size() const noexcept;
-  /// Bytes the longest value that may be written has.
+  /// Size in bytes of the longest value that may be written.
   [[nodiscard]] std::size_t capacity() const noexcept { return number() ? size() : longest; }
   /// The value as it is on the wire; valid until the entry is written.
   [[nodiscard]] std::span<const std::uint8_t> bytes() const noexcept;
@@ -67,7 +68,7 @@ struct Entry {
   }
 };
 
-/// The node's own typed grip on an entry. Setting a value here asks no hook and no limit.
+/// The node's own typed access to an entry. Setting a value here calls no hook and checks no limit.
 template <typename T>
 class Object {
  public:
@@ -84,7 +85,7 @@ class Object {
     entry_->highest = highest;
     return *this;
   }
-  /// Gives the value as this device's factory setting.
+  /// Sets the value as this device's factory setting.
   Object& factory(T value) {
     *value_ = entry_->default_raw = to_raw(value);
     return *this;
@@ -103,8 +104,8 @@ class Object {
   std::uint32_t* value_ = nullptr;
 };
 
-/// A node's object dictionary (CiA 301, 7.4), built of rows of the table of objects. Entries stay where they
-/// are, and no access allocates.
+/// A node's object dictionary (CiA 301, 7.4), built from rows of the table of objects. Entries do not move,
+/// and no access allocates.
 class ObjectDictionary {
  public:
   /// Longest string that may be written, and longest domain, in bytes.
@@ -114,50 +115,50 @@ class ObjectDictionary {
   /// `node_id` is added to the factory settings that contain it.
   explicit ObjectDictionary(std::uint8_t node_id = 0) : node_id_(node_id) {}
 
-  /// Adds an object with all its sub-indices. Throws std::runtime_error when it is there already, or a string
-  /// may be longer than `kLongestString`.
+  /// Adds an object with all its sub-indices. Throws std::runtime_error if it already exists, or a string may
+  /// be longer than `kLongestString`.
   void add(const ObjectRow& row) { add(row, row.each_count); }
   /// The same for an object of `count` entries that are all alike.
   void add(const ObjectRow& row, std::uint8_t count);
   void add(ObjectTable table);
-  /// Adds one more entry, the next, to an object whose entries are all alike.
+  /// Adds the next entry to an object whose entries are all alike.
   void extend(std::uint16_t index);
 
-  /// The grip on an entry. Throws std::runtime_error when there is none or it is of another type.
+  /// Returns access to an entry. Throws std::runtime_error if there is none or it has another type.
   template <typename T>
   [[nodiscard]] Object<T> object(std::uint16_t index, std::uint8_t sub = 0) {
     return Object<T>(typed({index, sub}, type_of<T>()));
   }
-  /// Gives a constant visible string its text. Throws as `object`.
+  /// Sets the text of a constant visible string. Throws as `object` does.
   void set_text(std::uint16_t index, std::string text);
-  /// Gives a domain its content; not in cyclic operation. While it is empty, reading it is refused with 0800
-  /// 0024. Throws std::runtime_error when there is no such domain or `content` is longer than
+  /// Sets the content of a domain; not in cyclic operation. While it is empty, reading it is refused with
+  /// 0800 0024. Throws std::runtime_error if there is no such domain or `content` is longer than
   /// `kLongestDomain`.
   void set_domain(std::uint16_t index, std::string content);
 
-  /// Null when there is none.
+  /// Returns null if there is none.
   [[nodiscard]] Entry* find(std::uint16_t index, std::uint8_t sub) noexcept;
   [[nodiscard]] const Entry* find(std::uint16_t index, std::uint8_t sub) const noexcept;
-  /// 0602 0000 or 0609 0011 for an address `find` does not know.
+  /// Abort code for an address that `find` does not know: 0602 0000 or 0609 0011.
   [[nodiscard]] SdoAbort missing(std::uint16_t index) const noexcept;
 
   /// Every entry, by index, then sub-index.
   [[nodiscard]] std::span<const std::unique_ptr<Entry>> entries() const noexcept { return entries_; }
 
-  /// Stores `bytes` in `entry` after checking rights, length, limits and the hook.
+  /// Stores `bytes` in `entry` after checking access rights, length, limits and the hook.
   [[nodiscard]] Refusal write(Entry& entry, std::span<const std::uint8_t> bytes) noexcept;
-  /// Checks rights and asks the hook; the value is then in `entry`.
+  /// Checks access rights and calls the hook; the value is then in `entry`.
   [[nodiscard]] Refusal read(const Entry& entry) const noexcept;
 
-  /// Gives every writable entry with an index in [first, last] the value it has after a reset: the stored
-  /// one, else its factory setting. Asks no hooks.
+  /// Sets every writable entry with an index in [first, last] to its value after a reset: the stored one,
+  /// else its factory setting. Calls no hooks.
   void power_on(std::uint16_t first, std::uint16_t last) noexcept;
-  /// Stores the parameters with an index in [first, last]: everything that may be read and written, but for
-  /// commands of the moment (what an RPDO may carry, 1003h, 1010h, 1011h).
+  /// Stores the parameters with an index in [first, last]: everything that may be read and written, except
+  /// momentary commands (what an RPDO may carry, 1003h, 1010h, 1011h).
   void store(std::uint16_t first, std::uint16_t last) noexcept;
-  /// Forgets what is stored; the values in use stay until the next reset.
+  /// Discards the stored values; the values in use stay until the next reset.
   void forget(std::uint16_t first, std::uint16_t last) noexcept;
-  /// The node-ID has changed by `difference`: adapts the factory settings that contain it.
+  /// Adapts the factory settings that contain the node-ID, which has changed by `difference`.
   void shift_node_id(int difference) noexcept;
 
  private:
@@ -165,10 +166,10 @@ class ObjectDictionary {
   Entry& typed(ObjectAddress address, DataType type);
 
   std::uint8_t node_id_;
-  std::deque<ObjectRow> rows_;                   // of the table, where entries point to
+  std::deque<ObjectRow> rows_;                   // of the table, to which entries point
   std::vector<std::unique_ptr<Entry>> entries_;  // by index, then sub-index
-  // Of the entries: next to each other, for a device uses its values a thousand times a second and asks for
-  // what else there is of them once in a while.
+  // Values of the entries, kept next to each other because a device uses them a thousand times a second, but
+  // the rest of an entry only occasionally.
   std::deque<std::uint32_t> values_;
 };
 

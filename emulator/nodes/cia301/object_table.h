@@ -30,7 +30,7 @@ enum class Mappable : bool { kNo, kYes };
 /// Object codes of CiA 301, table 42.
 enum class ObjectCode : std::uint8_t { kDomain = 2, kVariable = 7, kArray = 8, kRecord = 9 };
 
-/// What one count of an object's value stands for.
+/// What one count of an object's value represents.
 enum class Quantity : std::uint8_t {
   kPlain,                ///< words, counters, codes: no unit
   kPosition,             ///< µrad
@@ -55,7 +55,7 @@ enum class Quantity : std::uint8_t {
   kMeasuredInteger,      ///< CiA 404 value as integer: 6131h with the decimal digits of 6132h
 };
 
-/// A value as the table of objects holds it: its bytes, the rest 0.
+/// A value as stored in the table of objects: its bytes, the rest 0.
 template <typename T>
 [[nodiscard]] std::uint32_t to_raw(T value) noexcept {
   static_assert(std::is_arithmetic_v<T> && sizeof(T) <= 4);
@@ -64,7 +64,7 @@ template <typename T>
   return raw;
 }
 
-/// The value that `to_raw` made `raw` of.
+/// The value that `to_raw` converted to `raw`.
 template <typename T>
 [[nodiscard]] T from_raw(std::uint32_t raw) noexcept {
   static_assert(std::is_arithmetic_v<T> && sizeof(T) <= 4);
@@ -103,53 +103,53 @@ template <typename T>
   if constexpr (std::is_same_v<T, float>) return DataType::kReal32;
 }
 
-/// One sub-index as the table of objects has it. Dictionary, EDS, DBC and the tables of docs/protocol.md are
-/// made of it. Made by `read_only`, `read_write`, `write_only`, `number`, `text`, `string` and `domain`
+/// One sub-index in the table of objects. Dictionary, EDS, DBC and the tables of docs/protocol.md are made
+/// from it. Created by `read_only`, `read_write`, `write_only`, `number`, `text`, `string` and `domain`
 /// below, and refined by its own functions, each of which returns the row.
 struct EntryRow {
   std::string_view name = {};
   DataType type = DataType::kUnsigned8;
   Access access = Access::kReadOnly;
   Mappable mappable = Mappable::kNo;
-  std::uint32_t factory = 0;  ///< factory setting, as `to_raw` has it
-  bool own = false;           ///< the factory setting is each device's own; `factory` is only its place
+  std::uint32_t factory = 0;  ///< factory setting, as returned by `to_raw`
+  bool own = false;           ///< each device has its own factory setting; `factory` is only a placeholder
   bool with_node_id = false;  ///< the factory setting is `factory` plus the node-ID
   std::int64_t lowest = 0;    ///< limits of an integer that may be written
   std::int64_t highest = 0;
   std::uint64_t allowed =
       0;  ///< one bit for each of the numbers 0..63 that may be written; 0: all within the limits
-  std::size_t longest = 0;  ///< bytes a string may be given
+  std::size_t longest = 0;  ///< maximum length of a string in bytes
   Quantity quantity = Quantity::kPlain;
   std::string_view symbol = {};  ///< word for signal names, at most 15 characters; empty: made from the names
-  std::string_view meaning = {};  ///< one line for people; empty where the name says it
+  std::string_view meaning = {};  ///< one-line description; empty if the name suffices
 
-  /// PDOs may carry it.
+  /// Allows PDOs to carry it.
   [[nodiscard]] EntryRow pdo() const {
     return with([](EntryRow& row) { row.mappable = Mappable::kYes; });
   }
-  /// What one count stands for.
+  /// Sets what one count represents.
   [[nodiscard]] EntryRow in(Quantity value) const {
     return with([&](EntryRow& row) { row.quantity = value; });
   }
-  /// Word for signal names.
+  /// Sets the word for signal names.
   [[nodiscard]] EntryRow called(std::string_view word) const {
     return with([&](EntryRow& row) { row.symbol = word; });
   }
-  /// One line for people.
+  /// Sets the one-line description.
   [[nodiscard]] EntryRow means(std::string_view line) const {
     return with([&](EntryRow& row) { row.meaning = line; });
   }
-  /// Values outside are refused with 0609 0032 or 0609 0031.
+  /// Refuses values outside with 0609 0032 or 0609 0031.
   [[nodiscard]] EntryRow within(std::int64_t low, std::int64_t high) const {
     return with([&](EntryRow& row) { row.lowest = low, row.highest = high; });
   }
-  /// Other values between the least and the greatest, which are of 0..63, are refused with 0609 0030.
+  /// Refuses other values between the least and the greatest with 0609 0030; `values` must be in 0..63.
   [[nodiscard]] EntryRow one_of(std::initializer_list<int> values) const;
-  /// Each device has its own factory setting.
+  /// Gives each device its own factory setting.
   [[nodiscard]] EntryRow of_the_device() const {
     return with([](EntryRow& row) { row.own = true; });
   }
-  /// The node-ID is added to the factory setting.
+  /// Adds the node-ID to the factory setting.
   [[nodiscard]] EntryRow plus_node_id() const {
     return with([](EntryRow& row) { row.with_node_id = true; });
   }
@@ -185,7 +185,7 @@ template <typename T>
 [[nodiscard]] EntryRow read_write(std::string_view name, T factory = {}) {
   return number<T>(name, Access::kReadWrite, factory);
 }
-/// `number` that a client may write, a command.
+/// A command: `number` that a client may write.
 template <typename T>
 [[nodiscard]] EntryRow write_only(std::string_view name) {
   return number<T>(name, Access::kWriteOnly, T{});
@@ -197,19 +197,19 @@ template <typename T>
 /// A read-only domain.
 [[nodiscard]] EntryRow domain(std::string_view name);
 
-/// One object, or several that differ by a number only.
+/// One object, or several that differ only by a number.
 struct ObjectRow {
   std::uint16_t index = 0;  ///< of the first
   ObjectCode code = ObjectCode::kVariable;
   std::string_view name = {};  ///< "{}" is replaced by the number of the object, 1 for the first
   EntryRow zero = {};          ///< sub-index 0: the value of a variable, else the number of entries
-  /// Sub-index 1, 2, ...; one without a name is not there.
+  /// Sub-index 1, 2, ...; one without a name does not exist.
   std::vector<EntryRow> entries = {};
-  /// Where it has a name, every sub-index from 1 on is so, "{}" replaced by it.
+  /// If it has a name, the row of every sub-index from 1 on, with "{}" replaced by the sub-index.
   EntryRow each = {};
-  std::uint16_t objects = 1;      ///< how many there are
-  std::uint8_t each_count = 0;    ///< sub-indices of `each`, where the table knows
-  std::string_view meaning = {};  ///< of the whole object, one line for people
+  std::uint16_t objects = 1;      ///< number of objects
+  std::uint8_t each_count = 0;    ///< number of sub-indices of `each`, if the table defines it
+  std::string_view meaning = {};  ///< one-line description of the whole object
 
   [[nodiscard]] bool simple() const noexcept {
     return code == ObjectCode::kVariable || code == ObjectCode::kDomain;
@@ -219,17 +219,17 @@ struct ObjectRow {
     row.meaning = line;
     return row;
   }
-  /// The row of a sub-index; null when there is none.
+  /// The row of a sub-index; null if there is none.
   [[nodiscard]] const EntryRow* find(std::uint8_t sub) const noexcept;
 };
 
-/// A VAR, or a DOMAIN when `value` is one; its name is that of `value`.
+/// A VAR, or a DOMAIN if `value` is one; it has the name of `value`.
 [[nodiscard]] ObjectRow variable(std::uint16_t index, const EntryRow& value);
 /// An ARRAY of `entries`, sub-index 1 first; sub-index 0 is their number.
 [[nodiscard]] ObjectRow array(std::uint16_t index, std::string_view name, std::vector<EntryRow> entries);
-/// A RECORD of `entries`, likewise.
+/// A RECORD of `entries`, sub-indices as in `array`.
 [[nodiscard]] ObjectRow record(std::uint16_t index, std::string_view name, std::vector<EntryRow> entries);
-/// An array of `count` entries that are all alike; 0 where each device has its own number.
+/// An array of `count` entries that are all alike; 0 if each device has its own number of them.
 [[nodiscard]] ObjectRow array_of(std::uint16_t index, std::string_view name, const EntryRow& each,
                                  std::uint8_t count);
 

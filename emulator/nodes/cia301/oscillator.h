@@ -6,32 +6,33 @@
 
 namespace walkman::nodes {
 
-/// What a device takes for time: what its crystal makes of the bus's. In tune until it is told otherwise.
+/// A device's own time, as its crystal derives it from the bus's time. In tune until `detune` is called.
 class Oscillator {
  public:
-  /// From `now` (of the bus) on it is fast by `ppm`; its clock goes on from what it shows.
+  /// Makes it fast by `ppm` from `now` (of the bus) on; its clock continues from its present reading.
   void detune(double ppm, Time now) noexcept {
     shown_ = local(now);
     since_ = now;
     rate_ = 1 + ppm * 1e-6;
   }
 
-  /// What it shows at a time of the bus.
+  /// Its own time at a time of the bus.
   [[nodiscard]] Time local(Time bus) const noexcept {
     if (rate_ == 1) return bus + (shown_ - since_);
     return shown_ + Time(std::llround(static_cast<double>((bus - since_).count()) * rate_));
   }
-  /// The first time of the bus at which it shows `local` or more; `Time::min()` and `max()` are themselves.
+  /// The first time of the bus at which its own is at least `local`; `Time::min()` and `max()` map to
+  /// themselves.
   [[nodiscard]] Time when(Time local) const noexcept {
     if (local == Time::min() || local == Time::max()) return local;
     if (rate_ == 1) return local - (shown_ - since_);
     const double ahead = static_cast<double>((local - shown_).count()) / rate_;
-    return since_ + Time(static_cast<std::int64_t>(std::ceil(ahead)) + 1);  // rounding is half a nanosecond
+    return since_ + Time(static_cast<std::int64_t>(std::ceil(ahead)) + 1);  // rounding: half a nanosecond
   }
 
  private:
   double rate_ = 1;
-  Time shown_{}, since_{};  // when it was tuned last: its own time, and the bus's
+  Time shown_{}, since_{};  // its own time and the bus's when last tuned
 };
 
 }  // namespace walkman::nodes

@@ -7,18 +7,18 @@
 
 namespace walkman::nodes {
 
-/// The transmit mailboxes of a node's CAN controller: the most urgent identifier goes first, frames of the
-/// same identifier in the order they came. Bounded.
+/// The transmit mailboxes of a node's CAN controller: the most urgent identifier goes first, frames with the
+/// same identifier in order of arrival. Bounded.
 class Outbox {
  public:
   static constexpr std::size_t kCapacity = 32;
 
-  /// A full outbox drops the frame and counts it.
+  /// Queues a frame; if full, drops and counts it.
   void push(const can::Frame& frame) noexcept;
-  /// Overwrites the waiting frame of the same identifier, as a PDO's mailbox does; else like `push`.
+  /// Overwrites the waiting frame with the same identifier, as a PDO's mailbox does; else like `push`.
   void replace(const can::Frame& frame) noexcept;
   void clear() noexcept { size_ = 0; }
-  /// Takes back the waiting frames of an identifier.
+  /// Drops the waiting frames with an identifier.
   void drop(std::uint32_t id) noexcept;
   [[nodiscard]] bool holds(std::uint32_t id) const noexcept;
   [[nodiscard]] bool full() const noexcept { return size_ == kCapacity; }

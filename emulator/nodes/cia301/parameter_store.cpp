@@ -7,7 +7,7 @@ constexpr std::uint16_t kStore = 0x1010;
 constexpr std::uint16_t kRestore = 0x1011;
 constexpr std::uint32_t kSave = 0x65766173;  // "save"
 constexpr std::uint32_t kLoad = 0x64616F6C;  // "load"
-constexpr std::uint32_t kOnCommand = 1;      // what a read tells: done on command, not by itself
+constexpr std::uint32_t kOnCommand = 1;      // returned by a read: done on command, not by itself
 
 struct Area {
   std::uint16_t first, last;

@@ -7,8 +7,8 @@
 namespace walkman::nodes {
 
 /// Store and restore (CiA 301, 7.5.2.13 and 7.5.2.14), objects 1010h and 1011h: sub 1 all parameters, 2 the
-/// communication area 1000h-1FFFh, 3 the application's 2000h-FFFFh. Written with "save" or "load"; any other
-/// signature is refused with 0800 0020. What is restored takes effect with the next reset.
+/// communication area 1000h-1FFFh, 3 the application area 2000h-FFFFh. Triggered by writing "save" or "load";
+/// any other signature is refused with 0800 0020. Restored values take effect with the next reset.
 class ParameterStore {
  public:
   explicit ParameterStore(ObjectDictionary& dictionary);

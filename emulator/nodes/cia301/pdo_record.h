@@ -26,8 +26,8 @@ struct PdoDefaults {
 }
 
 /// Communication record (14xxh, 18xxh) and mapping record (16xxh, 1Axxh) of one PDO, with the checks of a
-/// change at run time (CiA 301, 7.5.2.36): invalidate, sub 0 := 0, entries, sub 0 := n, validate. Out of
-/// order: 0800 0022. A PDO has up to 8 objects and 8 bytes, with CAN FD up to 64 of each.
+/// change at run time (CiA 301, 7.5.2.36): invalidate, sub 0 := 0, entries, sub 0 := n, validate. A write out
+/// of order is refused with 0800 0022. A PDO has up to 8 objects and 8 bytes, with CAN FD up to 64 of each.
 class PdoRecord {
  public:
   enum class Direction { kReceive, kTransmit };
@@ -41,18 +41,18 @@ class PdoRecord {
     std::uint8_t bytes = 0;
   };
 
-  /// `number` 1..4. Objects of the default mapping must be in the dictionary already; throws
-  /// std::runtime_error when one cannot be mapped.
+  /// `number`: 1..4. Objects of the default mapping must already be in the dictionary; throws
+  /// std::runtime_error if one cannot be mapped.
   PdoRecord(ObjectDictionary& dictionary, Direction direction, int number, std::uint32_t cob_id,
             const PdoDefaults& defaults);
   PdoRecord(const PdoRecord&) = delete;
   PdoRecord& operator=(const PdoRecord&) = delete;
 
-  /// Called after a communication parameter has changed.
+  /// Sets the hook called after a communication parameter has changed.
   void on_change(std::function<void()> hook) { changed_ = std::move(hook); }
 
-  /// Called by `report` with each mapped object, for logs; not with the protection, which has no value of its
-  /// own. Must not throw.
+  /// Called by `report` with each mapped object, for logs; not with the protection, which has no value. Must
+  /// not throw.
   using Observer = std::function<void(std::uint32_t cob_id, const Entry& entry)>;
   void observe(Observer observer) { observer_ = std::move(observer); }
   void report() const noexcept {
@@ -65,7 +65,7 @@ class PdoRecord {
   /// Makes it a PDO of up to 64 bytes in CAN FD frames. At most once; allocates.
   void use_fd();
 
-  /// Takes up the values now in the dictionary, after defaults were restored.
+  /// Applies the values now in the dictionary, after defaults were restored.
   void reload() noexcept;
 
   [[nodiscard]] bool valid() const noexcept { return valid_; }
@@ -74,7 +74,7 @@ class PdoRecord {
   [[nodiscard]] std::uint8_t type() const noexcept { return type_value_; }
   [[nodiscard]] bool synchronous() const noexcept { return type_value_ <= 240; }
   [[nodiscard]] bool event_driven() const noexcept { return type_value_ >= 254; }
-  /// SYNC counter the first SYNC must have (TPDO, sub-index 6); 0: any.
+  /// Counter value that the first SYNC must have (TPDO, sub-index 6); 0: any.
   [[nodiscard]] std::uint8_t sync_start() const noexcept { return sync_start_value_; }
   [[nodiscard]] bool fd() const noexcept { return fd_; }
   [[nodiscard]] Time inhibit_time() const noexcept { return inhibit_time_; }
@@ -82,7 +82,7 @@ class PdoRecord {
   [[nodiscard]] std::span<const MappedEntry> objects() const noexcept { return {objects_.data(), count_}; }
   [[nodiscard]] std::size_t bytes() const noexcept { return bytes_; }
   [[nodiscard]] bool maps(const Entry& entry) const noexcept;
-  /// Its last object is the protection, 2052h.
+  /// Whether its last object is the protection, 2052h.
   [[nodiscard]] bool protects() const noexcept { return protects_; }
 
  private:
@@ -97,7 +97,7 @@ class PdoRecord {
     if (changed_) changed_();
   }
 
-  // What every frame and every SYNC asks for comes first: forty nodes are a lot of memory.
+  // Members needed for every frame and every SYNC come first: forty nodes are a lot of memory.
   bool valid_ = false;
   bool remote_allowed_ = false;
   bool protects_ = false;

@@ -53,7 +53,7 @@ void ReceivePdo::apply() noexcept {
   std::size_t offset = 0;
   const auto objects = record_.objects();
   for (const PdoRecord::MappedEntry& object : objects.first(objects.size() - (record_.protects() ? 1 : 0))) {
-    // A value the object refuses is dropped: a PDO has no way to answer.
+    // A value that the object refuses is dropped: a PDO has no way to answer.
     if (object.entry != nullptr) {
       static_cast<void>(dictionary_.write(*object.entry, std::span(data_).subspan(offset, object.bytes)));
     }

@@ -11,16 +11,16 @@ namespace walkman::nodes {
 /// a deadline between two receptions, watched from the first one on.
 class ReceivePdo {
  public:
-  /// What became of a frame. One that is dropped as late counts as taken.
+  /// What happened to a frame. One that is dropped as late counts as taken.
   enum class Outcome {
     kTaken,
     kTakenTooLong,  ///< longer than mapped (8220h)
-    kTooShort,      ///< shorter than mapped (8210h); without effect
-    kRefused        ///< a protected one with a wrong CRC or an old count; without effect
+    kTooShort,      ///< shorter than mapped (8210h); no effect
+    kRefused        ///< protected, with a wrong CRC or an old count; no effect
   };
 
-  /// `number` 1..4; `cob_id`: its predefined COB-ID, the factory setting of sub-index 1. The objects of the
-  /// default mapping must be in the dictionary already; throws std::runtime_error when one cannot be mapped.
+  /// `number`: 1..4; `cob_id`: its predefined COB-ID, the factory setting of sub-index 1. The objects of the
+  /// default mapping must already be in the dictionary; throws std::runtime_error if one cannot be mapped.
   ReceivePdo(ObjectDictionary& dictionary, int number, std::uint32_t cob_id, const PdoDefaults& defaults);
 
   void start() noexcept;  ///< entering operational
@@ -32,14 +32,14 @@ class ReceivePdo {
   [[nodiscard]] bool accepts(const can::Frame& frame) const noexcept {
     return operational_ && record_.valid() && frame.id == record_.identifier();
   }
-  /// A frame with the PDO's identifier. One shorter than mapped is ignored, of a longer one the first bytes
-  /// are used; the padding of a CAN FD frame does not count. `late`: the window for synchronous PDOs is over,
-  /// a synchronous one is dropped.
+  /// Takes a frame with the PDO's identifier. One shorter than mapped is ignored; of a longer one, the first
+  /// bytes are used; the padding of a CAN FD frame does not count. `late`: the window for synchronous PDOs is
+  /// over, a synchronous one is dropped.
   [[nodiscard]] Outcome receive(const can::Frame& frame, bool late, Time now) noexcept;
-  /// SYNC has come: what a synchronous PDO has received takes effect.
+  /// Handles SYNC: what a synchronous PDO has received takes effect.
   void sync() noexcept;
 
-  /// True when the deadline has just passed without a reception.
+  /// Returns true if the deadline has just passed without a reception.
   [[nodiscard]] bool advance(Time now) noexcept;
   [[nodiscard]] Time next_event() const noexcept { return deadline_; }
 

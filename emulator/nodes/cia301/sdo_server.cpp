@@ -77,7 +77,7 @@ void SdoServer::abort_transfer(SdoAbort code) noexcept {
   abort(address_, code);
 }
 
-/// A command that does not belong to the transfer under way, or to none.
+/// Handles a command that does not belong to the transfer under way, or comes without one.
 void SdoServer::unexpected() noexcept {
   if (transfer_ == Transfer::kNone) address_ = {};
   abort_transfer(SdoAbort::kCommand);
@@ -155,7 +155,7 @@ void SdoServer::start_download(Request request, Time now) noexcept {
   const bool expedited = (request[0] & 0x02U) != 0;
   size_announced_ = (request[0] & 0x01U) != 0;
   if (expedited) {
-    // Without a size a number has as many bytes as the object, a string all four.
+    // Without a size, a number has as many bytes as the object, a string all four.
     const std::size_t size =
         size_announced_ ? 4U - (request[0] >> 2U & 0x03U) : std::min<std::size_t>(entry_->capacity(), 4);
     if (const Refusal refused = dictionary_.write(*entry_, request.subspan(4, size)))
@@ -261,7 +261,7 @@ void SdoServer::block_download_segment(Request request, Time now) noexcept {
   const auto sequence = static_cast<std::uint8_t>(request[0] & 0x7FU);
   if (sequence == 0 || sequence > kBlockSize) return abort_transfer(SdoAbort::kSequence);
   deadline_ = now + kTimeout;
-  // After a gap the rest of the block is passed over; the client sends it again after the acknowledgement.
+  // After a gap the rest of the block is ignored; the client sends it again after the acknowledgement.
   if (sequence == sequence_ + 1) {
     // All seven bytes of the last segment may be unused.
     if (size_ > entry_->capacity()) return abort_transfer(SdoAbort::kTooLong);
@@ -309,7 +309,7 @@ void SdoServer::block_upload(Request request, Time now) noexcept {
 void SdoServer::start_block_upload(Request request, Time now) noexcept {
   if (!open_for_reading(request)) return;
   if (!block_size_allowed(request[4])) return abort(address_, SdoAbort::kBlockSize);
-  // Up to the client's protocol switch threshold the ordinary upload has less overhead.
+  // Up to the client's protocol switch threshold, the ordinary upload has less overhead.
   const std::size_t threshold = request[5];
   if (threshold > 0 && value_.size() <= threshold) return answer_upload(now);
   crc_wanted_ = (request[0] & 0x04U) != 0;
@@ -340,7 +340,7 @@ void SdoServer::block_upload_acknowledged(Request request, Time now) noexcept {
   const std::uint8_t good = request[1];
   if (good > sequence_) return abort_transfer(SdoAbort::kSequence);
   if (!block_size_allowed(request[2])) return abort_transfer(SdoAbort::kBlockSize);
-  // A client that has seen a gap may acknowledge before the block is out; the rest is not sent any more.
+  // A client that has seen a gap may acknowledge before the whole block is sent; the rest is then not sent.
   outbox_.drop(canopen::cob_id::sdo_response(node_id_));
   deadline_ = now + kTimeout;
   acknowledged_ += good;

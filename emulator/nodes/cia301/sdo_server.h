@@ -12,27 +12,27 @@
 namespace walkman::nodes {
 
 /// SDO server (CiA 301, 7.2.4): expedited, segmented and block transfer in both directions, one at a time. A
-/// transfer whose client stays silent for a second is given up with 0504 0000.
+/// transfer whose client stays silent for a second is aborted with 0504 0000.
 ///
-/// A new request for an expedited, segmented or block transfer ends the one under way without a word, except
-/// while the segments of a block download are coming, where every frame is a segment or an abort.
+/// A new request for an expedited, segmented or block transfer ends the one under way silently, except while
+/// the segments of a block download arrive, when every frame is a segment or an abort.
 class SdoServer {
  public:
   static constexpr Time kTimeout = std::chrono::seconds(1);
-  /// Segments the server wants in a block.
+  /// Number of segments that the server requests in a block.
   static constexpr std::uint8_t kBlockSize = 127;
 
   /// `node_id` must outlive the server and may change while no transfer is under way.
   SdoServer(ObjectDictionary& dictionary, Outbox& outbox, const std::uint8_t& node_id);
 
-  /// A frame with the server's request identifier. Other lengths than 8 bytes are ignored.
+  /// Takes a frame with the server's request identifier. Ignores lengths other than 8 bytes.
   void receive(const can::Frame& frame, Time now) noexcept;
   void advance(Time now) noexcept;
   [[nodiscard]] Time next_event() const noexcept { return deadline_; }
-  /// Forgets a transfer under way.
+  /// Discards a transfer under way.
   void reset() noexcept;
 
-  /// Segments of a block upload wait for the outbox, which gets one at a time: `feed` gives the next.
+  /// Whether segments of a block upload wait for the outbox, which gets one at a time: `feed` adds the next.
   [[nodiscard]] bool feeding() const noexcept { return transfer_ == Transfer::kBlockUpload; }
   void feed() noexcept;
 
@@ -41,10 +41,10 @@ class SdoServer {
     kNone,
     kDownload,
     kUpload,
-    kBlockDownload,     // segments are coming
-    kBlockDownloadEnd,  // all segments are here
+    kBlockDownload,     // segments are arriving
+    kBlockDownloadEnd,  // all segments have arrived
     kBlockUploadStart,  // waits for the client's start
-    kBlockUpload,       // segments are going out, or their acknowledgement is awaited
+    kBlockUpload,       // segments are being sent, or their acknowledgement is awaited
     kBlockUploadEnd,    // waits for the client's end
   };
   using Request = std::span<const std::uint8_t, 8>;
@@ -93,14 +93,14 @@ class SdoServer {
   std::size_t size_ = 0;         // bytes received
   bool size_announced_ = false;  // by the client
   std::size_t announced_ = 0;
-  bool complete_ = false;  // the block download's last segment is here
+  bool complete_ = false;  // the block download's last segment has arrived
 
   // Upload.
   std::span<const std::uint8_t> value_;
   std::size_t position_ = 0;  // bytes sent
 
   // Blocks.
-  std::uint8_t sequence_ = 0;     // last segment of the block under way that is right
+  std::uint8_t sequence_ = 0;     // last correct segment of the block under way
   std::uint8_t block_size_ = 0;   // of an upload
   std::size_t acknowledged_ = 0;  // segments of an upload
 };

@@ -9,9 +9,9 @@
 
 namespace walkman::nodes {
 
-/// SYNC consumer and producer (CiA 301, 7.2.5): COB-ID 1005h (bit 30 = produce, bit 31 means nothing), cycle
-/// period 1006h and window 1007h in us, counter overflow 1019h (0, or 2 to 240; changed only while 1006h is
-/// 0, else 0800 0022).
+/// SYNC consumer and producer (CiA 301, 7.2.5): COB-ID 1005h (bit 30 = produce, bit 31 is ignored), cycle
+/// period 1006h and window 1007h in us, counter overflow 1019h (0, or 2 to 240; may be changed only while
+/// 1006h is 0, else 0800 0022).
 class Sync {
  public:
   /// Shortest period this device can produce.
@@ -23,19 +23,19 @@ class Sync {
   Sync& operator=(const Sync&) = delete;
 
   [[nodiscard]] std::uint32_t identifier() const noexcept { return identifier_; }
-  /// Whether a SYNC has the length 1019h asks for: one byte with a counter, none without.
+  /// Whether a SYNC has the length that 1019h requires: one byte with a counter, none without.
   [[nodiscard]] bool length_fits(const can::Frame& sync) const noexcept {
     return sync.length == (overflow_.get() != 0 ? 1 : 0);
   }
-  /// Length of the window in which synchronous PDOs are good; zero: no limit.
+  /// Length of the window in which synchronous PDOs are valid; zero: no limit.
   [[nodiscard]] Time window() const noexcept { return std::chrono::microseconds(window_.get()); }
 
-  /// Production starts, one period from `now`, or stops. The counter begins with 1.
+  /// Starts production, one period from `now`, or stops it. The counter begins with 1.
   void enable(bool enabled, Time now) noexcept;
-  /// Takes up the values now in the dictionary.
+  /// Applies the values now in the dictionary.
   void reload() noexcept;
 
-  /// True when a SYNC has just been sent; its counter, 0 without one, is `counter`.
+  /// Returns true if a SYNC has just been sent; its counter, 0 without one, is `counter`.
   [[nodiscard]] bool advance(Time now) noexcept;
   [[nodiscard]] std::uint8_t counter() const noexcept { return counter_; }
   [[nodiscard]] Time next_event() const noexcept { return due_; }

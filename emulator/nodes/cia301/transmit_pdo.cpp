@@ -107,7 +107,7 @@ void TransmitPdo::advance(Time now) noexcept {
 }
 
 Time TransmitPdo::next_event() const noexcept {
-  // An event timer that ends within the inhibit time waits for its end.
+  // An event timer that expires within the inhibit time waits until that has passed.
   if (requested_) return allowed_from_;
   return event_due_ == Time::max() ? event_due_ : std::max(event_due_, allowed_from_);
 }

@@ -8,14 +8,14 @@ namespace walkman::nodes {
 /// One TPDO (CiA 301, 7.2.2): transmission types 0 (with the next SYNC after a change), 1..240 (every n-th
 /// SYNC), 252 (sampled at SYNC, sent on remote request), 253 (sampled and sent on remote request), 254 and
 /// 255 (event: application, event timer), inhibit time, remote request. An event of the application is a
-/// change it announces with `event`; the first transmission follows on entering operational.
+/// change that it announces with `event`; the first transmission takes place on entering operational.
 ///
-/// With a SYNC start value (sub-index 6) and a SYNC that counts, the SYNC with that counter is the first of
-/// the n.
+/// With a SYNC start value (sub-index 6) and a SYNC with a counter, the SYNC with that counter value is the
+/// first of the n.
 class TransmitPdo {
  public:
-  /// `number` 1..4; `cob_id`: its predefined COB-ID, the factory setting of sub-index 1; `now`: the node's
-  /// clock, read when the PDO's parameters are written; must outlive this. Throws std::runtime_error when an
+  /// `number`: 1..4; `cob_id`: its predefined COB-ID, the factory setting of sub-index 1; `now`: the node's
+  /// clock, read when the PDO's parameters are written; must outlive this. Throws std::runtime_error if an
   /// object of the default mapping cannot be mapped.
   TransmitPdo(ObjectDictionary& dictionary, Outbox& outbox, int number, std::uint32_t cob_id,
               const PdoDefaults& defaults, const Time& now);
@@ -27,9 +27,9 @@ class TransmitPdo {
 
   void use_fd() { record_.use_fd(); }
 
-  /// `counter` of the SYNC, 0 when it does not count. Hot: at every SYNC, samples the objects.
+  /// Handles SYNC; `counter`: that of the SYNC, 0 if it has none. Hot: samples the objects at every SYNC.
   void sync(std::uint8_t counter, Time now) noexcept;
-  /// The window for synchronous PDOs is over: what is still waiting is not sent.
+  /// Ends the window for synchronous PDOs: what is still waiting is not sent.
   void close_window() noexcept;
   void event(const Entry& entry, Time now) noexcept;
   void remote_request(std::uint32_t identifier, Time now) noexcept;
@@ -51,10 +51,10 @@ class TransmitPdo {
   bool started_ = false;    // the SYNC with the start value has come
   bool requested_ = false;  // waits for the end of the inhibit time
   bool sent_ = false;       // `last_` holds something
-  std::uint8_t count_ = 0;  // of the samples sent, for a protected one
+  std::uint8_t count_ = 0;  // of the samples sent, for a protected PDO
   int syncs_ = 0;           // since the last transmission
   PdoRecord record_;
-  can::Frame last_;  // sent; for type 252, sampled
+  can::Frame last_;  // last frame sent; for type 252, last one sampled
 };
 
 }  // namespace walkman::nodes

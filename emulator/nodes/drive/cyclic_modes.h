@@ -7,8 +7,8 @@
 
 namespace walkman::nodes {
 
-/// What the modes have in common that go on a straight line to each new target, over 60C2h and never faster
-/// than the velocity limit, then hold: 607Dh cuts the targets.
+/// Common part of the modes that move on a straight line to each new target, over 60C2h and never faster than
+/// the velocity limit, then hold. Targets are limited to 607Dh.
 class LineMode : public OperatingMode {
  public:
   using OperatingMode::OperatingMode;
@@ -17,11 +17,11 @@ class LineMode : public OperatingMode {
   [[nodiscard]] bool takes_offsets() const noexcept final { return true; }
 
  protected:
-  /// Goes on from a state of motion, slowing down by 6084h.
+  /// Continues from a state of motion, slowing down with 6084h.
   void slow_down(const Motion& from) noexcept;
-  /// A target in urad as on the wire, from now on; returns what 607Dh leaves of it, rad.
+  /// Moves to a target in urad as on the wire, from now on; returns it as limited by 607Dh, rad.
   double move_to(std::int64_t target) noexcept;
-  /// One step of the line, and the torque 60B2h, as the demand of a loop.
+  /// Returns one step of the line, and the torque 60B2h, as the demand of a loop.
   [[nodiscard]] Demand follow(Demand::Loop loop, double dt) noexcept;
 
   Interpolator line_;
@@ -29,7 +29,7 @@ class LineMode : public OperatingMode {
 };
 
 /// Cyclic synchronous position (mode 8): each 607Ah plus 60B0h is reached on a straight line over 60C2h, then
-/// held; 60B1h and 60B2h are fed forward. Holds where it starts until a target is written.
+/// held; 60B1h and 60B2h are fed forward. Holds its starting position until a target is written.
 class CyclicPosition final : public LineMode {
  public:
   using LineMode::LineMode;
@@ -65,7 +65,7 @@ class CyclicVelocity final : public OperatingMode {
   bool limited_ = false;
 };
 
-/// Cyclic synchronous torque (mode 10): 6071h plus 60B2h, in the series spring.
+/// Cyclic synchronous torque (mode 10): 6071h plus 60B2h, as the torque of the series spring.
 class CyclicTorque final : public OperatingMode {
  public:
   using OperatingMode::OperatingMode;
@@ -83,7 +83,7 @@ class CyclicTorque final : public OperatingMode {
 };
 
 /// Interpolated position (mode 7): each 60C1h:1 is reached on a straight line over 60C2h while controlword
-/// bit 4 is set; without the bit the motor slows down by 6084h and stands.
+/// bit 4 is set; without the bit the motor slows down with 6084h and stands still.
 class InterpolatedPosition final : public LineMode {
  public:
   using LineMode::LineMode;

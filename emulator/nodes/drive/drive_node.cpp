@@ -16,21 +16,21 @@ using cia402::State;
 
 namespace {
 
-/// Codes of 603Fh and EMCY of the connection with the master; those of the drive's measurements are in
-/// `Supervision`, of its motion in `MotionWatch`.
+/// 603Fh and EMCY codes for the connection with the master; those for the drive's measurements are in
+/// `Supervision`, those for its motion in `MotionWatch`.
 namespace drive_fault {
 
 constexpr std::uint16_t kCommunication = 0x8100;
 constexpr std::uint16_t kHeartbeatLost = 0x8130;
 constexpr std::uint16_t kRpdoTimeout = 0x8250;
 
-/// Those that are over once the torque is off.
+/// Codes of faults that end when the torque is off.
 constexpr std::array<std::uint16_t, 4> kOverWithoutTorque{
     MotionWatch::kBlocked, kCommunication, MotionWatch::kFollowingError, MotionWatch::kPositionLimit};
 
 }  // namespace drive_fault
 
-// A motor slower than this is taken to stand still when its motion is handed over, rad/s.
+// A motor slower than this counts as standing still when its motion is handed over, rad/s.
 constexpr double kStandstill = 0.02;
 
 const DriveParameters& checked(const DriveParameters& p) {
@@ -102,7 +102,7 @@ Refusal DriveNode::take_mode(std::int8_t value) noexcept {
   if (wanted == Mode::kNone) return std::nullopt;  // no change
   if (modes_.find(wanted) == nullptr) return SdoAbort::kValue;
   requested_mode_ = wanted;
-  // A stop is not disturbed; the mode then becomes active when it has ended.
+  // A stop is not interrupted; the mode becomes active when it has ended.
   if (power_.stopping() || !take_up_mode()) return std::nullopt;
   if (power_.state() == State::kOperationEnabled) {
     refresh_settings();
@@ -162,7 +162,7 @@ void DriveNode::command_operation(std::uint16_t last, std::uint16_t word, bool w
 }
 
 Motion DriveNode::present_motion() const noexcept {
-  // From the demand when the motor follows it, which keeps the torque steady; else from where the motor is.
+  // From the demand if the motor follows it, which keeps the torque steady; else from the motor's position.
   if (power_.powered() && demand_.loop == Demand::Loop::kPosition && !watch_.following_error()) {
     return {demand_.position, demand_.velocity};
   }
@@ -199,7 +199,7 @@ void DriveNode::state_changed(State before) noexcept {
   if (!power_.stopping() && take_up_mode()) announce(objects_.mode_display.entry());
   if (now == State::kOperationEnabled) {
     law_.restart();
-    // Enabling starts from standstill where the motor is; leaving quick stop goes on from its ramp.
+    // Enabling starts from standstill at the motor's position; leaving quick stop continues from its ramp.
     mode_->enter(before == State::kQuickStopActive ? stop_.motion() : Motion{feedback_.motor_position, 0});
   }
   if (now == State::kQuickStopActive) stop(objects_.quick_stop_option.get());
@@ -220,7 +220,7 @@ void DriveNode::trip(std::uint16_t code, std::uint8_t register_bits, bool contro
 
 bool DriveNode::cause_gone() const noexcept {
   if (supervision_.causes() != 0) return false;
-  // These two end when the master is heard again; all others are over once the torque is off.
+  // These two end when the master is heard again; all others end when the torque is off.
   const bool awaits_master =
       fault_code_ == drive_fault::kHeartbeatLost || fault_code_ == drive_fault::kRpdoTimeout;
   return !awaits_master || !active(fault_code_);
@@ -301,7 +301,7 @@ void DriveNode::take_feedback(const ServoFeedback& feedback) noexcept {
   }
   const ServoFeedback last = feedback_;
   feedback_ = feedback;
-  // Loops and values on the wire keep the last reading that was one.
+  // Loops and values on the wire keep the last valid reading.
   if (!finite(feedback.motor_position)) feedback_.motor_position = last.motor_position;
   if (!finite(feedback.motor_velocity)) feedback_.motor_velocity = 0;
   if (!finite(feedback.link_position)) feedback_.link_position = last.link_position;

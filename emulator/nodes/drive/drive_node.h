@@ -16,33 +16,33 @@
 
 namespace walkman::nodes {
 
-/// 1000h of a servo drive (CiA 402).
+/// 1000h for a servo drive (CiA 402).
 inline constexpr std::uint32_t kServoDriveType = 0x00020192;
 
 /// The servo drive of one series elastic joint (CiA 402) as a CANopen node: modes pp, pv, tq, hm, ip, csp,
-/// csv, cst and impedance, factory PDO mapping "layout A". It holds no physics: the plant calls `control` at
-/// the rate of the servo loops.
+/// csv, cst and impedance, factory PDO mapping "layout A". It contains no physics: the plant calls `control`
+/// at the rate of the servo loops.
 ///
 /// Until the first call of `control` the drive is not ready to switch on. Without torque, its holding brake
-/// is on.
+/// is engaged.
 class DriveNode : public CanopenSlave {
  public:
-  /// Throws std::runtime_error for a node-ID outside 1..127, ratings that are not positive, or limits that
-  /// cross.
+  /// Throws std::runtime_error for a node-ID outside 1..127, ratings that are not positive, or a lower limit
+  /// above the upper one.
   explicit DriveNode(const DriveParameters& parameters);
 
-  /// One control step of `dt` seconds: takes the sensors, judges limits and faults, moves the set-point on.
-  /// Returns the motor's torque on the joint side, N·m; 0 while the brake is on.
+  /// Runs one control step of `dt` seconds: takes the sensor readings, checks limits and faults, advances the
+  /// set-point. Returns the motor torque on the joint side, N·m; 0 while the brake is engaged.
   double control(const ServoFeedback& feedback, double dt) noexcept;
 
-  /// The power stage is off and the brake holds the motor where it is.
+  /// Whether the power stage is off and the brake holds the motor in place.
   [[nodiscard]] bool brake_engaged() const noexcept { return !power_.powered(); }
 
   [[nodiscard]] cia402::State state() const noexcept { return power_.state(); }
   [[nodiscard]] cia402::Mode mode() const noexcept {
     return static_cast<cia402::Mode>(objects_.mode_display.get());
   }
-  /// The outputs 60FEh:1 that the mask 60FEh:2 lets out.
+  /// The outputs 60FEh:1 that the mask 60FEh:2 enables.
   [[nodiscard]] std::uint32_t digital_outputs() const noexcept {
     return objects_.digital_outputs.get() & objects_.output_mask.get();
   }

@@ -16,11 +16,11 @@ namespace {
 
 constexpr std::uint32_t kMostProfileVelocity = 1'000'000;  // µrad/s, factory setting of 6081h
 
-// Gains may be raised to these multiples of the factory's: the loops, sampled at 4 kHz with velocities
-// filtered over 2 ms, stay stable.
+// Gains may be raised to these multiples of the factory gains: the loops, sampled at 4 kHz with velocities
+// filtered over 2 ms, remain stable.
 constexpr double kMostP = 4;
 constexpr double kMostD = 3;
-constexpr double kMostIntegral = 50;         // 1/s, of the factory's P
+constexpr double kMostIntegral = 50;         // 1/s, relative to the factory P
 constexpr std::int64_t kMostTorqueP = 4000;  // per mille
 constexpr std::int64_t kMostTorqueI = 100'000;
 
@@ -117,7 +117,7 @@ void DriveObjects::bind_manufacturer_objects(const DriveParameters& p) {
 }
 
 void DriveObjects::bind_impedance(const DriveParameters& p) {
-  // Factory impedance: a fifth of the spring's stiffness, damping ratio 0.7 of the reflected motor on it.
+  // Factory impedance: a fifth of the spring's stiffness, damping ratio 0.7 for the reflected motor inertia.
   const double default_stiffness = 0.2 * p.spring_constant;
   const double default_damping = 1.4 * std::sqrt(p.motor_inertia * default_stiffness);
   const auto k = to_wire<std::uint32_t>(default_stiffness, kMilli);

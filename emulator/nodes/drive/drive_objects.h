@@ -19,17 +19,18 @@ struct DriveObjects {
   DriveObjects(const DriveObjects&) = delete;
   DriveObjects& operator=(const DriveObjects&) = delete;
 
-  /// `hook` is called after a setting has been accepted; its new value is stored when the hook has returned.
+  /// Calls `hook` after a setting has been accepted; the new value is stored after the hook has returned.
   void on_setting(const std::function<void()>& hook);
-  /// `hook` is called before a client reads one of the values the servo measures or computes.
+  /// Calls `hook` before a client reads one of the values that the servo measures or computes.
   void on_measurement_read(const std::function<void()>& hook);
 
-  /// Stores what the servo does: demand and encoders, seen from `zero` (rad, where 6064h is zero);
-  /// `increment` of the motor encoder in rad.
+  /// Stores the motion: demand and encoder readings, relative to `zero` (rad, where 6064h is zero);
+  /// `increment`: that of the motor encoder, rad.
   void publish_motion(const Demand& demand, const ServoFeedback& feedback, double zero,
                       double increment) noexcept;
-  /// Stores torques in N·m, demanded and of the motor, and what the electronics measure. Without a current
-  /// sensor 6078h is the motor's torque over the torque constant, which is rated torque over rated current.
+  /// Stores torques in N·m, demanded and of the motor, and the electronics' measurements. Without a current
+  /// sensor, 6078h is the motor's torque divided by the torque constant, which is rated torque divided by
+  /// rated current.
   void publish_electronics(const ServoFeedback& feedback, double torque_asked, double motor_torque,
                            const DriveParameters& parameters) noexcept;
 
@@ -41,9 +42,9 @@ struct DriveObjects {
       temperature_trip;                                 ///< 2030h:1-4, 0.1 degC
   Object<std::int8_t> temperature_compact;              ///< 2031h:1, degC
   Object<std::uint32_t> lowest_supply, highest_supply;  ///< 2032h:1-2, mV
-  /// 2040h, 2041h, 2042h: P, I, D in mN·m and rad, s; of the torque loop P and I are per mille.
+  /// 2040h, 2041h, 2042h: P, I, D in mN·m and rad, s; P and I of the torque loop in per mille.
   std::array<Object<std::uint32_t>, 3> position_gains, velocity_gains, torque_gains;
-  Object<std::uint16_t> cycle_counter;  ///< 2050h:1, SYNCs seen since boot
+  Object<std::uint16_t> cycle_counter;  ///< 2050h:1, SYNCs received since boot
 
   Object<std::int16_t> abort_connection_option;  ///< 6007h
   Object<std::uint16_t> error_code;              ///< 603Fh
@@ -90,13 +91,13 @@ struct DriveObjects {
   void bind_cyclic_objects(const DriveParameters& parameters);
   void bind_velocity_objects();
   void bind_torque_objects(const DriveParameters& parameters);
-  /// A value that may be written and that the control cycle uses.
+  /// Binds a value that may be written and that the control cycle uses.
   template <typename T>
   Object<T> setting(std::uint16_t index, std::uint8_t sub = 0) {
     settings_.push_back(dictionary_.find(index, sub));
     return dictionary_.object<T>(index, sub);
   }
-  /// A value that the drive publishes and that PDOs may map.
+  /// Binds a value that the drive publishes and that PDOs may map.
   template <typename T>
   Object<T> measurement(std::uint16_t index, std::uint8_t sub = 0) {
     measurements_.push_back(dictionary_.find(index, sub));

@@ -9,7 +9,7 @@ namespace walkman::nodes {
 namespace {
 
 constexpr std::uint16_t kStart = 1U << 4U;
-constexpr double kPatience = 1.0;  // s, for standstill
+constexpr double kPatience = 1.0;  // s, longest wait for standstill
 
 }  // namespace
 
@@ -21,7 +21,7 @@ void Homing::enter(const Motion& from) noexcept {
 void Homing::controlword(std::uint16_t before, std::uint16_t now) noexcept {
   const bool started = (now & kStart) != 0 && (before & kStart) == 0;
   if (started) {
-    // Method 0 is no method.
+    // Method 0 means none.
     progress_ = context_.objects.homing_method.get() == 0 ? Progress::kFailed : Progress::kRunning;
     running_for_ = 0;
   } else if ((now & kStart) == 0 && progress_ == Progress::kRunning) {

@@ -4,9 +4,9 @@
 
 namespace walkman::nodes {
 
-/// Homing (mode 6), methods 35 and 37: where the motor stands becomes the home position, at which 6064h reads
-/// the home offset 607Ch. Started by the edge of controlword bit 4; waits for standstill. Until then the
-/// motor is held.
+/// Homing (mode 6), methods 35 and 37: the motor's present position becomes the home position, at which 6064h
+/// reads the home offset 607Ch. Started by the rising edge of controlword bit 4; waits for standstill. Until
+/// then the motor is held.
 class Homing final : public OperatingMode {
  public:
   using OperatingMode::OperatingMode;
@@ -15,7 +15,7 @@ class Homing final : public OperatingMode {
   void controlword(std::uint16_t before, std::uint16_t now) noexcept override;
   Demand step(double dt) noexcept override;
   [[nodiscard]] std::uint16_t status() const noexcept override;
-  /// As after a reset: no home position.
+  /// Discards the home position, as after a reset.
   void forget() noexcept { progress_ = Progress::kNotStarted; }
 
  private:

@@ -7,19 +7,19 @@
 namespace walkman::nodes {
 
 /// Position demand of a drive between set-points: a straight line to each new target over the interpolation
-/// period, then it holds; or a ramp to standstill. Never faster than the velocity limit. Units rad, rad/s, s.
+/// period, then hold; or a ramp to standstill. Never faster than the velocity limit. Units rad, rad/s, s.
 class Interpolator {
  public:
   void set_max_velocity(double value) noexcept { max_velocity_ = value; }
-  /// Stand still at `position`.
+  /// Stands still at `position`.
   void hold(double position) noexcept;
-  /// Reach `position` after `period`.
+  /// Moves so as to reach `position` after `period`.
   void move_to(double position, double period) noexcept;
-  /// Stand still, or slow down to rest when there is a velocity.
+  /// Stands still, or slows down to rest if there is a velocity.
   void go_on(double position, double velocity, double deceleration) noexcept {
     velocity == 0 ? hold(position) : brake(position, velocity, deceleration);
   }
-  /// Slow down to rest from `position` and `velocity` with the given deceleration, rad/s².
+  /// Slows down to rest from `position` and `velocity` with the given deceleration, rad/s².
   void brake(double position, double velocity, double deceleration) noexcept;
 
   void step(double dt) noexcept;
@@ -27,7 +27,7 @@ class Interpolator {
   [[nodiscard]] double position() const noexcept { return position_; }
   [[nodiscard]] double velocity() const noexcept { return velocity_; }
   [[nodiscard]] bool braking() const noexcept { return deceleration_ > 0; }
-  /// The last step was shortened by the velocity limit.
+  /// Whether the last step was shortened by the velocity limit.
   [[nodiscard]] bool limited() const noexcept { return limited_; }
 
  private:

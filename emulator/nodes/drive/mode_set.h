@@ -7,7 +7,7 @@
 
 namespace walkman::nodes {
 
-/// The modes of operation a drive offers (6502h), one of each.
+/// The modes of operation that a drive offers (6502h), one of each.
 struct ModeSet {
   explicit ModeSet(MotionContext& context)
       : profile_position(context),
@@ -20,7 +20,7 @@ struct ModeSet {
         cyclic_torque(context),
         impedance(context) {}
 
-  /// Null for a mode not offered.
+  /// Returns null for a mode not offered.
   [[nodiscard]] OperatingMode* find(cia402::Mode mode) noexcept;
 
   ProfilePosition profile_position;

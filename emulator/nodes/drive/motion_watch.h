@@ -7,8 +7,8 @@
 
 namespace walkman::nodes {
 
-/// Judges the motor's motion against what is asked of it, in operation: the following error (6065h, 6066h),
-/// the range 607Dh in torque modes, which do not stop there by themselves, and a blocked motor.
+/// Checks the motor's motion against the demand while operation is enabled: the following error (6065h,
+/// 6066h), the range 607Dh in torque modes, which do not stop there by themselves, and a blocked motor.
 class MotionWatch {
  public:
   // Error codes (CiA 402-2, error codes).
@@ -19,15 +19,15 @@ class MotionWatch {
   /// `context` must outlive this.
   explicit MotionWatch(const MotionContext& context) : context_(context) {}
 
-  /// One control step of `dt` seconds under `demand`. `follows`: the mode follows a position;
-  /// `at_torque_limit`: the torque of the step before was cut to its limit; `driving`: the mode has the
-  /// motor, no stop. Returns the error code of what is wrong, 0 when nothing is.
+  /// Checks one control step of `dt` seconds under `demand`. `follows`: the mode follows a position;
+  /// `at_torque_limit`: the torque of the previous step was limited; `driving`: the mode moves the motor, not
+  /// a stop. Returns the error code of what is wrong, 0 if nothing is.
   [[nodiscard]] std::uint16_t step(const Demand& demand, bool follows, bool at_torque_limit, bool driving,
                                    double dt) noexcept;
-  /// Nothing is asked of the motor.
+  /// Resets the checks: there is no demand on the motor.
   void rest() noexcept;
 
-  /// The motor is outside the following error window: bit 13 of the statusword.
+  /// Whether the motor is outside the following error window: bit 13 of the statusword.
   [[nodiscard]] bool following_error() const noexcept { return following_error_; }
 
  private:

@@ -7,7 +7,7 @@
 
 namespace walkman::nodes {
 
-/// Option codes that decide how operation enabled is left.
+/// Option codes that determine how operation enabled is left.
 struct LeavingOptions {
   int quick_stop = 2;  ///< 605Ah
   int shutdown = 0;    ///< 605Bh
@@ -15,41 +15,42 @@ struct LeavingOptions {
 };
 
 /// The power state machine of a CiA 402 drive (IEC 61800-7-201, figure of transitions 0..16), without time:
-/// stops report their end from outside.
+/// the end of a stop is reported from outside.
 class PowerState {
  public:
   [[nodiscard]] cia402::State state() const noexcept { return state_; }
-  /// Torque is applied: operation enabled, or slowing down on the way out of it.
+  /// Whether torque is applied: operation enabled, or slowing down on the way out of it.
   [[nodiscard]] bool powered() const noexcept {
     return state_ == cia402::State::kOperationEnabled || stopping();
   }
-  /// Slowing down by quick stop or fault reaction, or on the way out of operation enabled.
+  /// Whether it is slowing down by quick stop or fault reaction, or on the way out of operation enabled.
   [[nodiscard]] bool stopping() const noexcept {
     return state_ == cia402::State::kQuickStopActive || state_ == cia402::State::kFaultReactionActive ||
            leaving();
   }
-  /// Operation is enabled and not on its way out.
+  /// Whether operation is enabled and not being left.
   [[nodiscard]] bool driving() const noexcept {
     return state_ == cia402::State::kOperationEnabled && !leaving();
   }
-  /// Operation is enabled until the ramp of a shutdown or disable operation has ended (605Bh, 605Ch = 1).
+  /// Whether operation is enabled only until the ramp of a shutdown or disable operation has ended (605Bh,
+  /// 605Ch = 1).
   [[nodiscard]] bool leaving() const noexcept { return leaving_for_.has_value(); }
 
-  /// Initialised: transitions 0 and 1.
+  /// Makes transitions 0 and 1: initialised.
   void ready() noexcept;
-  /// Transitions 2..12, 15 and 16. `cause_gone` tells whether a fault may be reset. The edge of bit 7 is
-  /// found here, from the word of the last call. Enable operation calls off a ramp out of operation enabled.
+  /// Makes transitions 2..12, 15 and 16. `cause_gone`: whether a fault may be reset. The edge of bit 7 is
+  /// detected here, from the word of the last call. Enable operation cancels a ramp out of operation enabled.
   void command(std::uint16_t controlword, const LeavingOptions& options, bool cause_gone) noexcept;
-  /// Disable voltage, as the drive itself does it when it loses its master.
+  /// Disable voltage, performed by the drive itself when it loses its master.
   void disable_voltage() noexcept;
-  /// Quick stop, likewise; `quick_stop_option`: 605Ah, with 0 the drive coasts.
+  /// Quick stop for the same reason; `quick_stop_option`: 605Ah, with 0 the drive coasts.
   void quick_stop(int quick_stop_option) noexcept;
-  /// Transition 13, and 14 at once when there is nothing to stop or `coast`.
+  /// Makes transition 13, and 14 at once if there is nothing to stop or `coast` is set.
   void fault(bool coast) noexcept;
-  /// The motor has come to rest: transition 14, 5, 8, or 12 unless the drive stays in quick stop (605Ah
-  /// 5..8).
+  /// Call when the motor has come to rest: makes transition 14, 5, 8, or 12 unless the drive stays in quick
+  /// stop (605Ah 5..8).
   void stopped(int quick_stop_option) noexcept;
-  /// As at power-on: not ready to switch on.
+  /// Returns to the power-on state: not ready to switch on.
   void reset() noexcept;
 
  private:
@@ -60,7 +61,7 @@ class PowerState {
   std::uint16_t last_word_ = 0;
 };
 
-/// Bits 0-6 and 9 of the statusword in a state, bit 4 (voltage) and bit 9 (remote) set once initialised.
+/// Bits 0-6 and 9 of the statusword in a state; bit 4 (voltage) and bit 9 (remote) are set once initialised.
 [[nodiscard]] std::uint16_t status_bits(cia402::State state) noexcept;
 
 }  // namespace walkman::nodes

@@ -15,7 +15,7 @@ constexpr std::uint16_t kNewSetPoint = 1U << 4U;
 constexpr std::uint16_t kAtOnce = 1U << 5U;
 constexpr std::uint16_t kRelative = 1U << 6U;
 
-// Target reached: the spring's torque within this many per mille of the target. The profile has no object
+// Target reached: the spring's torque is within this many per mille of the target. The profile has no object
 // for it.
 constexpr double kTorqueWindow = 30;
 
@@ -28,7 +28,7 @@ void ProfilePosition::enter(const Motion& from) noexcept {
   if (from.velocity == 0) {
     profile_.hold(from.position);
   } else {
-    // Comes to rest where the deceleration leads.
+    // Comes to rest at the end of the deceleration.
     const double speed = from.velocity;
     active_.target += 0.5 * speed * (speed > 0 ? speed : -speed) / active_.bounds.deceleration;
     profile_.plan(from.position, speed, active_.target, active_.bounds);

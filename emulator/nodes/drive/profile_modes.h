@@ -7,9 +7,9 @@
 
 namespace walkman::nodes {
 
-/// Profile position (mode 1): set-points handed over by controlword bit 4 and statusword bit 12, at once
-/// (bit 5) or after the one under way (one may wait), absolute or relative to the last target (bit 6).
-/// A set-point keeps the velocity and accelerations of the moment it was taken.
+/// Profile position (mode 1): set-points handed over with controlword bit 4 and statusword bit 12, started at
+/// once (bit 5) or after the one under way (one may wait), absolute or relative to the last target (bit 6). A
+/// set-point keeps the velocity and accelerations that were set when it was accepted.
 class ProfilePosition final : public OperatingMode {
  public:
   using OperatingMode::OperatingMode;
@@ -41,12 +41,12 @@ class ProfilePosition final : public OperatingMode {
   bool offered_ = false;  // controlword bit 4
 };
 
-/// The velocity after `dt` on a ramp to `target`: away from zero by the acceleration, towards it by the
+/// The velocity after `dt` on a ramp to `target`: away from zero with the acceleration, towards it with the
 /// deceleration; exact where it passes zero or arrives. Units rad/s, rad/s², s.
 [[nodiscard]] double ramped(double velocity, double target, double acceleration, double deceleration,
                             double dt) noexcept;
 
-/// Profile velocity (mode 3): 60FFh by the ramps 6083h and 6084h. It stops before the position limits.
+/// Profile velocity (mode 3): 60FFh with the ramps 6083h and 6084h. It stops before the position limits.
 class ProfileVelocity final : public OperatingMode {
  public:
   using OperatingMode::OperatingMode;
@@ -65,7 +65,7 @@ class ProfileVelocity final : public OperatingMode {
   bool limited_ = false;
 };
 
-/// Profile torque (mode 4): 6071h by the slope 6087h. The torque is that of the series spring.
+/// Profile torque (mode 4): 6071h with the slope 6087h. The torque is that of the series spring.
 class ProfileTorque final : public OperatingMode {
  public:
   using OperatingMode::OperatingMode;

@@ -7,8 +7,8 @@
 
 namespace walkman::nodes {
 
-/// What a drive's sensors say at one control step. Positions and velocities in rad and rad/s on the joint
-/// side of the gearbox, as its encoders resolve them.
+/// Sensor readings of a drive at one control step. Positions and velocities in rad and rad/s on the joint
+/// side of the gearbox, with the resolution of its encoders.
 struct ServoFeedback {
   double motor_position = 0;
   double motor_velocity = 0;
@@ -18,7 +18,7 @@ struct ServoFeedback {
   double motor_temperature_c = 25;  ///< degC
   double board_temperature_c = 25;  ///< degC
   double supply_voltage = 48;       ///< DC link, V (6079h)
-  /// Measured motor current, A; NaN where the drive has no current sensor of its own to tell.
+  /// Measured motor current, A; NaN if the drive has no current sensor of its own.
   double motor_current = std::numeric_limits<double>::quiet_NaN();
   std::uint32_t digital_inputs = 0;  ///< as 60FDh: bit 0 negative limit switch, 1 positive, 2 home
 };
@@ -40,14 +40,15 @@ struct ServoGains {
 };
 
 /// The control laws of a series elastic joint drive. All torques in N·m on the joint side; the motor follows
-/// J q_m'' = tau - tau_s, with the spring torque tau_s on the link, which position and velocity loops feed
-/// forward: it takes the load off them.
+/// J q_m'' = tau - tau_s, with the spring torque tau_s on the link. Position and velocity loops feed tau_s
+/// forward, which relieves them of the load.
 class ServoLaw {
  public:
   void set_gains(const ServoGains& gains) noexcept { gains_ = gains; }
-  /// Forgets the integrals: at enabling, and at a change of mode.
+  /// Clears the integrals: on enabling, and on a change of mode.
   void restart() noexcept;
-  /// Whether the last torque was cut: integrals then grow no further in that direction (anti-windup).
+  /// Notes whether the last torque was limited: integrals then grow no further in that direction
+  /// (anti-windup).
   void limited(bool limited, double torque) noexcept { cut_ = limited ? torque : 0; }
 
   /// tau = P (q_d - q_m) + D (q_d' - q_m') + I integral + tau_s. `dt` in s, here and below.
@@ -55,15 +56,15 @@ class ServoLaw {
                                 double dt) noexcept;
   /// tau = P (v_d - q_m') + I integral + D derivative + tau_s.
   [[nodiscard]] double velocity(double demand, const ServoFeedback& f, double dt) noexcept;
-  /// A torque wanted in the spring: tau = tau_d + P (tau_d - tau_s) + I integral - D (q_m' - q_l'). The last
+  /// Torque demanded in the spring: tau = tau_d + P (tau_d - tau_s) + I integral - D (q_m' - q_l'). The last
   /// term damps the motor against the spring and vanishes at rest.
   [[nodiscard]] double torque(double wanted, const ServoFeedback& f, double dt) noexcept;
-  /// Impedance on the link side: the spring is to pull with tau_d = K (q_d - q_l) - D q_l' + offset, by
+  /// Impedance on the link side: demands tau_d = K (q_d - q_l) - D q_l' + offset in the spring, by means of
   /// `torque`.
   [[nodiscard]] double impedance(double demand, double stiffness, double damping, double offset,
                                  const ServoFeedback& f, double dt) noexcept;
-  /// Largest torque that still leads to `speed` (rad/s), by the position loop's D: for a speed limit in
-  /// torque modes.
+  /// Largest torque that still leads to `speed` (rad/s), with the D gain of the position loop: for a speed
+  /// limit in torque modes.
   [[nodiscard]] double torque_at(double speed, const ServoFeedback& f) const noexcept {
     return gains_.position.d * (speed - f.motor_velocity) + f.spring_torque;
   }
@@ -73,7 +74,7 @@ class ServoLaw {
 
   ServoGains gains_;
   double integral_ = 0;  // N·m
-  double cut_ = 0;       // the last torque when it was cut, else 0
+  double cut_ = 0;       // the last torque if it was limited, else 0
   double last_error_ = 0;
   bool has_last_error_ = false;
 };

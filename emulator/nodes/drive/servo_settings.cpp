@@ -10,12 +10,12 @@
 namespace walkman::nodes {
 namespace {
 
-/// A window in urad, where FFFFFFFFh switches it off.
+/// Converts a window in urad; FFFFFFFFh switches it off.
 double window(std::uint32_t value) noexcept {
   return value == UINT32_MAX ? std::numeric_limits<double>::infinity() : value * kMicro;
 }
 
-/// The factory's gain is not rounded to the object's unit.
+/// Converts a gain; the factory gain is not rounded to the object's unit.
 double gain(const Object<std::uint32_t>& object, double unit, double factory) noexcept {
   return object.get() == to_wire<std::uint32_t>(factory, unit) ? factory : object.get() * unit;
 }

@@ -7,8 +7,8 @@
 
 namespace walkman::nodes {
 
-/// The settings among a drive's objects in SI units, as the control cycle uses them. The one place where
-/// settings leave the wire's units.
+/// The settings among a drive's objects in SI units, as the control cycle uses them. The only place where
+/// settings are converted from the wire's units.
 struct ServoSettings {
   double max_velocity = 0;                               ///< lower of 607Fh and 6080h
   ProfileBounds profile;                                 ///< 6081h, 6083h, 6084h
@@ -23,7 +23,7 @@ struct ServoSettings {
   double velocity_window_time = 0;                       ///< 606Eh
   double velocity_threshold = 0;                         ///< 606Fh
   double velocity_threshold_time = 0;                    ///< 6070h
-  double torque_limit = 0;                               ///< least of the peak, 6072h and 6073h
+  double torque_limit = 0;                               ///< minimum of the peak, 6072h and 6073h
   double peak_torque = 0;                                ///< of the power stage
   double torque_slope = 0;                               ///< 6087h, N·m/s
   double per_mille = 0;                                  ///< N·m in one per mille of 6076h

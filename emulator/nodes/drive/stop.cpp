@@ -7,7 +7,7 @@
 namespace walkman::nodes {
 namespace {
 
-// Without a ramp the motor is at rest below this; then its position is held.
+// Without a ramp, the motor counts as at rest below this speed; its position is then held.
 constexpr double kStandstill = 0.02;  // rad/s
 
 }  // namespace

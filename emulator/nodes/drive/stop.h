@@ -5,26 +5,26 @@
 
 namespace walkman::nodes {
 
-/// Slowing down to standstill and holding there, whatever the mode: quick stop, halt, fault reaction,
-/// shutdown and disable operation (option codes 605Ah-605Eh).
+/// Slows down to standstill and holds there, in any mode: quick stop, halt, fault reaction, shutdown and
+/// disable operation (option codes 605Ah-605Eh).
 class Stop {
  public:
-  /// As the option codes count them; 5..8 of 605Ah are 1..4.
+  /// Numbered as in the option codes; 5..8 of 605Ah are 1..4.
   enum class Method {
     kSlowDownRamp = 1,
     kQuickStopRamp = 2,
-    kTorqueLimit = 3,   ///< by the torque limit in force ("current limit")
-    kVoltageLimit = 4,  ///< by all the power stage gives
+    kTorqueLimit = 3,   ///< with the torque limit in force ("current limit")
+    kVoltageLimit = 4,  ///< with the full torque of the power stage
   };
   [[nodiscard]] static Method method_of(int option) noexcept {
     return static_cast<Method>((option - 1) % 4 + 1);
   }
 
-  /// `torque`: fed forward while stopping, N·m.
+  /// `torque`: torque fed forward while stopping, N·m.
   void begin(Method method, const Motion& from, double torque, const ServoSettings& settings) noexcept;
   Demand step(const ServoFeedback& feedback, double dt) noexcept;
 
-  /// The newest demand, as of `begin` or the last `step`.
+  /// The latest demand, from `begin` or the last `step`.
   [[nodiscard]] const Demand& demand() const noexcept { return demand_; }
   [[nodiscard]] Motion motion() const noexcept { return {demand_.position, demand_.velocity}; }
   [[nodiscard]] bool at_rest() const noexcept { return !hard_ && !ramp_.braking(); }

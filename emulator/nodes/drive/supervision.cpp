@@ -21,7 +21,7 @@ enum Bit : std::uint8_t {
 constexpr double kFrozen = 0.01;            // s without any change
 constexpr double kOverCurrentShare = 1.1;   // of 6073h
 constexpr double kOverCurrentTime = 0.005;  // s
-// Contacts and the spring make real motions faster than the velocity limit.
+// Contacts and the spring can make real motions faster than the velocity limit.
 constexpr double kJumpFactor = 20;
 
 bool finite(double value) noexcept { return std::abs(value) <= 1e9; }
@@ -71,7 +71,7 @@ std::uint8_t Supervision::encoders(const ServoFeedback& f, double dt) noexcept {
   motor_.step(f.motor_position, fastest_ * dt, dt);
   link_.step(f.link_position, fastest_ * dt, dt);
   std::uint8_t causes = 0;
-  // Without comparisons that a NaN would pass.
+  // Avoids comparisons that a NaN would pass.
   const bool plausible = std::abs(f.motor_position - f.link_position) <= impossible_deflection_;
   if (plausible && finite(std::abs(f.motor_velocity) + std::abs(f.link_velocity) + f.link_position)) {
     motor_.trust();
@@ -81,7 +81,7 @@ std::uint8_t Supervision::encoders(const ServoFeedback& f, double dt) noexcept {
   if (!finite(f.motor_position) || !finite(f.motor_velocity)) causes |= kMotorEncoder;
   if (!finite(f.link_position) || !finite(f.link_velocity)) causes |= kLinkEncoder;
   if (causes != 0) return causes;
-  // The spring cannot be bent so far: the encoder that has jumped or no longer changes is the wrong one.
+  // The spring cannot deflect so far: the encoder that has jumped or no longer changes is the faulty one.
   const bool motor_wrong = motor_.jumped() || (motor_.frozen(kFrozen) && !link_.jumped());
   return motor_wrong ? kMotorEncoder : kLinkEncoder;
 }

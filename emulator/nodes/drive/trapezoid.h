@@ -5,19 +5,19 @@
 
 namespace walkman::nodes {
 
-/// What bounds a profiled motion, all positive: rad/s, rad/s².
+/// Bounds of a profiled motion, all positive: rad/s, rad/s².
 struct ProfileBounds {
   double velocity = 1;
   double acceleration = 1;
   double deceleration = 1;
 };
 
-/// Motion to a target with a trapezoid of velocity (linear ramps, no jerk limit): closed form, so a step may
-/// be of any length and nothing drifts. Units rad, rad/s, s.
+/// Motion to a target with a trapezoidal velocity profile (linear ramps, no jerk limit): closed form, so a
+/// step may have any length and nothing drifts. Units rad, rad/s, s.
 class Trapezoid {
  public:
-  /// Starts from any state of motion. Where the target cannot be reached without turning back, or lies
-  /// behind, the motion first comes to rest by the deceleration.
+  /// Starts from any state of motion. If the target cannot be reached without turning back, or lies behind,
+  /// the motion first comes to rest with the deceleration.
   void plan(double position, double velocity, double target, const ProfileBounds& bounds) noexcept;
   /// Stands still at `position`.
   void hold(double position) noexcept;
@@ -40,8 +40,8 @@ class Trapezoid {
 
   std::array<Phase, 4> phases_{};
   std::size_t count_ = 0, phase_ = 0;
-  double elapsed_ = 0;  // in the present phase
-  Phase end_{};         // where the phases added so far lead
+  double elapsed_ = 0;  // in the current phase
+  Phase end_{};         // state at the end of the phases added so far
   double position_ = 0, velocity_ = 0, target_ = 0;
 };
 

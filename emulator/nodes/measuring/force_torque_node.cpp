@@ -13,8 +13,8 @@ constexpr std::uint32_t kForceTorqueProduct = 2;
 constexpr double kForceUnit = 0.1;    // N, of 7130h
 constexpr double kTorqueUnit = 0.01;  // N·m
 
-// CiA 303-2: 21h is newton. It has no code of its own for the newton metre known to us; 23h is the joule,
-// which has the same dimension.
+// CiA 303-2: 21h is newton. We know of no separate code for the newton metre; 23h is the joule, which has the
+// same dimension.
 constexpr std::uint32_t kNewton = 0x00210000;
 constexpr std::uint32_t kNewtonMetre = 0x00230000;
 constexpr std::uint16_t kForceSensor = 10000;   // 6110h, in the manufacturer's range

@@ -18,8 +18,8 @@ struct ChannelRating {
   double resolution = 0;  ///< 0: none
 };
 
-/// A six-axis force/torque sensor as built; channels Fx, Fy, Fz, Tx, Ty, Tz. The default ratings are those of
-/// IIT's 45 mm sensor, with a transducer that adds nothing.
+/// Hardware of a six-axis force/torque sensor; channels Fx, Fy, Fz, Tx, Ty, Tz. The default ratings are those
+/// of IIT's 45 mm sensor, with a transducer that adds no errors.
 struct ForceTorqueParameters {
   std::uint8_t node_id = 0;
   std::string name;
@@ -33,7 +33,7 @@ struct ForceTorqueParameters {
 /// A six-axis force/torque sensor (CiA 404, device type 00020194h). Sub-index = channel, Fx Fy Fz Tx Ty Tz,
 /// in N and N·m; 7130h and 9130h in 0.1 N and 0.01 N·m.
 ///
-/// A sample goes through the `ForceTorqueTransducer`, then each component through its `AnalogueChannel`.
+/// A sample passes through the `ForceTorqueTransducer`, then each component through its `AnalogueChannel`.
 /// TPDO1: 7130h:1-3 and the sample counter 2050h:1; TPDO2: 7130h:4-6 and the status 6150h:1; every SYNC.
 /// 2034h:1 is the sensor's temperature in 0.1 degC.
 class ForceTorqueNode : public MeasuringNode {
@@ -46,7 +46,7 @@ class ForceTorqueNode : public MeasuringNode {
   /// period. A value that is not finite makes its channel invalid; its last value stays.
   void sample(const Wrench& F_So_S) noexcept;
 
-  /// From now on what the transducer reads goes through this, in place of the fault before.
+  /// Applies this fault to the transducer's readings from now on, in place of an earlier one.
   void set_fault(const ReadingFault::Parameters& parameters);
   void clear_fault() noexcept { fault_.reset(); }
 

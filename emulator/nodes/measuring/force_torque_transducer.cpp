@@ -21,7 +21,7 @@ Vector6 ForceTorqueTransducer::measure(const Wrench& F_So_S) noexcept {
   load << F_So_S.force, F_So_S.torque;
   Vector6 clean;
   for (Eigen::Index i = 0; i < 6; ++i) {
-    // A channel whose own load is not known is lost; it does not take the others with it.
+    // A channel whose own load is not finite is lost; the others are not affected.
     double sum = 0;
     for (Eigen::Index k = 0; k < 6; ++k) {
       const double share = parameters_.cross_talk(i, k);

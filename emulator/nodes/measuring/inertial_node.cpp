@@ -15,11 +15,11 @@ namespace {
 
 constexpr std::uint32_t kInertialProduct = 3;
 
-// CiA 303-2. A specific force is a force over a mass: newton (21h) a kilogram (02h). 10h rad, 03h s.
+// CiA 303-2. A specific force is a force per mass: newton (21h) per kilogram (02h). 10h rad, 03h s.
 constexpr std::uint32_t kNewtonPerKilogram = 0x00210200;
 constexpr std::uint32_t kRadianPerSecond = 0x00100300;
 constexpr std::uint32_t kNoUnit = 0;
-// 6110h, in the manufacturer's range, as shipping inertial units have them.
+// 6110h, in the manufacturer-specific range, as in commercial inertial units.
 constexpr std::uint16_t kAccelerometer = 10501;
 constexpr std::uint16_t kGyroscope = 10401;
 
@@ -82,7 +82,7 @@ void InertialNode::sample(const InertialReadings& readings) noexcept {
   values[7] = q.x();
   values[8] = q.y();
   values[9] = q.z();
-  // A component of a unit quaternion may be 1 by a hair.
+  // By rounding, a component of a unit quaternion may slightly exceed 1.
   for (std::size_t i = 6; i < kChannels; ++i) values[i] = std::clamp(values[i], -1.0, 1.0);
   take_sample(values);
 }

@@ -11,13 +11,13 @@
 
 namespace walkman::nodes {
 
-/// 6110h of a component of the orientation's unit quaternion, in the manufacturer's range; 1.0 is 30000
-/// counts.
+/// 6110h for a component of the orientation's unit quaternion, in the manufacturer-specific range; 1.0 is
+/// 30000 counts.
 inline constexpr std::uint16_t kOrientationSensor = 10601;
 inline constexpr double kQuaternionUnit = 1.0 / 30000;
 
-/// An inertial unit as built. WALK-MAN's own is not documented; the numbers are those of MEMS attitude
-/// sensors of its class, estimates all.
+/// Hardware of an inertial unit. WALK-MAN's own is not documented; the numbers are estimates for MEMS
+/// attitude sensors of its class.
 struct InertialParameters {
   std::uint8_t node_id = 0;
   std::string name;
@@ -34,16 +34,16 @@ struct InertialParameters {
   std::uint64_t noise_seed = 0;
 };
 
-/// What an inertial unit whose frame is S measures.
+/// Quantities that an inertial unit with frame S measures.
 struct InertialReadings {
-  Eigen::Vector3d specific_force_S = Eigen::Vector3d::Zero();    ///< of So: acceleration less gravity, m/s²
+  Eigen::Vector3d specific_force_S = Eigen::Vector3d::Zero();    ///< of So: acceleration minus gravity, m/s²
   Eigen::Vector3d angular_velocity_S = Eigen::Vector3d::Zero();  ///< of S in the world, rad/s
   Eigen::Quaterniond q_WS = Eigen::Quaterniond::Identity();      ///< S in the world
 };
 
 /// An inertial unit (CiA 404, device type 00020194h). Channels 1-3 specific force, 4-6 angular velocity, 7-10
-/// orientation as the unit quaternion w, x, y, z with w >= 0 that turns vectors of S into the world, up to a
-/// slowly drifting angle about the vertical. 7130h and 9130h in 0.001 m/s², 0.001 rad/s and 1/30000.
+/// orientation as the unit quaternion w, x, y, z with w >= 0 that rotates vectors from S to the world, up to
+/// a slowly drifting angle about the vertical. 7130h and 9130h in 0.001 m/s², 0.001 rad/s and 1/30000.
 ///
 /// TPDO1: 7130h:1-3 and the sample counter 2050h:1; TPDO2: 7130h:4-6 and the status 6150h:1; TPDO3:
 /// 7130h:7-10; every SYNC.

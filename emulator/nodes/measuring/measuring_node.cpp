@@ -64,14 +64,14 @@ void MeasuringNode::take_sample(std::span<const double> readings) noexcept {
   }
   channels_.front()->set_status(all);
   counter_.set(static_cast<std::uint16_t>(counter_.get() + 1));
-  // After all channels, so that a PDO sent for one of them carries the others of the same sample.
+  // After all channels, so that a PDO sent for one of them carries the others' values of the same sample.
   for (const auto& channel : channels_) {
     if (!channel->event()) continue;
     for (const Entry* entry : channel->process_value_entries()) {
       if (entry != nullptr) signal_change(*entry);
     }
   }
-  // New errors first: while one is left, no "error-free" is sent between.
+  // New errors first: while one is left, no "error-free" message is sent in between.
   const bool over_range = (all & kOverload) != 0;
   if (over_range) raise(kOverRange, error_register::kManufacturer);
   if (silent) raise(kNoReading, error_register::kManufacturer);

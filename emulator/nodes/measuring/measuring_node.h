@@ -11,24 +11,26 @@
 namespace walkman::nodes {
 
 /// A measuring device with analogue inputs (CiA 404, device type 00020194h): its channels, the sample counter
-/// 2050h:1, and what all of them together say.
+/// 2050h:1, and their combined status.
 ///
-/// 6150h:1, which a TPDO carries, has the status bits of all channels; the others their own. FF01h is sent
-/// while a channel is over its range, FF02h while one that is on has no finite reading.
+/// 6150h:1, which a TPDO carries, has the status bits of all channels; the other sub-indices have those of
+/// their own channel. EMCY FF01h is present while a channel is over its range, FF02h while a channel that is
+/// on has no finite reading.
 class MeasuringNode : public CanopenSlave {
  public:
   [[nodiscard]] std::size_t channel_count() const noexcept { return channels_.size(); }
 
  protected:
-  /// The adjustable channels, and those with a number of digits, come first. Ends without PDOs.
+  /// The adjustable channels, and those with a number of digits, must come first. Does not configure the
+  /// PDOs.
   MeasuringNode(DeviceIdentity identity, std::span<const ChannelDescription> channels,
                 std::uint32_t sample_period_us);
 
-  /// Factory mapping of a device whose first six channels are two vectors: TPDO1 7130h:1-3 and the sample
+  /// Factory mapping for a device whose first six channels are two vectors: TPDO1 7130h:1-3 and the sample
   /// counter 2050h:1, TPDO2 7130h:4-6 and the status 6150h:1, at every SYNC.
   [[nodiscard]] static PdoSet vector_tpdos();
 
-  /// One sample: a reading per channel, SI units. Hot: a thousand times a second.
+  /// Takes one sample: a reading per channel, SI units. Hot: called a thousand times a second.
   void take_sample(std::span<const double> readings) noexcept;
   void on_reset() noexcept override;
 
@@ -37,7 +39,7 @@ class MeasuringNode : public CanopenSlave {
   Object<std::uint16_t> counter_;
 };
 
-/// 1000h of an analogue input device (CiA 404).
+/// 1000h for an analogue input device (CiA 404).
 inline constexpr std::uint32_t kAnalogueInputType = 0x00020194;
 
 }  // namespace walkman::nodes

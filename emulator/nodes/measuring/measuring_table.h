@@ -4,18 +4,18 @@
 
 namespace walkman::nodes {
 
-/// The objects of an analogue input's channels, a sub-index a channel (CiA 404-2): those every channel has,
-/// the number of digits 6132h of those whose wire unit is a power of ten, and those of channels that may be
-/// adjusted.
+/// The objects of an analogue input's channels, one sub-index per channel (CiA 404-2): those of every
+/// channel, the number of digits 6132h of those whose wire unit is a power of ten, and those of adjustable
+/// channels.
 [[nodiscard]] ObjectTable channel_table();
 [[nodiscard]] ObjectTable digits_table();
 [[nodiscard]] ObjectTable adjustment_table();
-/// Of the manufacturer: the sample counter of every measuring device, the temperature of a force/torque
+/// Manufacturer-specific: the sample counter of every measuring device, the temperature of a force/torque
 /// sensor.
 [[nodiscard]] ObjectTable sample_counter_table();
 [[nodiscard]] ObjectTable sensor_temperature_table();
 
-/// Name of an entry that stands for what the channel measures (Fx, Ty, ...).
+/// Placeholder name of an entry, for the quantity that the channel measures (Fx, Ty, ...).
 inline constexpr std::string_view kChannelName = "Channel {}";
 
 }  // namespace walkman::nodes

@@ -9,30 +9,30 @@
 
 namespace walkman::nodes {
 
-/// What a broken force/torque sensor makes of its readings: wrong or swapped axes, drift, a bit of the
-/// converter that sticks or flips, noise, an amplifier at its end, readings that stand still.
+/// Alters readings as a broken force/torque sensor does: wrong or swapped axes, drift, a bit of the converter
+/// that sticks or flips, noise, a saturated amplifier, frozen readings.
 class ReadingFault {
  public:
   struct Bit {
     std::size_t channel = 0;
-    int number = 0;             ///< of the two's complement of 16 bits on the wire, 0 the lowest
-    std::optional<bool> stuck;  ///< at that; else it is flipped
-    double share = 1;           ///< of the samples in which it is
+    int number = 0;             ///< in the 16-bit two's complement on the wire, 0 is the lowest
+    std::optional<bool> stuck;  ///< value at which it is stuck; if empty, it is flipped
+    double share = 1;           ///< share of the samples affected
   };
   struct Parameters {
-    Matrix6 matrix = Matrix6::Identity();  ///< reading over what it should be
+    Matrix6 matrix = Matrix6::Identity();  ///< maps the correct reading to the faulty one
     Vector6 drift = Vector6::Zero();       ///< N/s and N·m/s, from now on
     Vector6 noise = Vector6::Zero();       ///< standard deviation, N and N·m
-    Vector6 end = Vector6::Constant(std::numeric_limits<double>::infinity());  ///< most and least, N and N·m
+    Vector6 end = Vector6::Constant(std::numeric_limits<double>::infinity());  ///< max. magnitude, N and N·m
     bool forces_stuck = false, torques_stuck = false;  ///< at the first reading from now on
     std::optional<Bit> bit;
-    std::uint64_t seed = 1;  ///< of the noise, and of the samples whose bit is flipped
+    std::uint64_t seed = 1;  ///< for the noise and the choice of the samples whose bit is flipped
   };
 
-  /// `units`: of the integers on the wire, N and N·m; `sample_period`: s.
+  /// `units`: units of the integers on the wire, N and N·m; `sample_period`: s.
   ReadingFault(const Parameters& parameters, const Vector6& units, double sample_period);
 
-  /// One sample.
+  /// Applies the fault to one sample.
   [[nodiscard]] Vector6 apply(const Vector6& reading) noexcept;
 
  private:
@@ -41,7 +41,7 @@ class ReadingFault {
   Vector6 units_;
   double sample_period_;
   double time_ = 0;              // s
-  std::optional<Vector6> held_;  // the first
+  std::optional<Vector6> held_;  // the first reading
   std::mt19937_64 generator_;
   std::normal_distribution<double> normal_;
 };

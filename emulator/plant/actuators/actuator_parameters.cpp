@@ -10,11 +10,11 @@
 namespace walkman::plant {
 namespace {
 
-/// A key of the file and where its value goes.
+/// A key in the file and the member that receives its value.
 struct Key {
   const char* name;
   double ActuatorParameters::*member;
-  bool positive;  ///< what the model divides by
+  bool positive;  ///< the model divides by it
 };
 
 constexpr Key kKeys[] = {

@@ -15,17 +15,17 @@ struct ActuatorParameters {
   double supply_voltage = 0;      ///< V
   double peak_torque = 0;         ///< at the peak current, N·m
   double continuous_torque = 0;   ///< at the continuous current, N·m
-  double peak_time = 0;           ///< how long the cold power stage gives the peak current, s
+  double peak_time = 0;           ///< how long a cold power stage can supply the peak current, s
 
   // Friction of motor and gear.
   double viscous_friction = 0;  ///< N·m·s/rad
   double coulomb_friction = 0;  ///< while sliding, N·m
-  double static_friction = 0;   ///< break-away, N·m; not below the Coulomb friction
-  double stribeck_speed = 0;    ///< rad/s, where most of the difference of the two is gone
+  double static_friction = 0;   ///< at break-away, N·m; at least the Coulomb friction
+  double stribeck_speed = 0;    ///< rad/s, where most of the difference between the two is gone
 
   // Transmission.
   double gear_ratio = 1;       ///< turns of the motor per turn of the joint
-  double backlash = 0;         ///< whole free play between gear and spring, rad
+  double backlash = 0;         ///< total free play between gear and spring, rad
   double spring_constant = 0;  ///< series spring, N·m/rad
   double spring_damping = 0;   ///< N·m·s/rad
 
@@ -41,8 +41,8 @@ struct ActuatorParameters {
   double link_encoder_step = 0;      ///< rad
 };
 
-/// Reads every actuator class of a folder: one YAML file per class, named after it. Throws std::runtime_error
-/// with file, line and key.
+/// Reads every actuator class in a folder: one YAML file per class, named after the class. Throws
+/// std::runtime_error naming file, line and key.
 [[nodiscard]] std::map<std::string, ActuatorParameters> load_actuators(const std::filesystem::path& folder);
 
 }  // namespace walkman::plant

@@ -6,7 +6,7 @@
 namespace walkman::plant {
 namespace {
 
-/// Share of the overload allowance from which the current limit begins to fall.
+/// Share of the overload allowance above which the current limit begins to fall.
 constexpr double kDeratingFrom = 0.8;
 
 }  // namespace
@@ -28,7 +28,7 @@ void Motor::reset(double position) {
 double Motor::available_torque(double sign) const {
   const double fall = std::clamp((1 - overload_) / (1 - kDeratingFrom), 0.0, 1.0);
   const double by_power_stage = continuous_current_ + fall * (peak_current_ - continuous_current_);
-  // U = R i + k w: what the supply can still drive through the winding against the back-EMF.
+  // U = R i + k w: the current that the supply can still drive through the winding against the back-EMF.
   const double by_voltage =
       (supply_voltage_ - sign * parameters_.torque_constant * velocity_) / parameters_.winding_resistance;
   return parameters_.torque_constant * std::max(0.0, std::min(by_power_stage, by_voltage));
@@ -43,7 +43,7 @@ void Motor::move(double net_torque, double dt) {
     dry += (parameters_.static_friction - dry) * std::exp(-ratio * ratio);
   }
   dry += drag_;
-  // Friction implicitly: it stops the motor but never reverses it.
+  // Friction is implicit: it stops the motor but never reverses it.
   const double momentum = inertia * velocity_ + net_torque * dt;
   const double sliding = std::max(0.0, std::abs(momentum) - dry * dt);
   velocity_ = std::copysign(sliding, momentum) / (inertia + parameters_.viscous_friction * dt);
@@ -57,7 +57,7 @@ void Motor::warm(double dt) {
   const double to_air = (case_c_ - kAmbient) / parameters_.case_thermal_resistance;
   winding_c_ += (loss - to_case) / parameters_.winding_heat_capacity * dt;
   case_c_ += (to_case - to_air) / parameters_.case_heat_capacity * dt;
-  // I²t: the peak current uses the allowance up within the peak time.
+  // I²t: the peak current uses up the allowance within the peak time.
   const double allowance =
       (peak_current_ * peak_current_ - continuous_current_ * continuous_current_) * parameters_.peak_time;
   if (allowance > 0) {

@@ -69,7 +69,7 @@ void SeriesElasticActuator::reset(double link_position, double torque) {
 
 double SeriesElasticActuator::advance(double link_position, double link_velocity, double wanted_torque,
                                       bool locked, double dt) {
-  // The spring's work on the gear's output is its work on the motor.
+  // The spring does the same work on the motor as on the gear's output.
   motor_.advance(fault_.torque_share * wanted_torque + fault_.own_torque,
                  (1 + gear_.slope) * transmitted(link_position, link_velocity), locked, dt);
   gear_ = gear_error();

@@ -6,18 +6,18 @@
 namespace walkman::plant {
 namespace {
 
-// The controller's own frequency, well below what steps of 1 ms resolve, and above what a turning laser asks
-// for.
+// The controller's natural frequency, well below what steps of 1 ms resolve and above what a turning laser
+// needs.
 constexpr double kFrequency = 100;   // rad/s
-constexpr double kMostTorque = 0.3;  // N·m, of a small geared motor; holds the laser's 0.6 N in any posture
-constexpr double kMostLag = 0.2;     // rad, by which the angle asked for may be ahead of the true one
+constexpr double kMostTorque = 0.3;  // N·m, of a small geared motor; holds the laser (0.6 N) in any posture
+constexpr double kMostLag = 0.2;     // rad, by which the commanded angle may lead the true one
 
 }  // namespace
 
 Spindle::Spindle(btMultiBody& body, int link, double damping) : body_(body), link_(link), damping_(damping) {
   const btMultibodyLink& joint = body.getLink(link);
   const btVector3 axis = joint.getAxisTop(0);
-  // The axis passes the joint, the inertia is about the centre of mass.
+  // The axis passes through the joint; the inertia is about the centre of mass.
   const btVector3 lever = axis.cross(joint.m_dVector);
   inertia_ = (axis * axis).dot(joint.m_inertiaLocal) + joint.m_mass * lever.length2();
   angle_ = body.getJointPos(link);

@@ -4,18 +4,18 @@
 
 namespace walkman::plant {
 
-/// The geared motor that turns a camera's laser: its controller follows an angle that moves on at the rate
-/// asked for, and holds it at rest.
+/// The geared motor that turns a camera's laser: its controller tracks an angle that advances at the
+/// commanded rate, and holds that angle at rest.
 class Spindle {
  public:
-  static constexpr double kMostRate = 5.2;  ///< rad/s, what the sensor's driver allows
+  static constexpr double kMostRate = 5.2;  ///< rad/s, the highest rate that the sensor's driver allows
 
-  /// A link of `body` on a revolute joint; `damping`: its own, N·m·s/rad.
+  /// `link`: link of `body` on a revolute joint; `damping`: the joint's own, N·m·s/rad.
   Spindle(btMultiBody& body, int link, double damping);
 
-  /// rad/s, either way; more than `kMostRate` is as that.
+  /// Sets the rate, rad/s, in either direction; limited to `kMostRate`.
   void turn(double rate);
-  /// Its torque for a step of `dt` (s).
+  /// Applies the motor's torque for a step of `dt` (s).
   void apply(double dt);
 
  private:

@@ -13,7 +13,7 @@ namespace {
 constexpr double kSame = 1e-6;    // m
 constexpr double kMargin = 1e-3;  // m, of GJK; larger margins round a cylinder's edge and shift contacts
 
-/// The index of the sphere of that radius at a point; −1: there is none.
+/// Index of the sphere of this radius at a point; −1 if there is none.
 int sphere_at(const std::vector<Solid>& solids, const Eigen::Vector3d& p_L, double radius) {
   const auto found = std::find_if(solids.begin(), solids.end(), [&](const Solid& solid) {
     return solid.primitive && solid.primitive->kind == Primitive::Kind::kSphere &&
@@ -74,7 +74,7 @@ double ColliderParts::travelled(long search) {
   for (int i = 0; i < 3; ++i) squares += (now.getBasis()[i] - before_.getBasis()[i]).length2();
   const double moved = (now.getOrigin() - before_.getOrigin()).length();
   if (squares == 0 && moved == 0) return travelled_;
-  // Two rotations differ by sqrt(1/2) of their matrices' Frobenius distance in the spectral norm.
+  // The spectral norm of the difference of two rotation matrices is sqrt(1/2) of its Frobenius norm.
   travelled_ += moved + std::sqrt(squares / 2) * reach_;
   before_ = now;
   return travelled_;
@@ -123,7 +123,7 @@ std::unique_ptr<btCollisionShape> make_shape(const Solid& solid) {
         break;
       case Primitive::Kind::kBox: {
         auto box = std::make_unique<btBoxShape>(p.half);
-        box->initializePolyhedralFeatures();  // for its faces on a mesh's
+        box->initializePolyhedralFeatures();  // for contacts of its faces with a mesh's
         shape = std::move(box);
         break;
       }

@@ -14,48 +14,49 @@ class btCollisionObject;
 
 namespace walkman::plant {
 
-/// What a contact point carries from step to step: how far its surfaces have been shifted against each other
-/// while they stick. Static friction holds them there, so a steady load makes nothing creep.
+/// State that a contact point keeps from step to step: how far its surfaces have shifted relative to each
+/// other while they stick. Static friction holds them there, so nothing creeps under a steady load.
 struct Stick {
-  btVector3 shift_A{0, 0, 0};    ///< of A against B, in A's frame, m
-  btVector3 impulse_A{0, 0, 0};  ///< on A in its frame, N·s: of a soft contact that held, in the last step
+  btVector3 shift_A{0, 0, 0};    ///< of A relative to B, in A's frame, m
+  btVector3 impulse_A{0, 0, 0};  ///< on A in its frame, N·s: of a soft contact that stuck, in the last step
 };
 
 /// One solid of a body that collides.
 struct ColliderPart {
-  std::optional<Primitive> primitive;       ///< none: `shape` alone knows what it is
-  const btCollisionShape* shape = nullptr;  ///< the same for Bullet's algorithms
+  std::optional<Primitive> primitive;       ///< none: described by `shape` alone
+  const btCollisionShape* shape = nullptr;  ///< the same solid for Bullet's algorithms
   btTransform X_MC;                         ///< of the solid in the body
   Surface surface;
 };
 
-/// What two surfaces are together, by Bullet's conventions: friction and restitution are products, rolling
-/// and spinning friction each side's with the other's friction, springs in series, dampers added.
+/// Combined properties of two surfaces by Bullet's conventions: friction and restitution are products;
+/// rolling and spinning friction are the sums of each side's times the other's friction; springs act in
+/// series; dampers add.
 [[nodiscard]] Surface pair_of(const Surface& a, const Surface& b);
 
-/// The solids of a body, for ContactDispatcher: hung on Bullet's collision object as its user pointer.
+/// The solids of a body, for ContactDispatcher: attached to Bullet's collision object as its user pointer.
 class ColliderParts {
  public:
-  /// A part where it is now, and a box around it.
+  /// Present pose of a part and of the box around it.
   struct Placed {
     btTransform X_WC;
     btVector3 box_middle;  ///< in W
   };
 
   void add(const ColliderPart& part);
-  /// From now on the parts of `object`; must stay where it is in memory.
+  /// Attaches these parts to `object`; this must not move in memory afterwards.
   void hang_on(btCollisionObject& object);
-  /// Of a collision object that has some; nullptr: none were hung on it.
+  /// Returns the parts of a collision object; nullptr if none are attached.
   [[nodiscard]] static ColliderParts* of(const btCollisionObject& object);
 
   [[nodiscard]] const std::vector<ColliderPart>& parts() const { return parts_; }
   [[nodiscard]] const btVector3& box_half(std::size_t part) const { return box_half_[part]; }
-  /// From the box's middle to its corners, m.
+  /// From the box's centre to its corners, m.
   [[nodiscard]] double box_radius(std::size_t part) const { return box_radius_[part]; }
-  /// Poses at the collision object's, reckoned once per `search`.
+  /// Parts placed at the collision object's pose, computed once per `search`.
   [[nodiscard]] const std::vector<Placed>& placed(long search);
-  /// How far the point of the boxes that went farthest can have gone by now, m, as a sum over the searches
-  /// since `hang_on`: an upper bound.
+  /// Upper bound on how far any point of the boxes has travelled by now, m, summed over the searches since
+  /// `hang_on`.
   [[nodiscard]] double travelled(long search);
 
  private:
@@ -78,8 +79,8 @@ struct Solid {
   const MeshShape* mesh = nullptr;
 };
 
-/// A link's collision geometry, with each cylinder that has a sphere of its radius at either end (URDF knows
-/// no capsules) as one capsule.
+/// A link's collision geometry, in which each cylinder with a sphere of its radius at either end (URDF has no
+/// capsules) becomes one capsule.
 [[nodiscard]] std::vector<Solid> solids_of(const std::vector<LinkGeometry>& collisions);
 
 /// A Bullet shape for a solid, in its frame. Meshes become their convex hull.

@@ -20,14 +20,15 @@
 namespace walkman::plant {
 namespace {
 
-// m; what is farther apart cannot meet within a step at 1 m/s, and gives no row to solve.
+// m; surfaces farther apart cannot meet within a step at 1 m/s, and give no row to solve.
 constexpr double kReach = 0.001;
-// m that a contact may wander over a surface from step to step and still be the same: 5 m/s.
+// m that a contact may move over a surface from step to step and still count as the same: 5 m/s.
 constexpr double kSamePoint = 0.005;
-// m that two bodies are still apart when they are looked at again: more than rounding makes of their poses.
+// m by which two bodies are still apart when they are checked again: more than the rounding errors of their
+// poses.
 constexpr double kSlack = 1e-6;
 
-/// The contacts of two solids. A manifold has room for four.
+/// The contacts of two solids. A manifold holds up to four.
 struct Meeting {
   std::size_t part_a, part_b;
   std::array<btPersistentManifold*, Touches::kMost / MANIFOLD_CACHE_SIZE> manifolds{};
@@ -72,8 +73,8 @@ bool is_flat(const ColliderPart& part) {
   return !part.primitive || part.primitive->kind == Primitive::Kind::kBox;
 }
 
-/// Puts the touches into the manifold. Each takes over the stick of the old point that is nearest to it on
-/// either surface.
+/// Puts the touches into the manifold. Each inherits the Stick of the old point nearest to it on either
+/// surface.
 void renew(Meeting& meeting, const Touches& touches, const Surface& pair) {
   const btTransform& X_WA = meeting.manifolds[0]->getBody0()->getWorldTransform();
   const btTransform& X_WB = meeting.manifolds[0]->getBody1()->getWorldTransform();
@@ -95,7 +96,7 @@ void renew(Meeting& meeting, const Touches& touches, const Surface& pair) {
     point.m_positionWorldOnA = touch.p_WA;
     point.m_positionWorldOnB = touch.p_WB;
     describe(point, pair);
-    // A point that is alone stays the same: on a mesh's flat face it may be anywhere along what is round.
+    // A single point counts as the same: on a mesh's flat face it may be anywhere along a round solid.
     double least = touches.count == 1 && old_count == 1 ? std::numeric_limits<double>::infinity()
                                                         : kSamePoint * kSamePoint;
     std::size_t same = Touches::kMost;
@@ -205,8 +206,8 @@ class Encounter {
       if (manifold != nullptr) dispatcher_.releaseManifold(manifold);
   }
 
-  /// Of a mesh on a box's face, all that lies on it. Else Bullet's own: of two meshes one face clipped by the
-  /// other, or the one point of GJK.
+  /// For a mesh on a box's face, everything that lies on the face. Otherwise Bullet's own result: for two
+  /// meshes one face clipped by the other, or the single point of GJK.
   Touches ask_bullet(btCollisionAlgorithm*& algorithm, const ColliderPart& part_a, const btTransform& X_WCa,
                      const ColliderPart& part_b, const btTransform& X_WCb, const btDispatcherInfo& info) {
     const btCollisionObjectWrapper a(nullptr, part_a.shape, &a_, X_WCa, -1, -1);
@@ -217,7 +218,7 @@ class Encounter {
     btManifoldResult result(&a, &b);
     result.setPersistentManifold(&answer_);
     algorithm->processCollision(&a, &b, info, &result);
-    // GJK takes a mesh with its margin around it, the clipping of faces does not.
+    // GJK includes a mesh's margin, the clipping of faces does not.
     const bool flat = is_flat(part_a) && is_flat(part_b);
     const double around_a = part_a.primitive || flat ? 0 : part_a.shape->getMargin();
     const double around_b = part_b.primitive || flat ? 0 : part_b.shape->getMargin();
@@ -247,8 +248,9 @@ class Encounter {
 
   ColliderParts& of_a_;
   ColliderParts& of_b_;
-  // Nothing touches before the ways of both (`ColliderParts::travelled`) come to this sum, m: a robot's arms
-  // and legs are seldom near each other, and looking at all pairs anew takes a tenth of a step.
+  // Nothing can touch before the sum of both bodies' travel (`ColliderParts::travelled`) reaches this value,
+  // m: a robot's arms and legs are seldom near each other, and checking all pairs anew takes a tenth of a
+  // step.
   double apart_until_ = -std::numeric_limits<double>::infinity();
   btCollisionDispatcher& dispatcher_;
   const btCollisionObject& a_;
@@ -257,7 +259,7 @@ class Encounter {
   std::vector<std::unique_ptr<Meeting>> meetings_;
 };
 
-/// What Bullet's broadphase keeps for a pair, and deletes with it.
+/// Object that Bullet's broadphase keeps for a pair and deletes with it.
 class EncounterAlgorithm : public btCollisionAlgorithm {
  public:
   EncounterAlgorithm(const btCollisionAlgorithmConstructionInfo& info, btCollisionDispatcher& dispatcher,
@@ -286,7 +288,7 @@ double box_separation(const btTransform& X_WA, const btVector3& half_a, const bt
   if (between.length2() > reach * reach) return between.length() - reach;
   const btMatrix3x3 R = X_WA.getBasis().transposeTimes(X_WB.getBasis());
   const btVector3 t = between * X_WA.getBasis();  // in A
-  constexpr double kParallel = 1e-9;              // edges that are nearly parallel give no axis of their own
+  constexpr double kParallel = 1e-9;              // nearly parallel edges give no axis of their own
   btMatrix3x3 Q = R.absolute();
   for (int i = 0; i < 3; ++i) Q[i] += btVector3(kParallel, kParallel, kParallel);
   double most = -std::numeric_limits<double>::infinity();
@@ -303,7 +305,7 @@ double box_separation(const btTransform& X_WA, const btVector3& half_a, const bt
       const int k2 = (k + 2) % 3;
       const double along =
           half_a[i1] * Q[i2][k] + half_a[i2] * Q[i1][k] + half_b[k1] * Q[i][k2] + half_b[k2] * Q[i][k1];
-      // The axis is at most 1 long, so the boxes are no less apart than this.
+      // The axis has a length of at most 1, so the boxes are at least this far apart.
       most = std::max(most, std::abs(t[i2] * R[i1][k] - t[i1] * R[i2][k]) - along);
     }
   }
@@ -329,7 +331,7 @@ void ContactDispatcher::meet(btBroadphasePair& pair, btCollisionDispatcher& disp
     if (ColliderParts::of(a) == nullptr || ColliderParts::of(b) == nullptr) return;
     if (!dispatcher.needsCollision(&a, &b)) return;
     btCollisionAlgorithmConstructionInfo construction(&dispatcher, 0);
-    // Larger than the elements of the dispatcher's pool, which frees what is none of its own as well.
+    // Larger than the elements of the dispatcher's pool, which also frees memory that is not from the pool.
     void* memory = btAlignedAlloc(sizeof(EncounterAlgorithm), alignof(EncounterAlgorithm));
     pair.m_algorithm = new (memory) EncounterAlgorithm(construction, dispatcher, a, b);
   }

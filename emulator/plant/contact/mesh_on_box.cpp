@@ -9,12 +9,12 @@
 namespace walkman::plant {
 namespace {
 
-constexpr double kFace = 0.9;         // cosine of an angle
-constexpr double kFacing = 0.5;       // likewise, of a facet that belongs to the underside
-constexpr double kLevel = 1e-6;       // of a normal's part along the face's: a facet that stands upright
+constexpr double kFace = 0.9;         // cosine of the largest angle to a face's normal
+constexpr double kFacing = 0.5;       // also a cosine, of a facet that belongs to the underside
+constexpr double kLevel = 1e-6;       // facets with a smaller normal component along the face's are upright
 constexpr double kSameCorner = 1e-3;  // m
 
-/// Points over a face: its two directions, then the height over it, m.
+/// Points above a face: coordinates along its two directions, then the height above it, m.
 class Points {
  public:
   void add(const btVector3& p) {
@@ -40,7 +40,7 @@ class Points {
   int count_ = 0;
 };
 
-/// Cuts p–q down to |coordinate| <= half; false when nothing is left (Liang and Barsky 1984).
+/// Clips the segment p–q to |coordinate| <= half; returns false if nothing is left (Liang and Barsky 1984).
 bool cut(btVector3& p, btVector3& q, int coordinate, double half) {
   for (const double side : {-1.0, 1.0}) {
     const double at_p = side * p[coordinate] - half, at_q = side * q[coordinate] - half;
@@ -52,7 +52,7 @@ bool cut(btVector3& p, btVector3& q, int coordinate, double half) {
   return true;
 }
 
-/// Height of a convex solid's underside over a point of the face; infinite where the solid is not over it.
+/// Height of a convex solid's underside above a point of the face; infinite where the solid is not above it.
 double underside(const btConvexPolyhedron& hull, const btTransform& X_FA, double u, double v) {
   double low = -std::numeric_limits<double>::infinity(), high = std::numeric_limits<double>::infinity();
   for (int i = 0; i < hull.m_faces.size(); ++i) {

@@ -10,7 +10,7 @@
 
 namespace walkman::plant {
 
-/// A convex polygon in space, its corners in order; two corners are a line.
+/// A convex polygon in space, its corners in order; two corners are a line segment.
 class Polygon {
  public:
   static constexpr std::size_t kMost = 12;  ///< corners: a square cut by a circle or by another square has 8
@@ -32,15 +32,15 @@ class Polygon {
   std::size_t size_ = 0;
 };
 
-/// Takes away what lies beyond the plane out · p = offset (Sutherland and Hodgman 1974).
+/// Removes the part beyond the plane out · p = offset (Sutherland and Hodgman 1974).
 void clip(Polygon& polygon, const btVector3& out, double offset);
 
 /// Corners of the polygon within the circle, and where its edges meet the circle, seen along `normal`.
 [[nodiscard]] Polygon clipped_by_circle(const Polygon& polygon, const btVector3& middle,
                                         const btVector3& normal, double radius);
 
-/// At most four of the touches, which carry what all would: the deepest, the one farthest from it, and those
-/// farthest on either side of the line through the two.
+/// At most four of the touches, chosen to carry the same load as all: the deepest, the one farthest from it,
+/// and those farthest on either side of the line through the two.
 [[nodiscard]] Touches most_spread(std::span<const Touch> touches);
 
 }  // namespace walkman::plant

@@ -10,15 +10,15 @@ namespace walkman::plant {
 namespace {
 
 constexpr double kParallel = 1e-9;  // sine of the angle below which two directions give no axis of their own
-constexpr double kPreferFaces = 1e-6;  // m by which an edge must separate better than a face, to win
-// Cosine of the angle to a face's normal within which an edge that separates best still rests on the face: of
-// what reaches far beyond it, the ends dip below its plane at the slightest tilt.
+constexpr double kPreferFaces = 1e-6;  // m by which an edge must separate better than a face to be preferred
+// Cosine of the angle to a face's normal within which an edge that separates best still rests on the face:
+// the ends of a solid that reaches far beyond the face dip below its plane at the slightest tilt.
 constexpr double kOnFace = 0.95;
-constexpr int kBisections = 20;      // of a line of centres: its millionth part
+constexpr int kBisections = 20;      // of a centre line: down to a millionth of it
 constexpr double kSamePlace = 1e-4;  // m, along a capsule
 constexpr double kSameTouch = 1e-3;  // m
 
-/// Of a solid's frame, whose axis is z.
+/// Distance from a solid's axis, which is z of its frame.
 double across_axis(const btVector3& p) { return std::sqrt(p.x() * p.x() + p.y() * p.y()); }
 
 struct MakePrimitive {
@@ -67,13 +67,13 @@ Nearest nearest_cylinder(double radius, double half_length, const btVector3& p) 
   return beyond_side > beyond_end ? Nearest{beyond_side, radial} : Nearest{beyond_end, axial};
 }
 
-/// The fraction of the way from `from` to `to` (both in C) that is nearest to the primitive; none when no
-/// point of the way is nearer than `within`.
+/// The fraction of the way from `from` to `to` (both in C) at which it is nearest to the primitive; none if
+/// no point of the way is nearer than `within`.
 std::optional<double> nearest_fraction(const Primitive& primitive, const btVector3& from, const btVector3& to,
                                        double within) {
   const btVector3 way = to - from;
   const double length = way.length();
-  // The distance is convex along a line, and the normal its gradient.
+  // The distance is convex along a line, and the normal is its gradient.
   const auto falls = [&](double t) { return nearest(primitive, from + way * t).normal.dot(way) < 0; };
   double low = 0;
   double high = 1;
@@ -124,17 +124,17 @@ Touches round_on(const Primitive& a, const btTransform& X_WA, const Primitive& b
   const std::optional<double> between = nearest_fraction(b, from, to, reach + a.radius);
   if (!between) return touches;
   touch_at(*between);
-  // Where it lies along a surface, its ends carry too.
+  // If the capsule lies along a surface, its ends carry load too.
   if (*between * length > kSamePlace) touch_at(0);
   if ((1 - *between) * length > kSamePlace) touch_at(1);
   return touches;
 }
 
-/// Of two boxes, or a box and a cylinder: the axis along which they are apart most, or overlap least.
+/// The axis along which two boxes, or a box and a cylinder, are farthest apart or overlap least.
 struct Axis {
   double separation = -std::numeric_limits<double>::infinity();  // m
   btVector3 direction{0, 0, 0};                                  // in W, from B to A
-  int of_a = -1, of_b = -1;  // which axis of A and of B it comes from; both: the product of the two
+  int of_a = -1, of_b = -1;  // indices of the axes of A and of B it comes from; both: their cross product
 };
 
 double extent(const Primitive& primitive, const btTransform& X_WC, const btVector3& direction_W) {
@@ -143,7 +143,8 @@ double extent(const Primitive& primitive, const btTransform& X_WC, const btVecto
   return std::abs(d.z()) * primitive.half_length + across_axis(d) * primitive.radius;
 }
 
-/// Tries an axis; false when it shows that they are farther apart than `reach`.
+/// Tries one axis after another; `try_axis` returns false if the solids are farther apart than `reach` along
+/// it.
 class AxisSearch {
  public:
   AxisSearch(const Primitive& a, const btTransform& X_WA, const Primitive& b, const btTransform& X_WB,
@@ -172,7 +173,7 @@ class AxisSearch {
   Axis best_;
 };
 
-/// The face of a box whose outward normal is nearest to `direction_W`: its middle, and its half edges.
+/// The face of a box whose outward normal is closest to `direction_W`: its centre and half edges.
 struct Face {
   btVector3 middle, normal, u, v;  // in W; u and v along its edges, half as long
 };
@@ -197,7 +198,8 @@ Polygon corners_of(const Face& face) {
           face.middle - face.u + face.v};
 }
 
-/// What of `corners` (of the other solid) lies over the face, as touches; `face_is_of_a` tells whose it is.
+/// Returns the part of `corners` (of the other solid) that lies over the face, as touches; `face_is_of_a`:
+/// whether the face belongs to A.
 Touches over_face(Polygon corners, const Face& face, bool face_is_of_a, double reach) {
   for (const btVector3& edge : {face.u, face.v}) {
     const double half = edge.length();
@@ -274,10 +276,11 @@ Touches box_on_box(const Primitive& a, const btTransform& X_WA, const Primitive&
   return edges && touches.count == 0 ? crossing_edges(a, X_WA, b, X_WB, axis) : touches;
 }
 
-/// What of a cylinder can rest on a face with that normal: the line along its side and its lower end's rim.
+/// The parts of a cylinder that can rest on a face with that normal: the line along its side and its lower
+/// end's rim.
 struct Underside {
   btVector3 low, far_end;       // the lowest point, and the other end of the line through it
-  btVector3 left, right, back;  // of the rim that `low` is on
+  btVector3 left, right, back;  // points of the rim that `low` is on
 };
 
 Underside underside(const Primitive& cylinder, const btTransform& X_WC, const btVector3& normal) {
@@ -292,7 +295,7 @@ Underside underside(const Primitive& cylinder, const btTransform& X_WC, const bt
   return {low, low - axis * (2 * cylinder.half_length), end + side, end - side, end - down * cylinder.radius};
 }
 
-/// An end of the cylinder over the corners of a box's face that lie within its circle.
+/// Touches of the cylinder's end with the polygon of a box's face within its circle.
 Touches on_end(const Primitive& cylinder, const btTransform& X_WA, const Primitive& box,
                const btTransform& X_WB, const Axis& axis, double reach) {
   const Face incident = face_towards(box, X_WB, axis.direction);
@@ -305,7 +308,7 @@ Touches on_end(const Primitive& cylinder, const btTransform& X_WA, const Primiti
     if (distance >= reach) continue;
     found[count++] = {p - normal * distance, p, axis.direction, distance};
   }
-  // Where the face leans towards the end, the rim goes deepest between the edges that cross it.
+  // If the face leans towards the end, the rim is deepest between the edges that cross it.
   const btVector3 lean = incident.normal - normal * incident.normal.dot(normal);
   if (const double sine = lean.length(); sine > kParallel) {
     const btVector3 rim = middle - lean * (cylinder.radius / sine);
@@ -371,8 +374,8 @@ Touches cylinder_on_box(const Primitive& a, const btTransform& X_WA, const Primi
   const Face face = face_towards(b, X_WB, axis.direction);
   if (axis.of_a < 0 || (axis.of_a == kSide && face.normal.dot(axis.direction) > kOnFace)) {
     const Underside under = underside(a, X_WA, face.normal);
-    // The line along the side; and where the end is about as low, its rim. The end of a long one may dip
-    // below the face's plane beyond the face: its side rests on the face all the same.
+    // The line along the side and, if the end is about as low, its rim. The end of a long cylinder may dip
+    // below the face's plane beyond the face; its side still rests on the face.
     const double rim = (under.left - face.middle).dot(face.normal);
     if (rim < reach)
       touches = over_face({under.low, under.left, under.back, under.right}, face, false, reach);
@@ -381,7 +384,7 @@ Touches cylinder_on_box(const Primitive& a, const btTransform& X_WA, const Primi
       const Touch& touch = line.at[static_cast<std::size_t>(i)];
       if (!has_near(touches, touch.p_WB)) add(touches, touch);
     }
-    // Beyond the face's edge the rim between the outline's corners reaches lower than they do.
+    // Beyond the face's edge, the rim between the outline's corners reaches lower than the corners do.
     if (!over(face, under.low) && touches.count > 0 && touches.count < 4) {
       const Touches at_edge = on_edge(a, X_WA, b, X_WB, reach);
       if (at_edge.count > 0 && !has_near(touches, at_edge.at[0].p_WB)) add(touches, at_edge.at[0]);
@@ -432,7 +435,7 @@ bool has_closed_form(const Primitive& a, const Primitive& b) {
 
 Touches touches_of(const Primitive& a, const btTransform& X_WA, const Primitive& b, const btTransform& X_WB,
                    double reach) {
-  // Of two swept spheres the shorter one: its ends lie over the longer one's line.
+  // Of two swept spheres, the shorter one is A: its ends lie over the longer one's line.
   if (is_swept_sphere(a) && (!is_swept_sphere(b) || a.half_length <= b.half_length))
     return round_on(a, X_WA, b, X_WB, reach);
   if (is_swept_sphere(b)) return swapped(round_on(b, X_WB, a, X_WA, reach));

@@ -12,9 +12,9 @@
 namespace walkman::plant {
 namespace {
 
-/// Where a contact's force acts on A, and its reaction on B. Soft surfaces overlap by millimetres: there it
-/// is one point, halfway between the two, for friction at either surface's own would be a torque out of
-/// nothing.
+/// Points at which a contact's force acts on A and its reaction on B. Soft surfaces overlap by millimetres;
+/// for them both are the point halfway between, because friction at each surface's own point would create a
+/// torque out of nothing.
 struct PointsOfAction {
   btVector3 on_A, on_B;
 };
@@ -28,15 +28,15 @@ PointsOfAction acts_at(const btManifoldPoint& point) {
 using Rows = Eigen::Map<const Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>, 0,
                         Eigen::OuterStride<>>;
 
-// Of an incompressible pad, along its face over across it (Mindlin 1949: 2 (1 − ν) / (2 − ν), ν = 0.5).
+// Tangential over normal stiffness of an incompressible pad (Mindlin 1949: 2 (1 − ν) / (2 − ν), ν = 0.5).
 constexpr double kTangentialShare = 2.0 / 3;
-constexpr double kBouncing = 0.05;  // m/s; what meets more slowly stays
+constexpr double kBouncing = 0.05;  // m/s; slower impacts do not bounce
 
 btVector3 origin_of(const btMultiBody& body, int link) {
   return link < 0 ? body.getBasePos() : body.getLink(link).m_cachedWorldTransform.getOrigin();
 }
 
-/// On body A.
+/// Impulse on body A.
 btVector3 impulse_of(const btManifoldPoint& point) {
   return point.m_normalWorldOnB * point.m_appliedImpulse +
          point.m_lateralFrictionDir1 * point.m_appliedImpulseLateral1 +
@@ -125,7 +125,8 @@ RowBlock ConstraintRows::block_between(const btPersistentManifold& manifold, int
 void ConstraintRows::add_contact(const RowBlock& block, const btMatrix3x3& R_WA, btManifoldPoint& point,
                                  const btContactSolverInfo& info) {
   const double dt = info.m_timeStep;
-  // A spring and a damper taken implicitly are a row that gives way, with a share of the error per step.
+  // A spring and damper integrated implicitly are a compliant row that corrects a share of the error per
+  // step.
   const auto soft = [dt](double stiffness, double damping) {
     const double sum = dt * stiffness + damping;
     return std::pair{1 / (sum * dt), dt * stiffness / sum};
@@ -146,8 +147,8 @@ void ConstraintRows::add_contact(const RowBlock& block, const btMatrix3x3& R_WA,
   contacts_.push_back({&point, &R_WA, point.m_combinedFriction, give});
   const double speed = add_direction(block, point, point.m_normalWorldOnB);
   double target = -gap * (gap > 0 ? 1 : erp) / dt;
-  // What would meet within the step bounces now: slowed down to touch, it would have no speed left to give
-  // back.
+  // Surfaces that would meet within the step bounce now: if slowed down until they touch, they would have no
+  // speed left to give back.
   if (point.m_combinedRestitution > 0 && speed < -kBouncing && gap + speed * dt <= 0)
     target = std::max(target, -point.m_combinedRestitution * speed);
   const auto* stick = static_cast<const Stick*>(point.m_userPersistentData);
@@ -212,7 +213,7 @@ double* ConstraintRows::entries_of(const RowBlock::Side& side, int row) {
          static_cast<std::size_t>(row) * static_cast<std::size_t>(side.length);
 }
 
-/// A Jacobian becomes its whitened row; returns the velocity along it.
+/// Whitens a row of the Jacobian in place; returns the velocity along it.
 double ConstraintRows::whiten(const RowBlock::Side& side, double* entries) const {
   const Tree& tree = trees_[static_cast<std::size_t>(side.tree)];
   const btScalar* velocity = tree.body->getVelocityVector();
@@ -229,7 +230,7 @@ bool ConstraintRows::couple(const RowBlock& rows, const RowBlock::Side& s, const
   const JointSpaceInertia& inertia = *trees_[static_cast<std::size_t>(s.tree)].inertia;
   const std::span<const int> path_s = inertia.path(s.link);
   const std::span<const int> path_t = inertia.path(t.link);
-  // Two paths from the base agree up to where they part.
+  // Two paths from the base are the same up to where they branch.
   const auto common = std::mismatch(path_s.begin(), path_s.end(), path_t.begin(), path_t.end()).first;
   const auto shared = common - path_s.begin();
   if (shared == 0) return false;
@@ -304,7 +305,7 @@ void ConstraintRows::shift(const ContactRow& contact, int row, const Eigen::Vect
             point.m_lateralFrictionDir2 * velocities[row + 2]) *
            dt;
   if (slips) {
-    // What slips keeps the spring that friction holds.
+    // A slipping contact keeps as much spring deflection as friction can hold.
     const double most = limit / dt * contact.give;
     const double length = shift.length();
     if (length > most) shift *= most / length;

@@ -18,30 +18,30 @@ struct RowBlock {
   struct Side {
     int tree = -1;  // −1: does not move
     int link = -1;
-    std::size_t first_entry = 0;  // of its rows, one after the other, in the whitened Jacobian
-    int length = 0;               // of a row: the link's path
+    std::size_t first_entry = 0;  // of its rows, stored consecutively in the whitened Jacobian
+    int length = 0;               // of a row: that of the link's path
   };
   Side a, b;
   int first_row = 0;
   int row_count = 0;
-  int first_contact = -1;  // index of its first one; −1: has none
+  int first_contact = -1;  // index of its first contact; −1: has none
 };
 
 /// One inequality or friction row, in impulses (N·s or N·m·s) and velocities (m/s or rad/s) along it.
 struct Row {
   double velocity;   // before the solve
-  double target;     // what the impulse shall make of it
-  double softness;   // velocity the row gives way by per impulse: Bullet's CFM over the step
-  double start = 0;  // impulse that the sweeps start from
+  double target;     // velocity that the impulse should produce
+  double softness;   // velocity by which the row yields per unit impulse: Bullet's CFM over the step
+  double start = 0;  // impulse from which the sweeps start
 };
 
 /// A contact: three rows, along its normal and two tangents.
 constexpr int kContactRows = 3;
 struct ContactRow {
   btManifoldPoint* point;
-  const btMatrix3x3* R_WA;  // of the body whose frame its stick is in
+  const btMatrix3x3* R_WA;  // of the body in whose frame its Stick is expressed
   double friction;
-  double give;  // of the surfaces along each other, m/N; 0: rigid
+  double give;  // tangential compliance of the surfaces, m/N; 0: rigid
 };
 
 /// A contact that resists rolling or turning: three rows, about its normal and its two tangents.
@@ -51,18 +51,18 @@ struct TurnRow {
   double spinning, rolling;  // lever arms of the normal force, m
 };
 
-/// A multibody that moves, and its inertia factorised at its poses.
+/// A moving multibody and its inertia, factorised at its poses.
 struct KnownBody {
   btMultiBody* body;
   const JointSpaceInertia* inertia;
 };
 
-/// Rows of a step: joints' stops first, then three of each contact, then three of each that resists turning.
-/// Reads manifolds of multibodies with each other and with what does not move; no other rigid body may move
-/// in the world.
+/// Rows of a step: joint stops first, then three for each contact, then three for each contact that resists
+/// turning. Reads manifolds of multibodies with each other and with static bodies; no other rigid body in the
+/// world may move.
 class ConstraintRows {
  public:
-  /// `bodies`: all that move.
+  /// `bodies`: all multibodies that move.
   void build(std::span<const KnownBody> bodies, std::span<const JointStop> stops,
              std::span<btPersistentManifold* const> manifolds, const btContactSolverInfo& info);
 
@@ -71,11 +71,11 @@ class ConstraintRows {
   [[nodiscard]] const std::vector<ContactRow>& contacts() const { return contacts_; }
   [[nodiscard]] const std::vector<TurnRow>& turns() const { return turns_; }
 
-  /// W = J H⁻¹ Jᵀ: velocity along each row by a unit impulse along each other.
+  /// Computes W = J H⁻¹ Jᵀ: the velocity along each row due to a unit impulse along each other row.
   void delassus(Eigen::MatrixXd& W) const;
-  /// Hands the impulses to the multibodies: their change of velocity, and the forces of contacts as
-  /// constraint forces at the links; contact points remember theirs, and how far they are shifted when their
-  /// surfaces move with `velocities` along the rows.
+  /// Applies the impulses to the multibodies: changes their velocities and adds the contact forces as
+  /// constraint forces at the links. Contact points store their impulses, and how far they have shifted if
+  /// their surfaces move with `velocities` along the rows.
   void apply(const Eigen::VectorXd& impulses, const Eigen::VectorXd& velocities, double dt);
 
  private:
@@ -98,8 +98,8 @@ class ConstraintRows {
              const Eigen::VectorXd& velocities, double dt) const;
   double add_direction(const RowBlock& block, const btManifoldPoint& point, const btVector3& direction);
   double whiten(const RowBlock::Side& side, int row, const btVector3& p_W, const btVector3& direction);
-  /// Adds to a block of W what it is by these sides, or puts that there when it is the `first`; false:
-  /// nothing.
+  /// Adds the coupling between these two sides to a block of W, or overwrites the block if it is the `first`.
+  /// Returns false if there is none.
   bool couple(const RowBlock& rows, const RowBlock::Side& s, const RowBlock& columns, const RowBlock::Side& t,
               bool first, Eigen::MatrixXd& W) const;
   double whiten(const RowBlock::Side& side, double* entries) const;

@@ -29,7 +29,8 @@ int pushed_link(const SceneEvent& event, const PushEvent& push, const RobotModel
                                        robot.name, push.link, did_you_mean(push.link, names)));
 }
 
-/// Which object an event on weights names; the scene's reader has seen that it is there, with the weight.
+/// Index of the object named by a weight event; the scene reader has checked that it exists and has the
+/// weight.
 std::size_t object_of(const Scene& scene, const SceneEvent& event) {
   const auto* move = std::get_if<MoveWeightEvent>(&event.what);
   const std::string& name = move != nullptr ? move->object : std::get<RemoveWeightEvent>(event.what).object;
@@ -70,7 +71,7 @@ void EventPlayer::change_weights(const Planned& planned) {
   std::vector<AttachedWeight>& weights = weights_[planned.object];
   const auto weight = std::find_if(weights.begin(), weights.end(),
                                    [&](const AttachedWeight& candidate) { return candidate.name == name; });
-  if (weight == weights.end()) return;  // taken off before
+  if (weight == weights.end()) return;  // already removed
   if (move != nullptr) {
     weight->link = move->link;
     weight->X_LA = move->X_LA;

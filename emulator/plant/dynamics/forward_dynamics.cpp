@@ -18,7 +18,7 @@ void ForwardDynamics::accelerate(const btMultiBody& body, const std::vector<doub
   const std::size_t count = bodies.size();
   motion_.resize(count);
   bias_.resize(count);
-  // Spatial acceleration without any of the generalised ones, then the force it takes.
+  // Spatial acceleration with all generalised accelerations zero, then the force it requires.
   const auto force_of = [&](std::size_t i, const Spatial& acceleration) {
     const Spatial& v = motion_[i];
     const Spatial momentum = bodies[i].times(v);
@@ -32,7 +32,8 @@ void ForwardDynamics::accelerate(const btMultiBody& body, const std::vector<doub
   motion_[0] =
       fixed ? Spatial{}
             : Spatial{{velocity[0], velocity[1], velocity[2]}, {velocity[3], velocity[4], velocity[5]}};
-  // That of the centre of mass stays; at the point in space where it is now, another follows it.
+  // The centre of mass does not accelerate; the spatial acceleration refers to the point in space where it is
+  // now, which another body point reaches next.
   spatial_[0] = {{0, 0, 0}, motion_[0].linear.cross(motion_[0].angular)};
   bias_[0] = force_of(0, spatial_[0]);
   for (int i = 0; i < body.getNumLinks(); ++i) {

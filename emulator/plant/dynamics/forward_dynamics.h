@@ -8,21 +8,21 @@
 
 namespace walkman::plant {
 
-/// Moves a multibody's velocity on by a step: H q̈ = τ − b with H factorised, and the bias b by the recursion
-/// of Newton and Euler (Featherstone, Rigid Body Dynamics Algorithms, 2008, §5.3), all in world axes about
-/// the base. The contact solver uses the same factorised H: Bullet's articulated-body recursion would be
+/// Advances a multibody's velocity by a step: H q̈ = τ − b with H factorised and the bias b from the
+/// Newton–Euler recursion (Featherstone, Rigid Body Dynamics Algorithms, 2008, §5.3), all in world axes about
+/// the base. The contact solver uses the same factorised H; Bullet's articulated-body recursion would take
 /// another pass over the tree, and one more for each instant.
 ///
-/// Velocities of a semi-implicit step are those of half a step before the poses. Bullet takes the velocity
-/// terms from there as well, which is first order only: a double pendulum gains or loses percents of its
-/// energy in 10 s of 1 ms steps. With `kMiddle` they are taken at the velocity half a step on, predicted by
-/// half a step of the same forces; the motion is then of second order, as leapfrog is.
+/// The velocities of a semi-implicit step belong to half a step before the poses. Bullet evaluates the
+/// velocity terms there as well, which is only first order: a double pendulum gains or loses several percent
+/// of its energy in 10 s of 1 ms steps. With `kMiddle` they are evaluated at the velocity half a step later,
+/// predicted by half a step of the same forces; the motion is then second order, like leapfrog.
 class ForwardDynamics {
  public:
   enum class VelocityTerms { kStart, kMiddle };
 
-  /// The body's cached poses, velocities, forces and joint torques are those of the step's start. Afterwards
-  /// the body has the velocities of its end, and `inertia` is H.
+  /// On entry, the body's cached poses, velocities, forces and joint torques are those at the start of the
+  /// step. On return, the body has the velocities at its end, and `inertia` is H.
   void advance(btMultiBody& body, double dt, VelocityTerms terms);
 
   [[nodiscard]] const JointSpaceInertia& inertia() const { return inertia_; }
@@ -34,7 +34,7 @@ class ForwardDynamics {
   void accelerate(const btMultiBody& body, const std::vector<double>& velocity);
 
   JointSpaceInertia inertia_;
-  std::vector<Spatial> applied_;                  // to each body, the base first
+  std::vector<Spatial> applied_;                  // on each body, the base first
   std::vector<Spatial> motion_, spatial_, bias_;  // velocity, acceleration and force of each
   std::vector<double> start_, middle_, acceleration_;
 };

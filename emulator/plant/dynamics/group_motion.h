@@ -8,15 +8,15 @@
 
 namespace walkman::plant {
 
-/// How the rigid groups of a multibody move over one step, in world axes: velocities at its start and the
-/// accelerations that lead to its end, of each group's M frame. Exact for Bullet's discrete step.
+/// Motion of a multibody's rigid groups over one step, in world axes, for each group's M frame: velocities at
+/// the step's start and the accelerations that lead to those at its end. Exact for Bullet's discrete step.
 class GroupMotion {
  public:
-  /// Of `groups` and of all that carry them.
+  /// Covers `groups` and all groups that carry them.
   GroupMotion(const Multibody& body, const std::vector<int>& groups);
 
-  /// `before`: generalised velocity at the start of the step; the body holds that of its end, and still the
-  /// poses of its start.
+  /// `before`: generalised velocity at the start of the step; the body already holds that at its end, but
+  /// still the poses at its start.
   void update(const std::vector<double>& before, double dt);
 
   /// Of a group, rad/s and rad/s².
@@ -29,7 +29,7 @@ class GroupMotion {
 
  private:
   const Multibody* body_;
-  std::vector<int> links_;  // Bullet's, those that carry before what they carry
+  std::vector<int> links_;  // Bullet's link indices, carriers before what they carry
   std::vector<btVector3> angular_, angular_rate_, acceleration_;
 };
 

@@ -10,8 +10,8 @@
 namespace walkman::plant {
 namespace {
 
-constexpr double kAbove = 1.5;   // m, of the anchor over the knot where the scene gives none
-constexpr double kSlack = 0.05;  // m, where the scene gives no length
+constexpr double kAbove = 1.5;   // m, of the anchor above the knot if the scene gives no anchor
+constexpr double kSlack = 0.05;  // m, if the scene gives no length
 
 int rope_link(const Scene& scene, const RobotModel& robot) {
   if (const auto link = robot.find_link(scene.rope.link)) return *link;

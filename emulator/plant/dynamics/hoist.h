@@ -7,15 +7,15 @@
 
 namespace walkman::plant {
 
-/// A rope from a fixed point to a link of the robot: it pulls like a damped spring when longer than its
-/// length, never pushes, and meets nothing on its way.
+/// A rope from a fixed point to a link of the robot: it pulls like a damped spring when stretched beyond its
+/// length, never pushes, and does not collide with anything.
 class Hoist {
  public:
   static constexpr double kStiffness = 2e5;  ///< N/m: a fibre sling; 6 mm of stretch under the whole robot
   static constexpr double kDamping = 4e3;    ///< N·s/m, a fifth of critical for the whole robot
 
-  /// Ties the rope to `body`, posed as at the start. Throws std::runtime_error naming the scene's file and
-  /// line when the link is not there.
+  /// Ties the rope to `body` in its initial pose. Throws std::runtime_error naming the scene's file and line
+  /// if the link does not exist.
   Hoist(const Scene& scene, const RobotModel& robot, Multibody& body);
 
   /// Adds the rope's pull for the coming step to the multibody.

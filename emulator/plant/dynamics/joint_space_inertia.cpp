@@ -158,7 +158,7 @@ void JointSpaceInertia::factorise() {
     const std::span<const int> path = path_of(v);
     double* own = row(v);
     const int last = static_cast<int>(path.size()) - 1;
-    // What carries no mass is held where it is: an impulse on it would move it without end.
+    // A joint that carries no mass is held in place: an impulse on it would move it without limit.
     const double diagonal = own[last] > kMassless ? std::sqrt(own[last]) : kHeld;
     for (int k = 0; k < last; ++k) own[k] /= diagonal;
     own[last] = diagonal;

@@ -6,8 +6,8 @@
 
 #include <BulletDynamics/Featherstone/btMultiBody.h>
 
-// Compiles a function for wider vectors too, and chooses as the program starts: the same products and sums in
-// the same order, so the same bits. Sanitizers cannot be started yet when the choice is made.
+// Compiles a function for wider vectors too and selects the version at program start: the same products and
+// sums in the same order, so the same bits. Sanitizers are not yet running when the selection is made.
 #if defined(__x86_64__) && defined(__GLIBC__) && !defined(__SANITIZE_THREAD__) && \
     !defined(__SANITIZE_ADDRESS__)
 #define WALKMAN_WIDE_VECTORS __attribute__((target_clones("avx2", "default")))
@@ -23,8 +23,8 @@ namespace walkman::plant {
 /// (2008), §6.2, §6.4 and §6.5: a row of L has entries only where the joint's ancestors are, so a row of a
 /// contact's Jacobian never leaves the path from the base to its link.
 ///
-/// Velocities are numbered as btMultiBody::getVelocityVector() has them: angular and linear velocity of the
-/// base's centre of mass in world axes, then the joints. On paths of a fixed base its six are left out.
+/// Velocities are numbered as in btMultiBody::getVelocityVector(): angular and linear velocity of the base's
+/// centre of mass in world axes, then the joints. Paths of a fixed base omit its six.
 class JointSpaceInertia {
  public:
   static constexpr int kBaseVelocities = 6;
@@ -33,42 +33,44 @@ class JointSpaceInertia {
   struct Spatial {
     btVector3 angular{0, 0, 0}, linear{0, 0, 0};
   };
-  /// Of a body, or of one and all it carries, about `origin`, in world axes.
+  /// Inertia of a body, or of a body and all it carries, about `origin`, in world axes.
   struct Composite {
     double mass = 0;
     btVector3 first_moment{0, 0, 0};                        // mass times position
     double xx = 0, yy = 0, zz = 0, xy = 0, xz = 0, yz = 0;  // moment of inertia
     void add(const Composite& other);
-    /// Momentum of a motion, or force of an acceleration.
+    /// Returns the momentum for a motion, or the force for an acceleration.
     [[nodiscard]] Spatial times(const Spatial& motion) const;
   };
 
-  /// Always of the same body, whose tree stays as it is.
+  /// `body` must be the same in every call, with an unchanged tree.
   void update(const btMultiBody& body);
 
-  /// The base's centre of mass at `update`, in W, m: the point all is taken about.
+  /// The base's centre of mass at `update`, in W, m: the reference point of all quantities here.
   [[nodiscard]] const btVector3& origin() const { return origin_; }
   /// Inertia of each body alone, the base first.
   [[nodiscard]] const std::vector<Composite>& bodies() const { return bodies_; }
-  /// How each joint's velocity moves what it carries; those of the base's six are not used.
+  /// How each joint's velocity moves the bodies it carries; the entries of the base's six are not used.
   [[nodiscard]] const std::vector<Spatial>& axes() const { return axes_; }
-  /// Generalised forces become the accelerations H⁻¹ τ, in place; as long as the velocity vector.
+  /// Replaces generalised forces by the accelerations H⁻¹ τ, in place; `forces` is as long as the velocity
+  /// vector.
   void solve(std::span<double> forces) const;
 
-  /// Velocities that move `link` (−1: the base), from the base outwards.
+  /// Indices of the velocities that move `link` (−1: the base), from the base outwards.
   [[nodiscard]] std::span<const int> path(int link) const;
 
-  /// Jacobian of a point's velocity along `direction`, both in W: as many entries as the link's path has.
+  /// Jacobian of a point's velocity along `direction`, both in W; `row` has one entry per velocity on the
+  /// link's path.
   void point_jacobian(int link, const btVector3& p_WP, const btVector3& direction, double* row) const;
 
-  /// The same for the link's angular velocity along `axis`, in W.
+  /// The same for the link's angular velocity about `axis`, in W.
   void turn_jacobian(int link, const btVector3& axis, double* row) const;
 
-  /// `row` becomes L⁻ᵀ row, in place, on the link's path. The dot product of two such rows, as far as their
-  /// paths agree, is that of their J H⁻¹ Jᵀ.
+  /// Replaces `row` by L⁻ᵀ row, in place, on the link's path. The dot product of two such rows over the
+  /// common part of their paths is their entry of J H⁻¹ Jᵀ.
   void whiten(int link, double* row) const;
 
-  /// z becomes the velocity L⁻¹ z, in place; as long as the velocity vector.
+  /// Replaces `z` by the velocity L⁻¹ z, in place; it is as long as the velocity vector.
   void unwhiten(std::span<double> z) const;
 
  private:

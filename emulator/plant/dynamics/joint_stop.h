@@ -7,8 +7,8 @@
 
 namespace walkman::plant {
 
-/// A joint's two mechanical ends, as rows of the contact solver: where the next step would pass one, an
-/// impulse leaves just the speed that reaches it, and what is beyond comes back by Bullet's erp2 per step.
+/// A joint's two mechanical stops as rows of the contact solver: if the next step would pass one, an impulse
+/// leaves just the speed that reaches it, and an overshoot is corrected by Bullet's erp2 per step.
 class JointStop {
  public:
   /// Limits in rad or m.
@@ -20,7 +20,7 @@ class JointStop {
 
   struct End {
     double direction;  // +1: the lower end, which pushes up
-    double target;     // velocity along it after the step, at least
+    double target;     // minimum velocity along it after the step
   };
   /// The end that the coming step could pass, if any.
   [[nodiscard]] std::optional<End> reached(double dt, double erp) const;

@@ -107,7 +107,8 @@ void Multibody::update_poses() {
 }
 
 Eigen::Isometry3d Multibody::X_WM(int group) const {
-  // Bullet's cached link transforms are those of the step's start; the colliders have moved on with it.
+  // Bullet's cached link transforms are those at the start of the step; the colliders have the poses at its
+  // end.
   return from_bullet(colliders_[static_cast<std::size_t>(group)]->getWorldTransform());
 }
 

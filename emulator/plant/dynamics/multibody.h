@@ -13,14 +13,15 @@ class btMultiBodyDynamicsWorld;
 
 namespace walkman::plant {
 
-/// Collision filter groups; what collides with what is the sum of the masks below.
+/// Collision filter groups; a mask is the sum of the groups that a body collides with.
 enum CollisionGroup : int { kObjectGroup = 1, kFixedGroup = 2, kRobotGroup = 4 };
 
 /// A URDF tree as one Bullet multibody. Owns the multibody, its colliders and their shapes; removes them from
 /// the world when destroyed.
 ///
-/// Every link gets a collider, which carries its pose of the step's end: a 1 cm sphere that meets nothing
-/// where the model gives no shape. Link indices of Bullet are group indices of the tree less one.
+/// Every link gets a collider, which holds the link's pose at the end of the step; if the model gives no
+/// shape, it is a 1 cm sphere that collides with nothing. Bullet's link indices are the tree's group indices
+/// minus one.
 class Multibody {
  public:
   /// X_WR: pose of the model's root link. `world` must outlive this.
@@ -38,7 +39,7 @@ class Multibody {
   [[nodiscard]] Eigen::Isometry3d X_WL(int link) const;
   /// Pose of a group's M frame in the world.
   [[nodiscard]] Eigen::Isometry3d X_WM(int group) const;
-  /// Bullet's link index of the group a moving URDF joint carries.
+  /// Bullet's link index of the group carried by a moving URDF joint.
   [[nodiscard]] int bullet_link(int joint) const;
   /// Velocity of a point fixed to a group, in W, m/s; `p_WP` is where it is now.
   [[nodiscard]] Eigen::Vector3d velocity_at(int group, const Eigen::Vector3d& p_WP) const;
@@ -59,7 +60,7 @@ class Multibody {
   std::unique_ptr<btMultiBody> body_;
   std::vector<std::unique_ptr<btCollisionShape>> shapes_;
   std::vector<std::unique_ptr<btMultiBodyLinkCollider>> colliders_;
-  std::vector<std::unique_ptr<ColliderParts>> parts_;  // of each collider
+  std::vector<std::unique_ptr<ColliderParts>> parts_;  // one per collider
 };
 
 }  // namespace walkman::plant

@@ -12,7 +12,7 @@
 
 namespace walkman::plant {
 
-/// Measures something of one multibody inside every step.
+/// Measures something about one multibody within every step.
 class StepProbe {
  public:
   StepProbe() = default;
@@ -21,8 +21,8 @@ class StepProbe {
   StepProbe& operator=(const StepProbe&) = delete;
 
   [[nodiscard]] virtual const btMultiBody& body() const = 0;
-  /// Called when the step's velocities and contact forces are known and its poses are still those of its
-  /// start. `before`: generalised velocity at the start of the step (the body holds that of its end); `dt` in
+  /// Called when the step's velocities and contact forces are known but the poses are still those at its
+  /// start. `before`: generalised velocity at the start of the step (the body holds that at its end); `dt` in
   /// s, `gravity` in W, m/s².
   virtual void measure(const std::vector<double>& before, double dt, const btVector3& gravity) = 0;
 };
@@ -35,9 +35,9 @@ struct MovingBody {
 };
 
 /// Bullet's multibody world with its own forward dynamics and contact solver, which share the factorised
-/// inertia, and with probes that measure inside the step. What moves in it are multibodies with contacts;
-/// whoever adds a moving rigid body or one of Bullet's constraints gets a std::logic_error, as RowSpaceSolver
-/// would pass over them. Nothing sleeps, so there are no islands.
+/// inertia, and with probes that measure within the step. Only multibodies with contacts move in it; adding a
+/// moving rigid body or one of Bullet's constraints throws std::logic_error, because RowSpaceSolver would
+/// ignore it. Nothing sleeps, so there are no islands.
 class PlantWorld : public btMultiBodyDynamicsWorld {
  public:
   PlantWorld(btDispatcher* dispatcher, btBroadphaseInterface* broadphase, RowSpaceSolver* solver,
@@ -45,7 +45,7 @@ class PlantWorld : public btMultiBodyDynamicsWorld {
 
   /// The probe must outlive the world's last step.
   void add_probe(StepProbe& probe) { probes_.push_back(&probe); }
-  /// From now on velocity terms are those of the poses' own instant (ForwardDynamics::VelocityTerms).
+  /// Evaluates velocity terms at the instant of the poses from now on (ForwardDynamics::VelocityTerms).
   void use_mid_step_velocities() { terms_ = ForwardDynamics::VelocityTerms::kMiddle; }
   void addMultiBody(btMultiBody* body, int group = btBroadphaseProxy::DefaultFilter,
                     int mask = btBroadphaseProxy::AllFilter) override;
@@ -56,8 +56,7 @@ class PlantWorld : public btMultiBodyDynamicsWorld {
   void addMultiBodyConstraint(btMultiBodyConstraint* constraint) override;
 
  protected:
-  /// Where things would come to unhindered: asked for by rigid bodies that move, and by pictures between
-  /// steps.
+  /// Would predict unconstrained poses: needed only by moving rigid bodies, and for pictures between steps.
   void predictUnconstraintMotion(btScalar /*dt*/) override {}
   void calculateSimulationIslands() override {}
   void updateActivationState(btScalar /*dt*/) override {}
@@ -65,10 +64,10 @@ class PlantWorld : public btMultiBodyDynamicsWorld {
   void integrateTransforms(btScalar dt) override;
 
  private:
-  btMultiBodyConstraintSolver unused_;  // Bullet's world wants one
+  btMultiBodyConstraintSolver unused_;  // Bullet's world requires one
   RowSpaceSolver& solver_;
   std::vector<StepProbe*> probes_;
-  std::vector<std::unique_ptr<MovingBody>> moving_;  // as Bullet's multibodies
+  std::vector<std::unique_ptr<MovingBody>> moving_;  // one per Bullet multibody
   std::vector<KnownBody> known_;                     // the same
   ForwardDynamics::VelocityTerms terms_ = ForwardDynamics::VelocityTerms::kStart;
 };

@@ -9,10 +9,10 @@
 
 namespace walkman::plant {
 
-/// Rigidly connected links of a model, lumped to one body. Its frame M has its origin at the body's centre of
-/// mass and its axes along the principal axes of inertia, as Bullet's multibody links want it.
+/// Rigidly connected links of a model, lumped into one body. Its frame M has its origin at the body's centre
+/// of mass and its axes along the principal axes of inertia, as Bullet's multibody links require.
 struct RigidBodyGroup {
-  int root_link = -1;      ///< URDF link the group hangs on
+  int root_link = -1;      ///< URDF link at the root of the group
   int joint = -1;          ///< URDF joint that moves (or carries) the group; −1 for the tree's base
   int parent = -1;         ///< index of the parent group; −1 for the base
   bool moves = false;      ///< the joint is a degree of freedom
@@ -47,7 +47,7 @@ class RigidTree {
   std::vector<Eigen::Isometry3d> X_ML_;
 };
 
-/// Inertia about the centre of mass and its principal frame, of several bodies seen as one.
+/// Inertia about the centre of mass, and principal frame, of several bodies combined into one.
 struct CompositeInertia {
   double mass = 0;
   Eigen::Vector3d com = Eigen::Vector3d::Zero();
@@ -55,7 +55,7 @@ struct CompositeInertia {
 
   /// Adds a body whose centre of mass is at `p` and whose inertia about it is `I`, all in one frame.
   void add(double m, const Eigen::Vector3d& p, const Eigen::Matrix3d& I);
-  /// Frame at the centre of mass along the principal axes, right-handed; `moments` gets the principal
+  /// Frame at the centre of mass along the principal axes, right-handed; `moments` receives the principal
   /// moments.
   [[nodiscard]] Eigen::Isometry3d principal_frame(Eigen::Vector3d& moments) const;
 };

@@ -21,7 +21,7 @@ void add(double* __restrict sum, const double* __restrict a, double times_a, con
   for (std::ptrdiff_t i = 0; i < count; ++i) sum[i] += a[i] * times_a + b[i] * times_b;
 }
 
-/// The index of the body that an object is a part of; their number: it does not move.
+/// Index of the body that an object is part of; the number of bodies if the object does not move.
 std::size_t body_of(std::span<const KnownBody> bodies, const btCollisionObject& object) {
   const auto* collider = btMultiBodyLinkCollider::upcast(&object);
   if (collider == nullptr) return bodies.size();
@@ -40,8 +40,8 @@ inline double RowSpaceSolver::wanted(int row) const {
 inline std::array<double, 2> RowSpaceSolver::wanted_within(int first, int second, double limit) const {
   std::array<double, 2> impulses{wanted(first), wanted(second)};
   if (impulses[0] * impulses[0] + impulses[1] * impulses[1] <= limit * limit) return impulses;
-  // It slides, and friction acts against the velocity. Were each row scaled by its own inertia, it would act
-  // against the velocity as scaled by these, where the sweeps converge.
+  // The contact slides, and friction acts against the velocity. If each row were scaled by its own inertia,
+  // the sweeps would converge to friction against the velocity scaled by these inertias.
   const double scale = std::min(inverse_[first], inverse_[second]);
   for (int i = 0; i < 2; ++i) {
     const int row = i == 0 ? first : second;

@@ -14,7 +14,7 @@ namespace walkman::plant {
 namespace {
 
 constexpr double kTouching = 1e-3;       // m
-constexpr double kCompoundJoint = 0.10;  // m, largest distance of its two axes' origins
+constexpr double kCompoundJoint = 0.10;  // m, largest distance between the origins of its two axes
 
 /// The groups' shapes in a collision world of their own.
 class ShapesAtRest {
@@ -69,7 +69,7 @@ class ShapesAtRest {
   std::vector<std::unique_ptr<btCollisionObject>> bodies_;
 };
 
-/// Of each group, the cut it hangs below (a group carried by a joint that stays rigid), or −1.
+/// For each group, the cut it hangs below (a group carried by a joint that stays rigid), or −1.
 std::vector<int> hands_of(const RigidTree& tree) {
   std::vector<int> hands;
   for (std::size_t g = 0; g < tree.groups().size(); ++g) {
@@ -82,12 +82,12 @@ std::vector<int> hands_of(const RigidTree& tree) {
   return hands;
 }
 
-/// Whether `upper` carries a body that carries `lower`, by two joints close together.
+/// Whether `upper` carries a body that carries `lower`, through two joints close together.
 bool joined_by_compound(const RobotModel& model, const RigidTree& tree, std::size_t upper,
                         std::size_t lower) {
   const int between = tree.groups()[lower].parent;
   if (between < 0) return false;
-  // A palm on its sensor belongs to the wrist.
+  // A palm mounted on its sensor belongs to the wrist.
   if (!tree.groups()[lower].moves) {
     const auto wrist = static_cast<std::size_t>(between);
     return tree.groups()[wrist].parent == static_cast<int>(upper) ||
@@ -95,7 +95,8 @@ bool joined_by_compound(const RobotModel& model, const RigidTree& tree, std::siz
   }
   const RigidBodyGroup& middle = tree.groups()[static_cast<std::size_t>(between)];
   if (middle.parent != static_cast<int>(upper)) return false;
-  // Both joints' origins in the middle body's frame: its own carrier's, and that of the joint it carries.
+  // Both joints' origins in the middle body's frame: that of its carrying joint and that of the joint it
+  // carries.
   const Joint& carried = model.joints[static_cast<std::size_t>(tree.groups()[lower].joint)];
   const Eigen::Vector3d p_M1 = tree.X_ML(middle.root_link).translation();
   const Eigen::Vector3d p_M2 = (tree.X_ML(carried.parent_link) * carried.X_PJ).translation();

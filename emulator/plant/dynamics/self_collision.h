@@ -12,7 +12,7 @@ namespace walkman::plant {
 
 /// Why two bodies of the robot are allowed to pass through each other.
 enum class Excuse {
-  kNone,            ///< they are not
+  kNone,            ///< they collide
   kAdjacent,        ///< a joint joins them
   kCompoundJoint,   ///< two joints close together join them, as in a wrist
   kSameHand,        ///< parts of one adaptive hand
@@ -30,10 +30,10 @@ struct ExcusedPair {
 
 /// Which bodies of a robot's tree may touch, generated from its geometry.
 ///
-/// The shapes are wrapped around links more or less tightly, so some overlap where the real links do not.
-/// Those that touch (within 1 mm) at zero or in `start` are excused, besides neighbours, neighbours but one
-/// whose two joints are less than 10 cm apart (the boxes of a wrist would take away half of its travel) and
-/// the parts of one hand (what hangs below one joint that the tree cuts for a wrist's sensor). Every other
+/// The shapes enclose links more or less tightly, so some overlap where the real links do not. Pairs that
+/// touch (within 1 mm) at zero or in `start` are excused; so are neighbours, next-but-one neighbours whose
+/// two joints are less than 10 cm apart (the boxes of a wrist would take away half of its travel), and the
+/// parts of one hand (everything below one joint at which the tree is cut for a wrist's sensor). Every other
 /// pair collides.
 class SelfCollision {
  public:
@@ -43,7 +43,7 @@ class SelfCollision {
   [[nodiscard]] Excuse excuse(int group_a, int group_b) const {
     return table_[static_cast<std::size_t>(group_a) * count_ + static_cast<std::size_t>(group_b)];
   }
-  /// All excused pairs of bodies that have shapes, by a, then b.
+  /// All excused pairs of bodies that have shapes, sorted by a, then b.
   [[nodiscard]] const std::vector<ExcusedPair>& excused() const { return excused_; }
 
  private:
@@ -54,8 +54,8 @@ class SelfCollision {
   std::vector<ExcusedPair> excused_;
 };
 
-/// Bullet's filter of pairs: groups and masks, and for two links of one multibody the table. Asked only when
-/// two boxes begin to overlap, so it costs a step nothing.
+/// Bullet's pair filter: groups and masks, and the table for two links of one multibody. Called only when two
+/// boxes begin to overlap, so it adds no cost to a step.
 class SelfCollisionFilter : public btOverlapFilterCallback {
  public:
   explicit SelfCollisionFilter(const SelfCollision& table) : table_(&table) {}

@@ -6,9 +6,9 @@
 
 namespace walkman::plant {
 
-/// What each joint of a body has to hold at rest against gravity, N·m or N, by Bullet's link index: with its
-/// base held, or standing on level ground on the links `feet` (Bullet's indices; two of them), which then
-/// share the weight as the centre of mass lies between them.
+/// Torque that each revolute joint of a body has to hold at rest against gravity, N·m, by Bullet's link
+/// index: with its base held, or standing on level ground on the links `feet` (Bullet's indices; two of
+/// them), which then share the weight according to where the centre of mass lies between them.
 [[nodiscard]] std::vector<double> holding_torques(const Multibody& body, const std::vector<int>& feet,
                                                   double gravity);
 

@@ -18,12 +18,12 @@ namespace walkman::plant {
 [[nodiscard]] std::unique_ptr<Multibody> make_object(btMultiBodyDynamicsWorld& world,
                                                      const SceneObject& object);
 
-/// Builds `body` anew after `object`'s weights have changed: where it is, moving as it moves. What touches it
-/// is found again in the next step.
+/// Rebuilds `body` after `object`'s weights have changed, keeping its pose and motion. Its contacts are found
+/// again in the next step.
 void rebuild_object(btMultiBodyDynamicsWorld& world, const SceneObject& object,
                     std::unique_ptr<Multibody>& body);
 
-/// A body of the scene that never moves: one static rigid body a URDF link.
+/// A body of the scene that never moves: one static rigid body for each collision solid of its URDF links.
 class StaticBody {
  public:
   StaticBody(btMultiBodyDynamicsWorld& world, const FixedBody& fixed);
@@ -38,7 +38,7 @@ class StaticBody {
   btMultiBodyDynamicsWorld& world_;
   std::string name_;
   std::vector<std::unique_ptr<btCollisionShape>> shapes_;
-  std::vector<std::unique_ptr<ColliderParts>> parts_;  // of each of `bodies_`
+  std::vector<std::unique_ptr<ColliderParts>> parts_;  // one per entry of `bodies_`
   std::vector<std::unique_ptr<btRigidBody>> bodies_;
 };
 

@@ -6,7 +6,7 @@
 namespace walkman::plant {
 namespace {
 
-constexpr double kOffTheStop = 0.05;  // rad, over which a soft stop lets go
+constexpr double kOffTheStop = 0.05;  // rad, over which a soft stop is unloaded
 
 }  // namespace
 
@@ -58,8 +58,8 @@ void SoftHand::apply() {
   if (sub_steps_ > 0) tension_ = tension_sum_ / sub_steps_;
   tension_sum_ = 0;
   sub_steps_ = 0;
-  // A finger that closes is left with the efficiency's share of the tension, one that is forced open has to
-  // overcome as much more.
+  // A closing finger gets the tension times the efficiency; one that is forced open has to overcome the
+  // tension divided by it.
   const double mean = (1 / parameters_.efficiency + parameters_.efficiency) / 2;
   const double most = (1 / parameters_.efficiency - parameters_.efficiency) / 2;
   for (FingerJoint& joint : joints_) {

@@ -9,20 +9,21 @@
 
 namespace walkman::plant {
 
-/// What an inertial unit feels whose frame is S.
+/// Motion sensed by an inertial unit with frame S.
 struct InertialMotion {
-  Eigen::Vector3d specific_force_S = Eigen::Vector3d::Zero();    ///< of So: acceleration less gravity, m/s²
+  Eigen::Vector3d specific_force_S = Eigen::Vector3d::Zero();    ///< of So: acceleration minus gravity, m/s²
   Eigen::Vector3d angular_velocity_S = Eigen::Vector3d::Zero();  ///< of S in the world, rad/s
   Eigen::Quaterniond q_WS = Eigen::Quaterniond::Identity();      ///< S in the world
 };
 
-/// An inertial unit in the plant: the motion of a URDF link's frame over each step, at its start.
+/// An inertial unit in the plant: measures the motion of a URDF link's frame over each step, at the step's
+/// start.
 class InertialProbe final : public StepProbe {
  public:
   /// S is the frame of the URDF link `sensor_link`.
   InertialProbe(const Multibody& body, int sensor_link);
 
-  /// Of the last step that was measured.
+  /// Motion in the last step measured.
   [[nodiscard]] const InertialMotion& motion() const { return motion_; }
 
   [[nodiscard]] const btMultiBody& body() const override { return body_->bullet(); }

@@ -5,7 +5,7 @@
 namespace walkman::plant {
 namespace {
 
-/// The group and all that it carries.
+/// Returns the group and all groups it carries.
 std::vector<int> groups_from(const RigidTree& tree, int first) {
   const std::vector<RigidBodyGroup>& groups = tree.groups();
   std::vector<bool> distal(groups.size(), false);
@@ -37,7 +37,7 @@ void WrenchProbe::measure(const std::vector<double>& before, double dt, const bt
     const btMultibodyLink& link = mb.getLink(group - 1);
     const auto c = static_cast<std::size_t>(group);
     const btMatrix3x3& R = link.m_cachedWorldTransform.getBasis();
-    // Bullet's applied force holds the weight as well, which `gravity` accounts for.
+    // Bullet's applied force also includes the weight, which `gravity` accounts for.
     const btVector3 applied = link.m_appliedForce - gravity * link.m_mass;
     const btVector3 F =
         link.m_mass * (motion_.acceleration(c) - gravity) - link.m_appliedConstraintForce - applied;

@@ -11,7 +11,7 @@
 
 namespace walkman::plant {
 
-/// What a force/torque sensor in the load path reads: the load of everything distal to it.
+/// Reading of a force/torque sensor in the load path: the load of everything distal to it.
 ///
 /// Momentum balance of the distal subtree over the step (Newton–Euler about each centre of mass, with the
 /// contact forces the solver applied), at the poses and velocities of the start of the step. Exact for a
@@ -19,8 +19,8 @@ namespace walkman::plant {
 /// own joint feedback is not used: in 3.24 it counts joint torques and Coriolis terms twice.
 class WrenchProbe final : public StepProbe {
  public:
-  /// The sensor's frame S is that of the URDF link `sensor_link`; the subtree starts at the group of
-  /// `first_distal`.
+  /// The sensor's frame S is that of the URDF link `sensor_link`; the subtree starts at group
+  /// `first_distal_group`.
   WrenchProbe(const Multibody& body, int sensor_link, int first_distal_group);
 
   /// Load on the sensor, about So and expressed in S.

@@ -1,5 +1,6 @@
-// SimBenchmark's rolling test and its cube of balls, in a world of the plant's own parts and in MuJoCo: how
-// far velocities are from the closed form, how deep balls are in each other, and how long a 1 ms step takes.
+// SimBenchmark's rolling test and its cube of balls, in a world built from the plant's own parts and in
+// MuJoCo: deviation of the velocities from the closed form, penetration depth between balls, and time of a 1
+// ms step.
 //
 //   walkman-contact-bench [ROLLING-SECONDS [CUBE-SECONDS]]
 
@@ -25,10 +26,10 @@ using plant::BallCube;
 using plant::ContactWorld;
 using plant::RollingBalls;
 
-/// One engine with a scene in it: body 0 is the one that is pushed.
+/// An engine with a scene: body 0 is the one that is pushed.
 struct Engine {
   std::string name;
-  std::function<void(const Eigen::Vector3d& force_W)> push;  // for the coming step
+  std::function<void(const Eigen::Vector3d& force_W)> push;  // for the next step
   std::function<void()> step;
   std::function<Eigen::Vector3d(std::size_t body)> position, velocity;
 };
@@ -58,7 +59,7 @@ Engine mujocos(const std::string& name, const std::string& cone, const std::stri
           [world, data](std::size_t body) { return Eigen::Vector3d(data->qvel + 6 * body); }};
 }
 
-/// Without friction a contact needs no tangents.
+/// A frictionless contact needs no tangents.
 int condim(double friction) { return friction > 0 ? 3 : 1; }
 
 std::string mujoco_floor(double friction) {
@@ -72,7 +73,7 @@ std::string mujoco_body(const Eigen::Vector3d& p_W, const std::string& shape, do
       p_W.x(), p_W.y(), p_W.z(), shape, mass, condim(friction), friction);
 }
 
-/// MuJoCo's pair has the larger friction of both.
+/// In MuJoCo, a pair has the larger friction of the two.
 std::string mujoco_rolling_balls() {
   std::string out = mujoco_floor(RollingBalls::kFloorFriction);
   out += mujoco_body({0, 0, RollingBalls::kBoxHeight / 2 - RollingBalls::kFirstPenetration},

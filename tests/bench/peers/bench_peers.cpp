@@ -1,6 +1,6 @@
-// How long a 1 ms step of the robot takes in Bullet, with the plant's own multibody, solver, velocity terms
-// and wrench probes, and in MuJoCo with its default solver: same model, same torque law, the steps of both in
-// turn in one thread. In either the robot meets the ground alone, not itself.
+// Time of a 1 ms step of the robot in Bullet, with the plant's own multibody, solver, velocity terms and
+// wrench probes, and in MuJoCo with its default solver: same model, same torque law, the steps of both
+// alternating in one thread. In both, the robot collides only with the ground, not with itself.
 //
 //   walkman-peer-bench [STEPS]
 
@@ -19,9 +19,9 @@ namespace {
 
 using namespace walkman;
 
-constexpr int kWarmUp = 1000;  // steps, in which the robot settles
+constexpr int kWarmUp = 1000;  // steps in which the robot settles
 
-/// A fixed amount of work that touches no memory: how its time spreads is the host's doing.
+/// A fixed amount of work that touches no memory: the spread of its time is due to the host.
 void idle_loop() {
   volatile std::uint64_t sink = 0;
   std::uint64_t x = 88172645463325252ULL;
@@ -39,7 +39,7 @@ void print_row(const char* name, const peers::StepTimes& times) {
               times.processor(0.5), times.processor(0.99));
 }
 
-/// Times both engines and returns whether both robots ended as the variant wants it.
+/// Times both engines and returns whether both robots ended as the variant requires.
 bool run(const char* title, peers::Twin& twin, int steps, bool standing) {
   for (int i = 0; i < kWarmUp; ++i) {
     twin.step_bullet();

@@ -5,10 +5,10 @@
 
 namespace walkman::peers {
 
-/// Durations of one kind of step, by the wall's clock and by the thread's share of the processor.
+/// Durations of one kind of step, in wall-clock time and in processor time of the thread.
 class StepTimes {
  public:
-  /// Runs `step` and notes how long it took.
+  /// Runs `step` and records how long it took.
   template <typename Step>
   void time(const Step& step) {
     const double wall = wall_us();
@@ -18,7 +18,7 @@ class StepTimes {
     wall_.push_back(wall_us() - wall);
   }
 
-  /// Value that the fraction `part` of the steps stay at or below, us. NaN without steps.
+  /// Returns the time that the fraction `part` of the steps does not exceed, us. NaN without steps.
   [[nodiscard]] double wall(double part) const { return quantile(wall_, part); }
   [[nodiscard]] double processor(double part) const { return quantile(processor_, part); }
 

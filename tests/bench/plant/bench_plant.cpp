@@ -1,5 +1,5 @@
-// Time of one millisecond's step of the plant on one core: median and 99th percentile, beside what the host
-// takes away from a loop that does nothing, measured in turns with it.
+// Time of a one-millisecond step of the plant on one core: median and 99th percentile, compared with the time
+// that the host takes from an idle loop, measured alternately with it.
 //   walkman-bench-plant [STEPS [contact-free|standing|lift|both-grip]]
 
 #include <algorithm>
@@ -22,7 +22,7 @@ using Clock = std::chrono::steady_clock;
 
 double microseconds(Clock::duration d) { return std::chrono::duration<double, std::micro>(d).count(); }
 
-/// Longest time between two looks at the clock by a loop that does nothing else for `us` microseconds.
+/// Longest time between two clock readings of a loop that does nothing else for `us` microseconds.
 double idle_gap(double us) {
   const auto begin = Clock::now();
   auto last = begin;
@@ -40,7 +40,7 @@ double percentile(std::vector<double> values, double share) {
   return values[static_cast<std::size_t>(share * static_cast<double>(values.size() - 1))];
 }
 
-/// Steps one by one, and idle loops in turns with them.
+/// Times steps one by one, with idle loops in between.
 struct Timing {
   std::vector<double> us, gaps;
   void step(const std::function<void()>& step) {
@@ -70,9 +70,9 @@ void measure(const char* name, double target_us, int steps, const walkman::plant
   print(name, target_us, plant, timing);
 }
 
-/// The robot on its feet with the bar in its right hand in the air: the whole emulator's step, with drives,
-/// sensors and buses; then the plant's alone, which goes on from there with its brakes closed and both hands'
-/// motors pulling.
+/// The robot on its feet with the bar in its right hand in the air: first the step of the whole emulator,
+/// with drives, sensors and buses; then the step of the plant alone, which continues from there with its
+/// brakes closed and both hands' motors pulling.
 void measure_lift(const walkman::bench::PlantScenes& scenes, double target_us, int steps) {
   using namespace walkman;
   constexpr double kRadius = 0.035;  // m, of the bar
@@ -88,7 +88,7 @@ void measure_lift(const walkman::bench::PlantScenes& scenes, double target_us, i
   robot.cycle().each_step = [&](const std::function<void()>& step) { timing.step(step); };
   robot.manipulator().hold(steps * 1e-3);
   print("lift, whole", 0, robot.plant(), timing);
-  auto& plant = const_cast<plant::Plant&>(robot.plant());  // only here: the drivers are not asked any more
+  auto& plant = const_cast<plant::Plant&>(robot.plant());  // only here: the drivers are not used any more
   const auto step = [&] { scenes.step(plant, walkman::bench::PlantScenes::kGrip); };
   for (int i = 0; i < 500; ++i) step();
   measure("lift", target_us, steps, plant, step);

@@ -51,7 +51,7 @@ std::unique_ptr<plant::Plant> PlantScenes::gripping() const {
   Scene scene = scene_;
   const auto open = build(scene);
   for (const char* hand : {"r_hand_grasp", "l_hand_grasp"}) {
-    // A held bar's axis lies along the hand frame's x, its radius below the palm.
+    // A held bar's axis lies along the hand frame's x axis, its radius below the palm.
     constexpr double kRadius = 0.035;
     FixedBody bar{std::string(hand) + "_bar", "", scene.objects.front().model,
                   open->X_WL(robot_.link_index(hand))};

@@ -16,15 +16,15 @@ class PlantScenes {
 
   /// High above the ground, in free fall: nothing touches anything.
   [[nodiscard]] std::unique_ptr<plant::Plant> contact_free() const;
-  /// On its feet at home, floating, drives holding.
+  /// On its feet in the home posture, with a floating base and holding drives.
   [[nodiscard]] std::unique_ptr<plant::Plant> standing() const;
-  /// On its feet, each hand closed by `kGrip` round a bar of 7 cm that is held in space, another bar on the
-  /// table: at least the contacts of a lift with both hands.
+  /// On its feet, each hand closed with `kGrip` around a bar of 7 cm that is fixed in space, another bar on
+  /// the table: at least the contacts of a lift with both hands.
   [[nodiscard]] std::unique_ptr<plant::Plant> gripping() const;
 
-  static constexpr double kGrip = 2.0;  ///< N·m of the hands' motors
+  static constexpr double kGrip = 2.0;  ///< torque of the hands' motors, N·m
 
-  /// One millisecond: all joints' brakes closed, the hands' motors at `grip`, N·m (0: brake).
+  /// Advances by one millisecond: all joints' brakes closed, the hands' motors at `grip`, N·m (0: brake).
   void step(plant::Plant& plant, double grip) const;
   [[nodiscard]] const RobotModel& robot() const { return robot_; }
 
@@ -35,7 +35,7 @@ class PlantScenes {
   RobotModel robot_;
   DeviceTable devices_;
   std::map<std::string, plant::ActuatorParameters> actuators_;
-  std::vector<bool> is_hand_;  // of each drive
+  std::vector<bool> is_hand_;  // for each drive
 };
 
 }  // namespace walkman::bench

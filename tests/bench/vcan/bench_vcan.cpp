@@ -1,5 +1,6 @@
-// How fast one emulated limb bus answers over the kernel's vcan, beside what the kernel itself takes in the
-// same run: a process that only echoes. To be run by vcan-setup/guest, or on a host after vcan-setup/host-up.
+// Response time of one emulated limb bus over the kernel's vcan, compared with the time that the kernel
+// itself takes in the same run: a process that only echoes. To be run by vcan-setup/guest, or on a host after
+// vcan-setup/host-up.
 
 #include <algorithm>
 #include <chrono>
@@ -54,7 +55,7 @@ void print(const char* what, const Spread& spread, const Spread& floor) {
   std::fflush(stdout);
 }
 
-/// The other end of the floor: answers one frame by one, or by a burst.
+/// The other end of the floor measurement: answers a frame with one frame, or with a burst.
 [[noreturn]] void echo(const std::string& interface) {
   BusSocket bus(interface);
   std::vector<can_frame> burst(kBurst, frame_of(kEcho, {1, 2, 3, 4, 5, 6, 7, 8}));
@@ -65,7 +66,7 @@ void print(const char* what, const Spread& spread, const Spread& floor) {
         if (frame.can_id == kEchoBurst) bus.send(burst.data(), kBurst);
         return false;
       });
-    } catch (const std::runtime_error&) {  // nothing came for a second
+    } catch (const std::runtime_error&) {  // nothing arrived for a second
     }
   }
 }

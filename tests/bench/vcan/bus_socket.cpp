@@ -36,7 +36,7 @@ BusSocket::BusSocket(const std::string& interface) : socket_(::socket(PF_CAN, SO
   sockaddr_can address{};
   address.can_family = AF_CAN;
   address.can_ifindex = static_cast<int>(if_nametoindex(interface.c_str()));
-  // Root's way past the limit of rmem_max; without it a burst of a limb bus still fits the default.
+  // Lets root exceed the limit of rmem_max; without it, a burst of a limb bus still fits the default.
   static_cast<void>(setsockopt(socket_, SOL_SOCKET, SO_RCVBUFFORCE, &kReceiveBuffer, sizeof(kReceiveBuffer)));
   setsockopt(socket_, SOL_SOCKET, SO_RCVTIMEO, &kPatience, sizeof(kPatience));
   if (address.can_ifindex == 0 ||

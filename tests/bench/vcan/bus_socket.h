@@ -13,10 +13,10 @@ namespace walkman::bench {
 
 using SteadyClock = std::chrono::steady_clock;
 
-/// A frame of the kernel's, with these bytes.
+/// Returns a frame of the kernel's type with these bytes.
 can_frame frame_of(std::uint32_t can_id, std::initializer_list<int> bytes);
 
-/// A raw CAN socket as any program would open it; knows nothing of the stack it measures.
+/// A raw CAN socket as any program would open it; independent of the stack that it measures.
 class BusSocket {
  public:
   /// Throws std::runtime_error with one sentence if the interface cannot be opened.
@@ -26,14 +26,14 @@ class BusSocket {
   BusSocket& operator=(const BusSocket&) = delete;
 
   void send(const can_frame& frame);
-  /// All in one system call.
+  /// Sends all frames in one system call.
   void send(const can_frame* frames, unsigned count);
 
-  /// Gives every frame that comes to `wanted` until it says that it has what it waited for; throws
-  /// std::runtime_error after a second without.
+  /// Passes every received frame to `wanted` until that returns true; throws std::runtime_error after a
+  /// second without success.
   void receive_until(const std::function<bool(const can_frame&)>& wanted);
 
-  /// Forgets what is queued.
+  /// Discards the queued frames.
   void drain();
 
  private:

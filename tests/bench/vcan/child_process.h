@@ -8,12 +8,12 @@
 
 namespace walkman::bench {
 
-/// A process of this benchmark; asked to end, and awaited, when this goes.
+/// A process of this benchmark; terminated and awaited on destruction.
 class ChildProcess {
  public:
-  /// Runs a function in a process of its own; the process ends with it.
+  /// Runs a function in a separate process, which ends with it.
   explicit ChildProcess(const std::function<void()>& function);
-  /// Runs a program; its standard output is dropped. Throws std::runtime_error if it cannot be started.
+  /// Runs a program; its standard output is discarded. Throws std::runtime_error if it cannot be started.
   explicit ChildProcess(const std::vector<std::string>& line);
   ~ChildProcess();
   ChildProcess(const ChildProcess&) = delete;

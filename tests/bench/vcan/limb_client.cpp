@@ -37,7 +37,7 @@ void LimbClient::boot(double seconds, const std::function<void()>& alive) {
 
 void LimbClient::start(int node) {
   bus_.send(frame_of(0x000, {0x01, node}));
-  upload_statusword(node == 0 ? kDrive : node);  // answered after the command was obeyed
+  upload_statusword(node == 0 ? kDrive : node);  // answered after the command has been executed
 }
 
 void LimbClient::write(int node, int index, int sub, int size, std::uint32_t value) {

@@ -12,20 +12,20 @@ constexpr std::array<int, 9> kNodes{11, 12, 13, 14, 15, 16, 17, 18, 19};
 constexpr int kDrive = 11;
 constexpr int kHand = 19;
 
-/// What a master says to the limb, byte by byte.
+/// A master's messages to the limb, byte by byte.
 class LimbClient {
  public:
   explicit LimbClient(BusSocket& bus) : bus_(bus) {}
 
-  /// Resets all nodes and waits for their boot-up messages; throws std::runtime_error if one is missing for
-  /// `seconds`. `alive` may throw to end the waiting.
+  /// Resets all nodes and waits for their boot-up messages; throws std::runtime_error if one is still missing
+  /// after `seconds`. `alive` may throw to end the wait.
   void boot(double seconds, const std::function<void()>& alive);
   void start(int node);
-  /// The hand answers every SYNC like the others.
+  /// Makes the hand answer every SYNC like the other nodes.
   void hand_answers_every_sync();
-  /// One expedited upload of the statusword; throws on an abort.
+  /// Performs one expedited upload of the statusword; throws on an abort.
   void upload_statusword(int node);
-  /// One SYNC and the wait for `count` TPDO1 and TPDO2 of any node.
+  /// Sends one SYNC and waits for `count` TPDO1 and TPDO2 of any nodes.
   void sync_and_await(int count);
 
  private:
@@ -35,7 +35,7 @@ class LimbClient {
   BusSocket& bus_;
 };
 
-/// TPDO1 or TPDO2 of a node of the limb.
+/// Returns whether a frame is a TPDO1 or TPDO2 of a node of the limb.
 bool is_cyclic_tpdo(const can_frame& frame);
 
 }  // namespace walkman::bench

@@ -1,4 +1,4 @@
-"""`walkman-hil emulate` from outside, without a kernel that has CAN: its sockets and links, its output, its pace.
+"""Tests `walkman-hil emulate` from outside, without CAN in the kernel: its sockets and links, its output, its pace.
 
 Usage: emulate_test.py WALKMAN_HIL [unittest arguments]
 """
@@ -21,7 +21,7 @@ PROGRAM = None
 
 
 class Emulator:
-    """One `emulate` with the given options; what it prints to stderr is kept."""
+    """One `emulate` process with the given options; its stderr is kept."""
 
     def __init__(self, *options, **arguments):
         self.process = subprocess.Popen(
@@ -36,7 +36,7 @@ class Emulator:
             time.sleep(0.01)
 
     def finish(self, seconds=20.0, signal_number=signal.SIGTERM):
-        """Exit status, stdout, stderr; ends it by a signal if need be."""
+        """Returns exit status, stdout and stderr; ends the process by a signal if necessary."""
         if self.process.poll() is None and signal_number:
             self.process.send_signal(signal_number)
         try:
@@ -87,7 +87,7 @@ class EmulateTest(unittest.TestCase):
         return emulator
 
     def refused(self, *options):
-        """The one sentence, and that it took no time."""
+        """Checks that there is a single sentence, and that it took no time."""
         began = time.monotonic()
         status, _, err = self.start(*options, "--duration", "0.01").finish(10.0, None)
         self.assertEqual(status, 3, err)
@@ -109,7 +109,7 @@ class Files(EmulateTest):
         try:
             holder.bind(("127.0.0.1", multisense.PORT))
         except OSError:
-            pass  # another test's emulator has it
+            pass  # another test's emulator uses it
         status, _, err = self.start("--duration", "0.01").finish(20.0, None)
         self.assertEqual(status, 0, err)
         self.assertIn("Address already in use; going on without the camera", err)
@@ -169,7 +169,7 @@ class Camera(EmulateTest):
         self.assertEqual(client.message()[1], struct.pack("<Hi", 0x0033, -5))
         client.stream(multisense.DISPARITY_LEFT, multisense.DISPARITY_LEFT)
         told = set()
-        while True:  # metadata come before their image; this client is slow, and the kernel's room for it small
+        while True:  # metadata come before their image; this client is slow, and the kernel's buffer for it small
             kind, body = client.message()
             if kind == multisense.METADATA:
                 told.add(struct.unpack_from("<q", body)[0])
@@ -224,7 +224,7 @@ class Camera(EmulateTest):
         self.assertEqual(numbers, list(range(numbers[0], numbers[0] + 10)))
         mean = [sum(v[axis] for v in seen[1]) / len(seen[1]) for axis in range(3)]
         self.assertAlmostEqual(sum(m * m for m in mean) ** 0.5, 1, delta=0.05)
-        # With its brakes closed and nobody to balance it the robot sways, by some degrees a second and about zero.
+        # With its brakes closed and without balance control the robot sways, by some degrees per second and about zero.
         for axis in range(3):
             self.assertLess(abs(sum(v[axis] for v in seen[2]) / len(seen[2])), 10)
         self.assertGreater(len(seen[3]), 20)
@@ -298,7 +298,7 @@ class Pace(EmulateTest):
         self.assertGreater(told["late_steps"], 100)
 
     def test_socket_servers_without_clients_call_the_system_no_more_often(self):
-        """Calls a millisecond of emulated time, with every server and with none."""
+        """Counts calls per millisecond of emulated time, with every server and with none."""
         calls = []
         for options in ((), ("--socketcand", "0", "--slcan", "rarm", "--slcan", "larm")):
             trace = self.path(f"trace{len(calls)}")
@@ -314,7 +314,7 @@ class Pace(EmulateTest):
 
 class Socketcand(EmulateTest):
     def serve(self, *options):
-        """An emulator with a socketcand server on a free port; returns the port when it is ready."""
+        """Starts an emulator with a socketcand server on a free port; returns the port when it is ready."""
         with socket.socket() as free:
             free.bind(("127.0.0.1", 0))
             port = free.getsockname()[1]
@@ -343,7 +343,7 @@ class Socketcand(EmulateTest):
             self.assertEqual(opened.recv(100), b"< ok >")
 
     def beacons(self, listener, seconds):
-        """Those of this test's emulator, with the times at which they came."""
+        """Returns the beacons of this test's emulator, with their arrival times."""
         ends = time.monotonic() + seconds
         found = []
         while (left := ends - time.monotonic()) > 0:
@@ -358,7 +358,7 @@ class Socketcand(EmulateTest):
 
     def test_the_beacon_comes_every_3_s_if_asked(self):
         with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as listener:
-            # Every listener with this option gets a broadcast: the test does not need the port for itself.
+            # Every listener with this option receives a broadcast: the test does not need the port for itself.
             listener.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
             listener.bind(("", 42000))
             self.port = self.serve()

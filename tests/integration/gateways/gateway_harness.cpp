@@ -1,5 +1,5 @@
-// Emulated nodes on two buses in real time, with every gateway open: what the tests of the gateways attach
-// foreign tools to. Usage: gateway_harness SLCAN_LINK. Prints "ready PORT" and runs until its standard input
+// Emulated nodes on two buses in real time, with every gateway open, to which the gateway tests attach
+// foreign tools. Usage: gateway_harness SLCAN_LINK. Prints "ready PORT" and runs until its standard input
 // ends.
 #include <array>
 #include <cstdio>
@@ -21,7 +21,7 @@ using namespace walkman;
 
 constexpr Time kCycle = std::chrono::milliseconds(1);
 
-/// Drives that hold still, on one bus.
+/// Stationary drives on one bus.
 class Limb {
  public:
   Limb(const char* name, const char* interface_name, std::uint8_t first_node, int count)

@@ -1,4 +1,4 @@
-"""A client of the MultiSense's UDP protocol, written apart from the driver's."""
+"""A client of the MultiSense's UDP protocol, written independently of the driver's."""
 
 import socket
 import struct
@@ -13,7 +13,7 @@ IMU_DATA = 0x0114
 
 
 def loopback(number):
-    """An address of this machine's own, another for each number."""
+    """Returns an address of this machine, a different one for each number."""
     return f"127.{1 + number // 62500 % 250}.{1 + number // 250 % 250}.{1 + number % 250}"
 
 
@@ -24,7 +24,7 @@ class Client:
         self.socket.connect((address, PORT))
         self.sequence = 0
         self.parts = {}
-        self.first_part = {}  # bytes of a message in its first datagram, by its id
+        self.first_part = {}  # bytes of a message in its first datagram, by message id
 
     def close(self):
         self.socket.close()
@@ -38,7 +38,7 @@ class Client:
         self.send(STREAM, 2, struct.pack("<IIII", modify, control, 0, 0))
 
     def message(self, seconds=10.0):
-        """The next message's id and body; None when none comes in time."""
+        """Returns the next message's id and body, or None if none arrives in time."""
         end = time.monotonic() + seconds
         while (left := end - time.monotonic()) > 0:
             self.socket.settimeout(left)
@@ -63,7 +63,7 @@ class Client:
         return None
 
     def wait_for(self, wanted, seconds=10.0):
-        """The body of the next message with an id."""
+        """Returns the body of the next message with this id."""
         end = time.monotonic() + seconds
         while (left := end - time.monotonic()) > 0:
             message = self.message(left)
@@ -73,7 +73,7 @@ class Client:
 
 
 def disparities(body):
-    """Frame, width, height and the image in 1/16 px of message 0x0111."""
+    """Returns frame, width, height and the image in 1/16 px of message 0x0111."""
     frame, width, height = struct.unpack_from("<qHH", body)
     packed = body[12:]
     image = [0] * (width * height)
@@ -84,7 +84,7 @@ def disparities(body):
 
 
 def image(body):
-    """Source, bits a pixel, frame, width, height and pixels of message 0x0110."""
+    """Returns source, bits per pixel, frame, width, height and pixels of message 0x0110."""
     source, bits, frame, width, height = struct.unpack_from("<IIqHH", body)
     pixels = body[20:20 + width * height * bits // 8]
     exposure, gain, high = struct.unpack_from("<IfI", body, 20 + len(pixels))
@@ -93,12 +93,12 @@ def image(body):
 
 
 def histogram(metadata):
-    """Of message 0x010F: four channels of 256."""
+    """Returns the histogram of message 0x010F: four channels of 256."""
     return struct.unpack_from("<1024I", metadata, 8 + 4 + 4 + 4 + 8 + 4)
 
 
 def imu_samples(body):
-    """Number and samples (kind, ns, x, y, z) of message 0x0114."""
+    """Returns number and samples (kind, ns, x, y, z) of message 0x0114."""
     number, version, count = struct.unpack_from("<IHI", body)
     assert version == 2 and len(body) == 10 + 30 * count
     return number, [struct.unpack_from("<Hqfff", body, 10 + 30 * i) for i in range(count)]

@@ -1,4 +1,4 @@
-"""The gateways as python-can's users find them: one server on socketcand and one adapter on slcan.
+"""The gateways as seen by python-can's users: one server for socketcand and one adapter for slcan.
 
 Usage: python_can_test.py GATEWAY_HARNESS [unittest arguments]
 
@@ -25,7 +25,7 @@ NODES = range(11, 18)
 
 
 class Recorder(logging.Handler):
-    """Keeps what python-can complains of, but for reads that end between two messages or within one."""
+    """Keeps python-can's complaints, except about reads that end between two messages or within one."""
 
     HARMLESS = ("Got incomplete message", "Bad data: No opening < found => discarding entire buffer '\n'")
 
@@ -94,7 +94,7 @@ class GatewayTest(unittest.TestCase):
         )
 
     def frames(self, bus, seconds=20.0):
-        """Frames as they come, for so long: a limit that a loaded machine keeps."""
+        """Yields frames as they arrive, for this long: a limit that a loaded machine meets."""
         end = time.monotonic() + seconds
         while (left := end - time.monotonic()) > 0:
             message = bus.recv(left)
@@ -102,7 +102,7 @@ class GatewayTest(unittest.TestCase):
                 yield message
 
     def wait_for(self, bus, identifier):
-        """The next frame with this identifier."""
+        """Returns the next frame with this identifier."""
         for message in self.frames(bus):
             if message.arbitration_id == identifier:
                 return message
@@ -121,7 +121,7 @@ class GatewayTest(unittest.TestCase):
 
 
 class Tool:
-    """What a user does first, whatever the gateway."""
+    """What a user tries first, with any gateway."""
 
     def test_device_type_by_sdo(self):
         bus = self.open()
@@ -189,7 +189,7 @@ class Socketcand(Tool, GatewayTest):
         self.assertEqual(bytes(message.data), b"\x01\x02")
         self.send(two, 0x124)
         self.assertEqual(self.wait_for(one, 0x124).dlc, 0)
-        # The other bus's answer to this comes after anything that could have crossed.
+        # The other bus's answer to this comes after anything that could have crossed over.
         self.send(elsewhere, 0x600 + 20, bytes.fromhex("4000100000000000"))
         for bus, last in ((one, 0x125), (two, 0x126), (elsewhere, 0x580 + 20)):
             self.send(two, 0x125)
@@ -252,7 +252,7 @@ class Socketcand(Tool, GatewayTest):
         sent = list(range(300))
         for n in sent:
             self.send(one, 0x7F0, struct.pack("<Q", n))
-        time.sleep(0.3)  # everything waits in the reader's socket
+        time.sleep(0.3)  # all frames are waiting in the reader's socket
         received = [
             struct.unpack("<Q", self.wait_for(two, 0x7F0).data)[0] for _ in sent
         ]
@@ -260,7 +260,7 @@ class Socketcand(Tool, GatewayTest):
 
 
 class SocketcandByHand(GatewayTest):
-    """The protocol's messages themselves, as doc/protocol.md of linux-can/socketcand has them."""
+    """The protocol's messages themselves, as described in doc/protocol.md of linux-can/socketcand."""
 
     def connect(self):
         client = socket.create_connection(("127.0.0.1", self.port))
@@ -397,7 +397,7 @@ class Slcan(Tool, GatewayTest):
             port.write(command)
             return port.read(size)
 
-        # Answers may be left of an earlier session.
+        # Answers of an earlier session may be left.
         port.write(b"\rC\rV\r")
         self.assertTrue(port.read_until(b"V0101\r").endswith(b"V0101\r"))
         self.assertEqual(say(b"S6\r", 1), b"\a")

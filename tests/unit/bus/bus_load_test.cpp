@@ -33,7 +33,7 @@ TEST(BusLoad, CountsEveryBitOfEveryFrameAsTheReferenceDoes) {
   std::mt19937 random(3);
   std::uint64_t bits = 0;
   for (int i = 0; i < 6000; ++i) {
-    // Even identifiers from one, odd ones from the other: no two may send the same.
+    // `a` sends the even identifiers, `b` the odd ones: no two participants may send the same one.
     const can::Frame frame =
         pdo(0x180 + random() % 0x180 * 2 + static_cast<unsigned>(i % 2), random() % 9, random);
     bits += reference_bits(frame).bits.size();
@@ -123,20 +123,20 @@ BusCounters sync_cycles(Time period, int commands, int answers, int cycles, bool
 TEST(SyncWatch, ACycleThatFitsDoesNotOverrun) {
   const BusCounters counters = sync_cycles(milliseconds(5), 16, 16, 100);
   EXPECT_EQ(counters.sync_overruns, 0U);
-  // 32 frames of 8 bytes, 111..135 bits each, and SYNC's 51.
+  // 32 frames of 8 bytes with 111..135 bits each, plus the 51 bits of SYNC.
   EXPECT_GT(counters.longest_sync_cycle, microseconds(32 * 111));
   EXPECT_LT(counters.longest_sync_cycle, microseconds(32 * 135 + 51));
 }
 
 TEST(SyncWatch, TheSameAtOneKilohertzOverrunsInEveryCycle) {
   const BusCounters counters = sync_cycles(milliseconds(1), 16, 16, 100);
-  // About four periods a cycle: a quarter of the SYNCs get through, each behind a cycle that never ended.
+  // A cycle takes about four periods: a quarter of the SYNCs get through, each after an unfinished cycle.
   EXPECT_GT(counters.sync_overruns, 20U);
   EXPECT_LT(counters.sync_overruns, 34U);
 }
 
 TEST(SyncWatch, AFullBusOfSdoIsNoOverrun) {
-  // 60 SDO frames take more than the 5 ms; they only fill what the PDOs leave.
+  // 60 SDO frames take more than the 5 ms; they only use the bandwidth that the PDOs leave free.
   const BusCounters counters = sync_cycles(milliseconds(5), 4, 4, 100, true);
   EXPECT_EQ(counters.sync_overruns, 0U);
   EXPECT_GT(counters.busy, milliseconds(490));

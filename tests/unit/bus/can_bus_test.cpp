@@ -29,7 +29,7 @@ struct CanBusTest : testing::Test {
 };
 
 TEST_F(CanBusTest, FrameTakesItsExactTime) {
-  // 51 bits with intermission: the end of the frame is 48 us after the start at 1 Mbit/s.
+  // 51 bits including intermission: at 1 Mbit/s the frame ends 48 us after its start.
   a.say({0x080, {}});
   a.say({0x705, {0x05}});
   bus.advance(milliseconds(1));

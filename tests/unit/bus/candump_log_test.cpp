@@ -93,7 +93,7 @@ TEST_F(CandumpLogTest, TellsWhichFileCannotBeWritten) {
   EXPECT_THROW(CandumpLog("/dev/full"), std::runtime_error);
 }
 
-// A file that may not grow is what a full disk is to a writer.
+// To a writer, a file that may not grow behaves like a full disk.
 TEST_F(CandumpLogTest, TellsWhenTheDiskIsFull) {
   CandumpLog full(testing::TempDir() + "walkman_full_disk.log");
   full.write("can0", {Time{}, {0x080, {}}});

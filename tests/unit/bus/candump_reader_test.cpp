@@ -63,7 +63,7 @@ TEST(CandumpReader, RefusesMalformedLinesInOneSentence) {
     EXPECT_NE(said.find(log.says), std::string::npos) << log.file << ": " << said;
     EXPECT_EQ(said.find('\n'), std::string::npos);
   }
-  // Every bad file of the folder is in the list.
+  // Every bad file in the folder is in the list.
   std::size_t files = 0;
   for (const auto& entry : std::filesystem::directory_iterator(kData)) {
     files += entry.path().filename().string().rfind("bad_", 0) == 0 ? 1U : 0U;

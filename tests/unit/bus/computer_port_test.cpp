@@ -57,7 +57,7 @@ TEST_F(ComputerPortTest, BusOffRefusesFramesUntilARestart) {
   EXPECT_EQ(end.link(), LinkState::kActive);
   EXPECT_EQ(end.send({0x101, {}}), SendResult::kQueued);
   bus.advance(bus.now() + milliseconds(3));
-  // What was queued before is dropped.
+  // Frames queued earlier are dropped.
   EXPECT_THAT(node.heard_ids(), ElementsAre(0x101));
 }
 
@@ -163,7 +163,7 @@ TEST_F(ComputerPortTest, ReportsEveryErrorOnRequest) {
   EXPECT_EQ(others[0].frame, error_frame(0x088, {0, 0, 0x04, 0x02, 0, 0, 0, 1}));
   EXPECT_EQ(others[2].frame, error_frame(0x088, {0, 0, 0x02, 0x19, 0, 0, 0, 3}));
   EXPECT_EQ(others[3].frame.id, 0x555U);
-  // An observer sees what the computer's end reports, and the frame.
+  // An observer sees the reports of the computer's port and the frame.
   ASSERT_EQ(seen.size(), 4U);
   EXPECT_TRUE(seen[0].frame.error);
   EXPECT_EQ(seen[3].frame.id, 0x555U);

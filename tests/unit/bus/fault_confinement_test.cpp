@@ -1,5 +1,5 @@
-// Error frames, error counters and the states they lead to. Times are counted by hand from ISO 11898-1, in
-// bits at 1 Mbit/s = microseconds.
+// Error frames, error counters and the resulting states. Times are counted by hand from ISO 11898-1, in bits
+// at 1 Mbit/s, i.e. in microseconds.
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -22,7 +22,7 @@ struct FaultTest : testing::Test {
     bus.attach(a);
     bus.attach(b);
   }
-  /// The first `n` attempts get `verdict`.
+  /// Applies `verdict` to the first `n` attempts.
   void first(int n, FrameFate verdict) {
     left = n;
     bus.set_fault_port(
@@ -35,8 +35,8 @@ struct FaultTest : testing::Test {
   int left = 0;
 };
 
-// 080# has 51 bits; its ACK slot is the 40th. An attempt without an acknowledgement: 40, flag 6, delimiter 8,
-// intermission 3.
+// 080# has 51 bits; its ACK slot is the 40th. An attempt without an acknowledgement: 40 bits, 6 of flag, 8 of
+// delimiter, 3 of intermission.
 constexpr int kToAckSlot = 40;
 constexpr int kLoneAttempt = 40 + 6 + 8 + 3;
 
@@ -48,7 +48,7 @@ TEST(LoneNode, ClimbsToErrorPassiveAndStaysThere) {
   bus.advance(milliseconds(1));
   EXPECT_EQ(end.link(), LinkState::kPassive);
   EXPECT_EQ(bus.error_counters(end).transmit, 128);
-  // 16 attempts; then each waits 8 bits more: at 920, at 985.
+  // 16 attempts; then each waits 8 more bits: the next ones start at 920 and 985.
   EXPECT_EQ(bus.counters().error_frames, 17U);
   EXPECT_EQ(bus.counters().busy_bits, 17U * kLoneAttempt);
   EXPECT_EQ(bus.counters().frames, 0U);
@@ -69,7 +69,8 @@ TEST(LoneNode, ClimbsToErrorPassiveAndStaysThere) {
   bus.advance(std::chrono::seconds(1));
   EXPECT_EQ(bus.error_counters(end).transmit, 128);
   EXPECT_EQ(end.link(), LinkState::kPassive);
-  // Somebody to acknowledge: the frame is through at once, and with TEC 127 the node is active.
+  // With a node that acknowledges, the frame gets through at once, and at TEC 127 the sender is error-active
+  // again.
   Talker other;
   bus.attach(other);
   bus.advance(bus.now() + milliseconds(1));
@@ -112,15 +113,15 @@ TEST(TimingOff, FramesKeepTheirOrderAndTwoThatAnswerEachOtherDoNotHoldTheClock) 
   listener.say({0x100, {}});
   bus.advance(microseconds(200));
   EXPECT_GT(listener.heard.size(), 8'000U);
-  // A frame takes 47 to 55 us when the 8192 are through.
+  // Once the 8192 frames are through, a frame takes 47 to 55 us.
   EXPECT_LT(listener.heard.size(), 5 * 8200U);
   EXPECT_EQ(p.heard.at(0).frame.id, 0x300U);
   EXPECT_EQ(p.heard.at(0).time, Time{});
 }
 
 TEST_F(FaultTest, ABitErrorEndsTheFrameInAnErrorFrameAndItIsSentAgain) {
-  // 555h: SOF 0, then 1 0 1 0. Bit 1 turned over makes two dominant bits, the receivers see their sixth after
-  // four of the flag: 6 + 4 bits of flags. Bit 2 turned over is recessive: 6 + 6.
+  // 555h: SOF 0, then 1 0 1 0. Inverting bit 1 makes two dominant bits, so that the receivers see their sixth
+  // one after four bits of the flag: 6 + 4 bits of flags. Bit 2 inverted is recessive: 6 + 6.
   const can::Frame frame(0x555, {});
   const int length = frame_bits(frame) - kIntermissionBits;
   Time expected{};
@@ -163,14 +164,14 @@ TEST_F(FaultTest, AnErrorFrameHas17To23Bits) {
 TEST_F(FaultTest, CountersFollowTheStandard) {
   a.say({0x123, {1}});
   first(1, FrameFate::corrupt(15));
-  bus.advance(microseconds(50));  // the error is over, the repetition not
+  bus.advance(microseconds(50));  // the error is over, the retransmission is not
   EXPECT_EQ(of(a).transmit, 8);
   EXPECT_EQ(of(b).receive, 1);
   bus.advance(milliseconds(1));
   EXPECT_EQ(of(a).transmit, 7);
   EXPECT_EQ(of(b).receive, 0);
 
-  // An error that one receiver alone sees: its flag comes first, a dominant bit follows it.
+  // An error seen by one receiver only: its flag comes first, followed by a dominant bit.
   a.say({0x123, {1}});
   first(1, FrameFate::corrupt(15, &b));
   bus.advance(bus.now() + microseconds(50));
@@ -189,13 +190,13 @@ TEST_F(FaultTest, AnErrorPassiveReceiverMissesAFrameAndDoesNotDestroyIt) {
   a.say({0x124, {1}});
   first(16, FrameFate::corrupt(15, &b));
   bus.advance(milliseconds(2));
-  // After 15 errors b has REC 135. It cannot stop the sixteenth attempt, which is through without it.
+  // After 15 errors `b` has REC 135. It cannot stop the sixteenth attempt, which succeeds without it.
   EXPECT_EQ(bus.counters().error_frames, 15U);
   EXPECT_THAT(b.heard_ids(), ElementsAre(0x124));
   can::StampedFrame frame;
   ASSERT_TRUE(bus.computer_port().receive(frame));
   EXPECT_EQ(frame.frame.id, 0x123U);
-  // Its REC was above 127 and is set back to there.
+  // Its REC was above 127 and is set back to that value.
   EXPECT_EQ(of(b).receive, 127);
   EXPECT_EQ(of(b).state, LinkState::kWarning);
   EXPECT_EQ(of(a).transmit, 15 * 8 - 2);
@@ -207,8 +208,8 @@ TEST_F(FaultTest, BusOffAt256AndBackAfter1408Bits) {
   });
   a.say({0x555, {}});
   bus.advance(milliseconds(10));
-  // Active: 2 bits, flags 10, 11 more = 23 an attempt. Passive: a recessive flag behind a dominant bit is
-  // seen after six bits: 2 + 12 + 11, and 8 of suspend transmission.
+  // Active: 2 bits, 10 of flags and 11 more = 23 per attempt. Passive: a recessive flag after a dominant bit
+  // is seen after six bits: 2 + 12 + 11, plus 8 of suspend transmission.
   EXPECT_THAT(a.states, ElementsAre(Pair(LinkState::kWarning, microseconds(11 * 23 + 2)),
                                     Pair(LinkState::kPassive, microseconds(15 * 23 + 2)),
                                     Pair(LinkState::kBusOff, microseconds(16 * 23 + 8 + 15 * 33 + 2)),
@@ -234,10 +235,10 @@ TEST_F(FaultTest, OnABusyBusEveryFrameIsOneOfThe128) {
   bus.advance(microseconds(885));  // bus-off at 873, error delimiter from 885 on
   for (int i = 0; i < 200; ++i) b.say({0x080, {}});
   bus.advance(milliseconds(20));
-  // One run in the error delimiter and intermission, then 127 frames of 51 bits.
+  // One run of recessive bits in the error delimiter and intermission, then 127 frames of 51 bits.
   ASSERT_EQ(a.states.size(), 4U);
   EXPECT_EQ(a.states.back(), std::pair(LinkState::kActive, Time(microseconds(885 + 11 + 127 * 51))));
-  // It hears the frames from then on.
+  // From then on it receives the frames.
   EXPECT_EQ(a.heard.size(), 200U - 127U);
 }
 
@@ -300,7 +301,7 @@ TEST_F(FaultTest, AnErrorPassiveSenderWithoutAcknowledgementRepeatsWhatWasReceiv
   first(17, FrameFate::no_acknowledge());
   a.say({0x080, {}});
   bus.advance(milliseconds(5));
-  // Sixteen attempts are destroyed; the next one's recessive flag nobody sees, and TEC does not rise.
+  // Sixteen attempts are destroyed; nobody sees the recessive flag of the next one, and TEC does not rise.
   EXPECT_THAT(b.heard_ids(), ElementsAre(0x080, 0x080));
   EXPECT_EQ(of(a).transmit, 127);
   EXPECT_EQ(bus.counters().frames, 1U);
@@ -361,7 +362,7 @@ TEST_F(FaultTest, DifferentFramesOfOneIdentifierCollideUntilOneIsErrorPassive) {
   EXPECT_GT(of(a).transmit, 0);
   EXPECT_EQ(of(a).transmit, of(b).transmit);
   bus.advance(milliseconds(5));
-  // After sixteen rounds both are passive: the flag of the recessive one stops nothing any more.
+  // After sixteen rounds both are error-passive: the flag of the recessive sender no longer stops anything.
   EXPECT_EQ(bus.counters().error_frames, 16U);
   ASSERT_EQ(c.heard.size(), 2U);
   EXPECT_EQ(c.heard[0].frame.data[0], 0x0F);
@@ -380,8 +381,8 @@ TEST_F(FaultTest, ACollisionEndsWhereTheFramesDiffer) {
   a.say({0x100, {0x0F}});
   b.say({0x100, {0x8F}});
   bus.advance(milliseconds(5));
-  // Up to bit 21, DLC ended in 1 and so one dominant bit was before the flag: 22 + 11 + 8 + 3 a round. The
-  // sixteenth is followed by 8 bits of suspend transmission.
+  // Up to bit 21. The DLC ended in 1, so that one dominant bit precedes the flag: 22 + 11 + 8 + 3 per round.
+  // The sixteenth round is followed by 8 bits of suspend transmission.
   ASSERT_FALSE(a.heard.empty());
   const int length = frame_bits({0x100, {0x0F}});
   const int second = frame_bits({0x100, {0x8F}});
@@ -408,7 +409,7 @@ TEST_F(FaultTest, ACutCableLeavesTheRestOfTheBusAlone) {
   EXPECT_TRUE(a.heard.empty());
   EXPECT_EQ(bus.counters().error_frames, 0U);
   EXPECT_EQ(bus.counters().frames, 1U);
-  // It repeats itself to nobody.
+  // It keeps retransmitting to nobody.
   EXPECT_EQ(of(a).state, LinkState::kPassive);
   EXPECT_EQ(of(a).transmit, 128);
   bus.reconnect(a);

@@ -17,7 +17,7 @@ struct Vector {
   int bits;
 };
 
-// Lengths that two calculators of other authors agree on, one of them can-utils' CFL_EXACT.
+// Lengths on which two calculators by other authors agree, one of them can-utils' CFL_EXACT.
 TEST(FrameLength, AgreesWithIndependentCalculators) {
   const std::vector<Vector> vectors = {
       {{0x080, {}}, 51},
@@ -70,7 +70,7 @@ can::Frame random_frame(std::mt19937& random, bool fd) {
   frame.extended = random() % 2 == 0;
   frame.remote = !fd && random() % 4 == 0;
   frame.id = random() & (frame.extended ? 0x1FFFFFFFU : 0x7FFU);
-  // Runs of equal bits as well as any bytes.
+  // Runs of equal bits as well as arbitrary bytes.
   if (random() % 4 == 0) frame.id &= random();
   frame.length = static_cast<std::uint8_t>(fd ? kFdLengths[random() % kFdLengths.size()] : random() % 9);
   for (std::size_t i = 0; i < frame.length; ++i) {
@@ -108,8 +108,8 @@ can::Frame fd_frame(std::uint32_t id, std::size_t length) {
   return frame;
 }
 
-/// Payload that goes on with runs of four, from the end of the DLC on, so that every fifth bit is a stuff
-/// bit. `first`: bits of the first run that are still missing, and their value.
+/// Payload that continues with runs of four from the end of the DLC, so that every fifth bit is a stuff bit.
+/// `first`, `value`: number of bits still missing from the first run, and their value.
 can::Frame worst_fd_frame(std::size_t length, unsigned first, unsigned value) {
   can::Frame frame = fd_frame(0x00F0 >> 1U, length);  // 000 0111 1000, RRS and IDE 0: three stuff bits
   unsigned left = first;
@@ -124,8 +124,8 @@ can::Frame worst_fd_frame(std::size_t length, unsigned first, unsigned value) {
   return frame;
 }
 
-/// Most stuff bits that any payload can make behind BRS: the best of every way on, bit by bit, over the last
-/// bit and the length of its run.
+/// Largest number of stuff bits that any payload can produce after BRS: dynamic programming, bit by bit, over
+/// the last bit and the length of its run.
 int most_data_stuff_bits(std::size_t length) {
   const std::string head = binary(fd_length_code(static_cast<unsigned>(length)), 5);  // ESI 0, DLC
   std::map<std::pair<char, int>, int> best = {{{'1', 1}, 0}};  // BRS, which follows a dominant bit
@@ -155,12 +155,12 @@ int most_data_stuff_bits(std::size_t length) {
 TEST(FdFrameLength, TheTablesWorstCaseHolds) {
   struct Row {
     std::size_t length;
-    unsigned first, value;  // the run that the DLC's last bits leave open
-    int data_bits;          // behind BRS without stuff bits: ESI, DLC, data, check, delimiter
+    unsigned first, value;  // the run left open by the last bits of the DLC
+    int data_bits;          // after BRS without stuff bits: ESI, DLC, data, check, delimiter
     int stuff_bits;         // counted by hand: a run of five, then one for every four bits but the last
     double at_5, at_8;      // us, from the bandwidth tables of the protocol notes
   };
-  // A DLC ends in 000 (8), 0 (16), 00 (24), 1 (32), 1111 (64).
+  // The DLC ends in 000 (8), 0 (16), 00 (24), 1 (32), 1111 (64).
   const std::vector<Row> rows = {{8, 2, 0, 5 + 64 + 28, 16, 55.8, 47.2},
                                  {16, 4, 0, 5 + 128 + 28, 31, 71.8, 57.2},
                                  {24, 3, 0, 5 + 192 + 33, 48, 88.8, 67.9},
@@ -170,8 +170,9 @@ TEST(FdFrameLength, TheTablesWorstCaseHolds) {
     const WireLength length = wire_length(worst_fd_frame(row.length, row.first, row.value));
     EXPECT_EQ(length, (WireLength{17 + 3 + 12, row.data_bits + row.stuff_bits})) << row.length;
     EXPECT_EQ(most_data_stuff_bits(row.length), row.stuff_bits) << row.length;
-    // The table counts a stuff bit for every four bits from SOF on. One of those in the header cannot be
-    // (IDE, FDF, res and BRS alternate), one or two behind it neither (ESI and DLC; a fixed one at the end).
+    // The table counts one stuff bit for every four bits from SOF on. One of those in the header is
+    // impossible (IDE, FDF, res and BRS alternate), and so are one or two after it (ESI and DLC; a fixed one
+    // at the end).
     const double at_5 = static_cast<double>(duration(length, 1'000'000, 5'000'000).count()) * 1e-3;
     const double at_8 = static_cast<double>(duration(length, 1'000'000, 8'000'000).count()) * 1e-3;
     EXPECT_LE(at_5, row.at_5);
@@ -213,7 +214,7 @@ TEST(FdFrameLength, LengthCodes) {
     const bool valid = std::find(lengths.begin(), lengths.end(), n) != lengths.end();
     EXPECT_EQ(is_sendable(fd_frame(0x181, n)), valid) << n;
   }
-  // 19 bytes travel as 20.
+  // 19 bytes are sent as 20.
   EXPECT_EQ(wire_length(fd_frame(0x181, 19)), wire_length(fd_frame(0x181, 20)));
 }
 

@@ -23,7 +23,7 @@ std::string bytes_of(const std::filesystem::path& file) {
   return text.str();
 }
 
-/// What a command prints; fails the test when it does not exit with 0.
+/// Returns the output of a command; fails the test if it does not exit with 0.
 std::string output(const std::string& command) {
   std::FILE* pipe = popen(command.c_str(), "r");
   std::string text;
@@ -60,7 +60,7 @@ TEST_F(PcapngTest, BytesAreThoseOfTheFormat) {
       std::string(
           "\x01\0\0\0\x28\0\0\0\xE3\0\0\0\0\0\0\0\x02\0\x04\0can0\x09\0\x01\0\x09\0\0\0\0\0\0\0\x28\0\0\0",
           40) +
-      // Packet: interface 0, time, 9 bytes twice, frame, 3 bytes of padding.
+      // Packet: interface 0, time, length of 9 bytes twice, frame, 3 bytes of padding.
       std::string("\x06\0\0\0\x2C\0\0\0\0\0\0\0\x01\0\0\0\x02\0\0\0\x09\0\0\0\x09\0\0\0", 28) +
       std::string("\0\0\x01\x85\x01\0\0\0\xAA\0\0\0\x2C\0\0\0", 16);
   EXPECT_EQ(bytes_of(file), expected);
@@ -95,8 +95,8 @@ TEST_F(PcapngTest, TsharkReadsWhatTheTextLogSays) {
   const std::string text = bytes_of(text_file);
   std::filesystem::remove(text_file);
 
-  // tshark's fields, put together as candump lines again. Of an error report it shows what the bits mean, but
-  // for the last three bytes.
+  // tshark's fields, reassembled into candump lines. For an error report it shows the meaning of the bits,
+  // except in the last three bytes.
   const std::string fields = output(
       "tshark -r " + file.string() +
       " -T fields -e frame.interface_name -e frame.time_epoch -e can.id -e can.flags.xtd -e can.flags.rtr"
@@ -131,7 +131,7 @@ TEST_F(PcapngTest, TsharkReadsWhatTheTextLogSays) {
     rebuilt += "\n";
   }
   EXPECT_EQ(rebuilt, text);
-  // Whole nanoseconds, and nothing malformed.
+  // Times in full nanoseconds, and nothing malformed.
   EXPECT_NE(fields.find("\t0.000048125\t"), std::string::npos) << fields;
   EXPECT_EQ(output("tshark -r " + file.string() + " -Y _ws.malformed -T fields -e frame.number 2>/dev/null"),
             "");

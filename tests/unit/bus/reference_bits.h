@@ -7,11 +7,11 @@
 
 namespace walkman::bus {
 
-/// A second way to the bits of a frame, straight from ISO 11898-1's words with strings of '0' and '1', for
-/// tests: nothing of it is shared with the model.
+/// Second implementation of a frame's bits, for tests, written straight from the text of ISO 11898-1 with
+/// strings of '0' and '1'. Shares no code with the model.
 struct ReferenceBits {
   std::string bits;      ///< SOF to the last bit of the intermission
-  std::size_t fast = 0;  ///< of these, at the data rate
+  std::size_t fast = 0;  ///< number of these at the data rate
   std::size_t unstuffed = 0;
 
   [[nodiscard]] int nominal() const { return static_cast<int>(bits.size() - fast); }
@@ -24,8 +24,8 @@ inline std::string binary(unsigned value, int width) {
   return text;
 }
 
-/// Inserts the opposite bit after each five equal ones, inserted ones counted; not after the last bit unless
-/// asked for.
+/// Inserts the opposite bit after every five equal bits, counting inserted ones; after the last bit only if
+/// `after_last`.
 inline std::string stuff(const std::string& in, bool after_last) {
   std::string out;
   for (std::size_t i = 0; i < in.size(); ++i) {
@@ -37,7 +37,7 @@ inline std::string stuff(const std::string& in, bool after_last) {
   return out;
 }
 
-/// The remainder of a polynomial division by hand; `divisor` with its leading term.
+/// Returns the remainder of a polynomial division by hand; `divisor` includes its leading term.
 inline std::string remainder(std::string dividend, const std::string& divisor) {
   dividend.append(divisor.size() - 1, '0');
   for (std::size_t i = 0; i + divisor.size() <= dividend.size(); ++i) {
@@ -73,7 +73,7 @@ inline ReferenceBits reference_bits(const can::Frame& frame, bool error_passive 
   const std::size_t stuff_bits = stuffed.size() - region.size();
   static const char* const kCount[8] = {"0000", "0011", "0110", "0101", "1100", "1111", "1010", "1001"};
   const std::string count = kCount[stuff_bits % 8];
-  // A CRC that starts with a leading one is that of the stream with its first bit turned over.
+  // A CRC that starts with a leading one equals the CRC of the stream with its first bit inverted.
   std::string checked = stuffed + count;
   checked.front() = checked.front() == '0' ? '1' : '0';
   const std::string crc = remainder(checked, n <= 16 ? "110110100001011011" : "1100000010100010011001");

@@ -8,7 +8,7 @@
 
 namespace walkman::bus {
 
-/// A participant that sends what it is given and records what it hears; one timer.
+/// A participant that sends the frames it is given and records the frames it receives; has one timer.
 class Talker : public Participant {
  public:
   void say(const can::Frame& frame) { queue_.push_back(frame); }

@@ -19,7 +19,7 @@ std::uint32_t crc_of(const char* text, const CrcKind& kind) {
   return crc;
 }
 
-// Check values of the CRC catalogue (CRC-15/CAN, CRC-17/CAN-FD, CRC-21/CAN-FD), which starts with zero.
+// Check values of the CRC catalogue (CRC-15/CAN, CRC-17/CAN-FD, CRC-21/CAN-FD), where the CRC starts at zero.
 TEST(Crc, PolynomialsHaveTheCataloguesCheckValues) {
   EXPECT_EQ(crc_of("123456789", kCrc15), 0x059EU);
   EXPECT_EQ(crc_of("123456789", kCrc17), 0x04F03U);

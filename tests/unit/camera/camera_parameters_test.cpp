@@ -16,7 +16,7 @@ using ::testing::HasSubstr;
 const std::filesystem::path kFile =
     std::filesystem::path(WALKMAN_SOURCE_TREE) / "emulator/camera/multisense.yaml";
 
-/// The sentence about the file with `from` put in place of `to`.
+/// Returns the error message for the file with `from` replaced by `to`.
 std::string problem_with(const std::string& from, const std::string& to) {
   std::stringstream text;
   text << std::ifstream(kFile).rdbuf();
@@ -34,7 +34,7 @@ std::string problem_with(const std::string& from, const std::string& to) {
   return "none";
 }
 
-// Against calibration file and data sheets, as they publish them.
+// Against the values published in the calibration file and the data sheets.
 TEST(CameraParameters, AreThoseOfTheSensor) {
   const CameraParameters parameters = load_camera_parameters(kFile);
   EXPECT_NEAR(parameters.stereo.focal_px * 2, 1177.54, 0.1);

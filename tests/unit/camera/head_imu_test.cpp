@@ -1,4 +1,4 @@
-// The head's inertial unit through the camera's protocol, and what it feels in closed form.
+// The head's inertial unit through the camera's protocol, against its expected readings in closed form.
 
 #include "emulator/camera/head_imu.h"
 
@@ -49,7 +49,7 @@ TEST(HeadImu, ReadsGravityTurnAndFieldInTheUnitsAndAxesOfItsChips) {
       case ImuKind::kAccelerometer:
         EXPECT_THAT(sample.value, ElementsAre(0, 0, testing::FloatNear(1, 0.0006F)));
         break;
-      case ImuKind::kGyroscope:  // in the accelerometer's axes the rate is (y, −x, z) of it
+      case ImuKind::kGyroscope:  // in the accelerometer's axes the rate is (y, −x, z) of this reading
         EXPECT_THAT(sample.value, ElementsAre(testing::FloatNear(-20, 0.005F), testing::FloatNear(10, 0.005F),
                                               testing::FloatNear(30, 0.005F)));
         break;
@@ -73,7 +73,7 @@ TEST(HeadImu, HasTheNoiseThatItsDensityGivesWithinItsBand) {
     for (const float value : sample.value) squares += std::pow(static_cast<double>(value), 2);
     count += 3;
   }
-  // First order: the noise's band is π/2 of the 13 Hz.
+  // First order: the noise bandwidth is π/2 times the 13 Hz.
   EXPECT_NEAR(std::sqrt(squares / count), 0.03 * std::sqrt(13 * std::numbers::pi / 2), 0.005);
 }
 
@@ -103,7 +103,7 @@ TEST(HeadImu, IsSetToWhatItOffersAndNothingElse) {
   EXPECT_EQ(imu.config().samples_per_message, 10U);
 }
 
-// Sizes by hand: a sample has 30 bytes, a list's prefix 6.
+// Sizes counted by hand: a sample has 30 bytes, the prefix of a list 6.
 TEST(HeadImu, ItsMessagesAreThoseOfTheVendor) {
   ImuData data{7, {{ImuKind::kGyroscope, 5, {1, 2, 3}, 0}, {}}};
   const std::vector<std::uint8_t> bytes = multisense::encode(data);

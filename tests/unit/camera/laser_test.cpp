@@ -111,8 +111,8 @@ TEST(Laser, SendsFortyScansASecondWithTheirSpindle) {
   }
 }
 
-// In W the walls and the floor are where the room's URDF has them: the laser's and the camera's places on the
-// head are those of the device's own calibration, the head's pose is the plant's.
+// In W the walls and the floor are where the room's URDF puts them: the poses of the laser and the camera on
+// the head come from the device's own calibration, the pose of the head from the plant.
 TEST(Laser, ASweepShowsTheRoomWhereItIs) {
   LaserRig rig;
   rig.client.spin(2);
@@ -146,8 +146,8 @@ TEST(Laser, ASweepShowsTheRoomWhereItIs) {
   EXPECT_LT(std::sqrt(wall / on_wall), 0.02);
 }
 
-// A client that speaks every quarter of a second finds ten scans then, and gets its cloud and every scan all
-// the same.
+// A client that polls every quarter of a second finds ten scans at a time, and still gets its cloud and every
+// scan.
 TEST(Laser, ScansAndCloudsDoNotCostEachOther) {
   LaserRig rig;
   rig.client.spin(1);

@@ -1,4 +1,5 @@
-// The wire against what the vendor's client reads and writes: sizes and bytes of its protocol, by hand.
+// The wire format against what the vendor's client reads and writes: sizes and bytes of its protocol, worked
+// out by hand.
 
 #include "drivers/camera/multisense/messages.h"
 
@@ -41,7 +42,7 @@ TEST(MultiSenseMessages, HaveTheVendorsLengths) {
 TEST(MultiSenseMessages, HaveTheVendorsBytes) {
   EXPECT_THAT(encode(Ack{0x0017, Ack::kUnknown}),
               ElementsAre(0x01, 0, 0x01, 0, 0x17, 0, 0xFB, 0xFF, 0xFF, 0xFF));
-  // Low words of both masks come before their high words.
+  // The low words of both masks come before the high words.
   EXPECT_THAT(
       encode(StreamControl{0x0000000F'01000410, 0x00000002'00000400}),
       ElementsAre(0x1C, 0, 0x02, 0, 0x10, 0x04, 0x00, 0x01, 0x00, 0x04, 0, 0, 0x0F, 0, 0, 0, 0x02, 0, 0, 0));
@@ -65,7 +66,7 @@ TEST(MultiSenseMessages, PackTwoPixelsInThreeBytes) {
   EXPECT_FALSE(decode(std::span(bytes).first(18), back));
 }
 
-// Exposure and gain stand behind the pixels.
+// Exposure and gain follow the pixels.
 TEST(MultiSenseMessages, AnImageIsAsTheVendorsClientReadsIt) {
   Image image{std::uint64_t{1} << 4U, 8, 5, 2, 1, {0x33, 0x44}, 0x1234, 1};
   const Bytes bytes = encode(image);
@@ -177,7 +178,7 @@ TEST(MultiSenseDatagrams, OfADisparityImageHaveItsHeadAloneAndThenWholePairs) {
 TEST(MultiSenseDatagrams, MakeTheirMessageAgain) {
   const Bytes a = long_message(10000), b = long_message(5000);
   Assembler assembler;
-  // Two messages whose datagrams come in turns.
+  // Two messages with alternating datagrams.
   const std::vector<Bytes> first = cut(a, 0xFFFF, 1500), second = cut(b, 0, 1500);
   std::vector<Bytes> got;
   for (std::size_t i = 0; i < first.size(); ++i) {
@@ -204,7 +205,7 @@ TEST(MultiSenseDatagrams, ThatAreMissingLoseTheirMessageAlone) {
       whole += assembler.take(piece).size();
     EXPECT_EQ(whole, message.size());
   }
-  // Of the one whose last datagram is missing nothing has told yet that it does not come.
+  // The loss of the message whose last datagram is missing has not been noticed yet.
   EXPECT_EQ(assembler.lost(), pieces - 1);
 }
 

@@ -74,9 +74,10 @@ TEST_F(CampaignPlanTest, AFaultMayBeForSomeExperimentsOnly) {
 
 TEST_F(CampaignPlanTest, EveryCombinationIsARunWithANumber) {
   const CampaignPlan plan = load(kPlan);
-  // 2 targets, 2 shares, 2 durations and 3 phases; one; two times after the phase: on 2 experiments, 2 seeds.
+  // 2 targets, 2 shares, 2 durations and 3 phases; one run; two times after the phase: each on 2 experiments
+  // with 2 seeds.
   ASSERT_EQ(plan.runs.size(), 4U * (24 + 1 + 2));
-  EXPECT_EQ(plan.twins.size(), 6U);  // golden seeds, too
+  EXPECT_EQ(plan.twins.size(), 6U);  // including the golden seeds
   std::set<std::string> different;
   for (std::size_t i = 0; i < plan.runs.size(); ++i) {
     EXPECT_EQ(plan.runs[i].number, static_cast<int>(i) + 1);
@@ -111,7 +112,7 @@ TEST_F(CampaignPlanTest, ChunksHoldEveryRunOnceAndEachOfOneTwin) {
   }
   ASSERT_EQ(numbers.size(), plan.runs.size());
   for (std::size_t i = 0; i < numbers.size(); ++i) EXPECT_EQ(numbers[i], static_cast<int>(i) + 1);
-  EXPECT_EQ(twins.size(), 6U);  // a golden run without faults has a chunk as well
+  EXPECT_EQ(twins.size(), 6U);  // a golden run without faults also has a chunk
 }
 
 TEST_F(CampaignPlanTest, TheFaultOfARunIsAPlanThatSaysTheSame) {
@@ -196,7 +197,7 @@ TEST_F(CampaignPlanTest, WhatIsNoPlanIsRefusedWithItsLine) {
               HasSubstr(":3: faults[0]: has no phases"));
 }
 
-/// Three lists of 200 for 5000 seeds: 40 thousand million runs, which no memory holds.
+/// Three lists of 200 values for 5000 seeds: 40 thousand million runs, which fit into no memory.
 TEST_F(CampaignPlanTest, IsCountedBeforeItIsExpanded) {
   std::string list = "[0.5";
   for (int i = 0; i < 199; ++i) list += ", 0.5";

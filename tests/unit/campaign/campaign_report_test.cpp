@@ -19,15 +19,15 @@ using ::testing::HasSubstr;
 using ::testing::Not;
 
 TEST(Proportion, IsClopperAndPearsonsInterval) {
-  // R's binom.test: its manual's example after Conover (1971), and Newcombe's of 81 in 263 (Statistics in
-  // Medicine 17, 1998, table I, method 5).
+  // R's binom.test: the example in its manual after Conover (1971), and Newcombe's example of 81 in 263
+  // (Statistics in Medicine 17, 1998, table I, method 5).
   const Proportion mendel = Proportion::of(682, 925);
   EXPECT_NEAR(mendel.low, 0.7076683, 5e-8);
   EXPECT_NEAR(mendel.high, 0.7654066, 5e-8);
   const Proportion newcombe = Proportion::of(81, 263);
   EXPECT_NEAR(newcombe.low, 0.2527, 5e-5);
   EXPECT_NEAR(newcombe.high, 0.3676, 5e-5);
-  // At the ends they are (α/2)^(1/n) and one less it.
+  // At the ends the bounds are (α/2)^(1/n) and one minus it.
   const double end = std::pow(0.025, 1.0 / 30);
   EXPECT_NEAR(Proportion::of(0, 30).high, 1 - end, 1e-9);
   EXPECT_EQ(Proportion::of(0, 30).low, 0);
@@ -84,7 +84,7 @@ class CampaignReportTest : public ::testing::Test {
 TEST_F(CampaignReportTest, CountsWhatTheRecordsSayAndListsTheWorstFirst) {
   const CampaignFolder folder = CampaignFolder::prepare(folder_ / "c", folder_ / "plan <1>.yaml");
   ASSERT_EQ(folder.plan().runs.size(), 6U);
-  // In the look, then in the lift: the elbow, the shoulder, the bus.
+  // In phase look, then in phase lift: the elbow, the shoulder, the bus.
   const std::vector<CheckedRun> runs = {run(RunClass::kMasked), run(RunClass::kSafeStop, 0.1),
                                         run(RunClass::kRecovered, 0.02), run(RunClass::kSilentWrong),
                                         run(RunClass::kSafeStop, 0.3)};
@@ -101,7 +101,7 @@ TEST_F(CampaignReportTest, CountsWhatTheRecordsSayAndListsTheWorstFirst) {
   EXPECT_EQ(report.all.silent_wrong.n, 5U);
   EXPECT_EQ(report.all.detection.most, 0.3);
   ASSERT_EQ(report.faults.size(), 2U);
-  EXPECT_EQ(report.faults[0].fault, "frame-drop");  // as the wire comes before the drives
+  EXPECT_EQ(report.faults[0].fault, "frame-drop");  // because the wire comes before the drives
   EXPECT_EQ(report.faults[1].runs, 4U);
   EXPECT_EQ(report.faults[1].count(RunClass::kSilentWrong), 1U);
   EXPECT_EQ(report.cells.size(), 3U);

@@ -15,7 +15,7 @@ using By = ShownEvent::By;
 
 const double kWithin = regrasp::reacted_within(regrasp::Reaction::kStop);  // s
 
-// What is expected here follows from the classes' definitions, in the order in which they are to hold.
+// The expectations follow from the definitions of the classes, in the order in which they apply.
 class OutcomeCheckerTest : public ::testing::Test {
  protected:
   OutcomeCheckerTest() {
@@ -79,14 +79,14 @@ TEST_F(OutcomeCheckerTest, ATaskThatIsSaidToBeDoneAndIsNotIsSilentlyWrong) {
 
 TEST_F(OutcomeCheckerTest, ItIsLateOnceTheIntervalSinceThePlantWasOffHasPassed) {
   ASSERT_EQ(fault_.kind->interval, 0.25);
-  run_.off = 50;  // the joint was locked for long before it had to move
+  run_.off = 50;  // the joint was locked long before it had to move
   shown(50.24);
   stopped(50.24, 50.5);
   EXPECT_EQ(run_class(), RunClass::kSafeStop);
   run_.events.front().time = 50.26;
   EXPECT_EQ(run_class(), RunClass::kDetectedLate);
   EXPECT_NEAR(*checked().detection, 10.26, 1e-9);
-  fault_.kind = faults::find_fault("ft-gain");  // only the task's own checks can show it
+  fault_.kind = faults::find_fault("ft-gain");  // only the task's own checks can detect it
   EXPECT_EQ(run_class(), RunClass::kSafeStop);
 }
 

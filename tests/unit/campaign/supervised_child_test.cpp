@@ -25,7 +25,7 @@ ChildEnd end_of(const std::function<void()>& job, const ChildLimits& limits = {6
 }
 
 void die_by(int number) {
-  std::signal(number, SIG_DFL);  // a sanitizer has handlers of its own
+  std::signal(number, SIG_DFL);  // a sanitizer installs its own handlers
   kill(getpid(), number);
 }
 
@@ -62,7 +62,7 @@ TEST(SupervisedChild, OneThatDoesNotEndIsEndedAtItsLimits) {
   EXPECT_THAT(waits.text, ::testing::HasSubstr("0.1 s"));
   const ChildEnd works = end_of(
       [] {
-        while (getppid() > 0) {  // a system call each time: no loop to be left out
+        while (getppid() > 0) {  // the system call keeps the loop from being optimised away
         }
       },
       {1, 60});

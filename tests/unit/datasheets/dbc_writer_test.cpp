@@ -66,7 +66,7 @@ TEST(DbcWriter, WritesASensorInItsOwnUnits) {
   EXPECT_THAT(text, HasSubstr("BO_ 402 r_arm_ft_TPDO1: 8 r_arm_ft\n"
                               " SG_ r_arm_ft_pv_Fx : 0|16@1- (0.1,0) [-3276.8|3276.7] \"N\" computer\n"));
   EXPECT_THAT(text, HasSubstr(" SG_ r_arm_ft_pv_Tz : 32|16@1- (0.01,0) [-327.68|327.67] \"Nm\" computer\n"));
-  EXPECT_THAT(text, Not(HasSubstr("r_arm_ft_RPDO")));  // maps none
+  EXPECT_THAT(text, Not(HasSubstr("r_arm_ft_RPDO")));  // no RPDO is mapped
 }
 
 TEST(DbcWriter, TakesTheMappingOfTheMoment) {
@@ -85,7 +85,7 @@ TEST(DbcWriter, TakesTheMappingOfTheMoment) {
   d.add(record(0x1400, "RPDO",
                {read_write<std::uint32_t>("COB-ID", 0x205), read_write<std::uint8_t>("Type", 255)}));
   d.add(mapping(0x1600, 2,
-                {read_write<std::uint32_t>("Mapped", 0x00060010),  // 16 bits for somebody else
+                {read_write<std::uint32_t>("Mapped", 0x00060010),  // 16 bits for another device
                  read_write<std::uint32_t>("Mapped", 0x60400010)}));
   d.add(variable(0x6040, read_write<std::uint16_t>("Controlword").pdo()));
   auto count = d.object<std::uint8_t>(0x1A00);

@@ -21,7 +21,7 @@ std::string drives_text(const nodes::DriveParameters& a, const nodes::DriveParam
       kTitle, std::vector<EdsDevice>{{a.node_id, &first.dictionary()}, {b.node_id, &second.dictionary()}});
 }
 
-/// The section's lines, without the line ends' CR.
+/// Returns the lines of a section, without the CR of their line ends.
 std::string section(const std::string& text, const std::string& name) {
   const std::size_t from = text.find("[" + name + "]\r\n");
   if (from == std::string::npos) return "no section " + name;
@@ -82,7 +82,7 @@ TEST(EdsWriter, SerialNumberIsNoPropertyOfTheType) {
   EXPECT_THAT(section(text, "1018sub2"), HasSubstr("DefaultValue"));
 }
 
-// One reader wants the bits, one decimals, one refuses the file for either.
+// One reader expects the bits, one decimals, and one rejects the file with either.
 TEST(EdsWriter, LeavesOutDefaultsOfRealValues) {
   nodes::ForceTorqueParameters parameters;
   parameters.node_id = 18;
@@ -96,7 +96,7 @@ TEST(EdsWriter, LeavesOutDefaultsOfRealValues) {
   EXPECT_THAT(section(text, "Comments"), Not(HasSubstr("607Ah")));
 }
 
-// A master that binds 6040h to the last PDO that maps it must find only the one that is on.
+// A master that binds 6040h to the last PDO that maps it must find only the one that is enabled.
 TEST(EdsWriter, PdosThatAreOffMapNothing) {
   const std::string text = drives_text(nodes::test_drive(5), nodes::test_drive(6));
   for (const char* off : {"1602", "1603", "1A02"}) {

@@ -53,7 +53,7 @@ TEST(ObjectNames, ChannelsOfAnInertialUnit) {
   EXPECT_EQ(entry_name(unit.dictionary(), *unit.dictionary().find(0x7130, 10)), "qz");
 }
 
-// One name, one object: within a device, and between the tables but for what two profiles share.
+// Each name belongs to one object, within a device and across the tables, except for what two profiles share.
 TEST(ObjectNames, AreUniqueAndFitAnEds) {
   using namespace nodes;
   std::set<std::string_view> names;

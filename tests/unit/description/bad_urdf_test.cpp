@@ -17,7 +17,7 @@ using ::testing::HasSubstr;
 
 struct Bad {
   const char* file;
-  int line;  // 0: the message names none
+  int line;  // 0: the message names no line
   std::vector<const char*> parts;
 
   friend void PrintTo(const Bad& bad, std::ostream* out) { *out << bad.file; }
@@ -107,8 +107,7 @@ TEST(TextFile, WhatIsNoRegularFileIsRefusedBeforeItIsOpened) {
   EXPECT_EQ(message_of([&] { require_regular_output(fifo); }), "");
 }
 
-// A point without mass with a floating joint as its only one is how the world is written, not a part of the
-// robot.
+// A massless point whose only joint is floating is a notation for the world, not a part of the robot.
 TEST(FloatingRoot, TheChildIsTheBase) {
   const RobotModel model = load_robot_model(kData / "floating_root.urdf");
   ASSERT_EQ(model.links.size(), 2U);
@@ -119,7 +118,7 @@ TEST(FloatingRoot, TheChildIsTheBase) {
   EXPECT_EQ(model.joints[0].name, "shoulder");
 }
 
-// Each of these had a part whose cost was that of the square of the number of links.
+// Each of these exercises a step whose cost may grow with the square of the number of links.
 class UrdfCost : public ::testing::TestWithParam<const char*> {
  protected:
   static double seconds(const std::string& kind, int links) {
@@ -166,7 +165,7 @@ INSTANTIATE_TEST_SUITE_P(Robots, UrdfCost,
 TEST(UrdfSize, MoreThan50MegabytesAreRefusedBeforeReading) {
   const auto file = std::filesystem::path(::testing::TempDir()) / "walkman_huge.urdf";
   { std::ofstream{file}; }
-  std::filesystem::resize_file(file, 50'000'001);  // sparse: takes no room
+  std::filesystem::resize_file(file, 50'000'001);  // sparse: takes no disk space
   EXPECT_THAT(message_of([&] { (void)load_robot_model(file); }),
               HasSubstr("50000001 bytes, expected at most 50000000"));
   std::filesystem::remove(file);

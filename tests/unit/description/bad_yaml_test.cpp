@@ -12,7 +12,7 @@ using ::testing::HasSubstr;
 
 struct BadYaml {
   const char* file;
-  int line;  // 0: the message names none
+  int line;  // 0: the message names no line
   std::vector<const char*> parts;
 
   friend void PrintTo(const BadYaml& bad, std::ostream* out) { *out << bad.file; }

@@ -21,14 +21,14 @@ struct Hand {
 
 class SoftHand : public ::testing::TestWithParam<Hand> {
  protected:
-  // Tip of a finger in the hand link's frame at a motor angle.
+  // Returns the tip of a finger in the hand link's frame at a motor angle.
   Eigen::Vector3d tip(const std::string& finger, double motor) const {
     const Posed pose(walkman_model(), {{GetParam().motor(), motor}});
     return pose(GetParam().side + "SoftHandLink").inverse() * pose(GetParam().side + finger + "Distal") *
            Eigen::Vector3d(0, 0, -kPhalanx2);
   }
-  // Planar two-link arm by hand: flexion q1, q2 in the plane of the palm normal (y) and the finger's closing
-  // direction (+z for fingers, -z for the thumb).
+  // Planar two-link arm, worked out by hand: flexion q1, q2 in the plane of the palm normal (y) and the
+  // finger's closing direction (+z for fingers, -z for the thumb).
   Eigen::Vector3d planar_tip(double x, double root_z, double closing_z, double motor) const {
     const double q1 = -0.9 + 1.65 * motor / kClosed;
     const double q2 = 1.2 * motor / kClosed;
@@ -47,7 +47,7 @@ TEST_P(SoftHand, FingertipsFollowThePlanarChain) {
 }
 
 TEST_P(SoftHand, ClosesRoundABar) {
-  // Open, a 70 mm bar passes between fingertips and thumb; closed, they have crossed over each other.
+  // With the hand open, a 70 mm bar passes between fingertips and thumb; with it closed, they have crossed.
   EXPECT_GT(tip("Thumb", 0).z() - tip("Finger2", 0).z(), 0.070 + 0.018);
   EXPECT_LT(tip("Thumb", kClosed).z() - tip("Finger2", kClosed).z(), 0);
 }
@@ -57,7 +57,7 @@ TEST_P(SoftHand, GraspFrameIsInThePalmsFace) {
   const std::string grasp = GetParam().side == "R" ? "r_hand_grasp" : "l_hand_grasp";
   const Eigen::Isometry3d X_HF = zero(GetParam().side + "SoftHandLink").inverse() * zero(grasp);
   EXPECT_LT((X_HF.translation() - Eigen::Vector3d(0, GetParam().y * 0.0305, -0.2170)).norm(), 1e-9);
-  EXPECT_NEAR(X_HF.linear().col(1).y(), -GetParam().y, 1e-9);  // y against the palm normal
+  EXPECT_NEAR(X_HF.linear().col(1).y(), -GetParam().y, 1e-9);  // y opposite to the palm normal
   EXPECT_NEAR(X_HF.linear().col(2).z(), 1, 1e-9);
   EXPECT_NEAR(X_HF.linear().determinant(), 1, 1e-9);
 }

@@ -48,7 +48,7 @@ TEST(ModelCheck, ListsAllThatCannotBeUsedAndGoesOn) {
   EXPECT_THAT(report.unusable[0].reason, HasSubstr("capsule"));
   EXPECT_THAT(report.unusable[3].reason, HasSubstr("floating"));
   EXPECT_DOUBLE_EQ(report.total_mass, 3);
-  EXPECT_EQ(report.count(JointRole::kBody), 2);  // hinge and, without what it followed, follower
+  EXPECT_EQ(report.count(JointRole::kBody), 2);  // hinge and, without the joint it followed, follower
   EXPECT_EQ(report.fixed_joints, 3);
   EXPECT_THAT(frames(report, SensorKind::kLaser), ElementsAre("tool"));  // from its <gazebo> element
 }

@@ -40,7 +40,8 @@ TEST(RobotDescription, MeshesAreLookedUpInThePackagesAndHandAndStanceMayBeMissin
               ::testing::HasSubstr("small.robot.yaml: there is no hand"));
 }
 
-/// walkman.robot.yaml with `found` replaced, read and checked: the sentence it is refused with.
+/// Reads and checks walkman.robot.yaml with `found` replaced by `by`; returns the message with which it is
+/// refused.
 std::string refusal(const std::string& found, const std::string& by) {
   const std::filesystem::path folder = std::filesystem::absolute(kUrdf);
   std::ifstream in(folder / "walkman.robot.yaml");
@@ -97,7 +98,7 @@ TEST(RobotDescription, DisabledCollisionsNameLinks) {
               ::testing::HasSubstr("there is no link2"));
 }
 
-// Which sensor sits where is the table's word.
+// The device table determines which sensor is mounted where.
 TEST(RobotDescription, EverySensorHasItsKind) {
   const KnownRobot known(load_robot_description(kUrdf / "walkman.robot.yaml"));
   EXPECT_EQ(known.devices.device("r_arm_ft").sensor, "force_torque_45mm");
@@ -105,7 +106,7 @@ TEST(RobotDescription, EverySensorHasItsKind) {
   EXPECT_EQ(known.devices.device("RShSag").sensor, "");
 }
 
-/// The two sides read different files: what the robot's computer takes the motors for, and what is emulated.
+/// The two sides read different files: the motor data assumed by the robot's computer, and the emulated data.
 TEST(RobotDescription, TheMotorsAreTakenForWhatTheyAre) {
   const KnownRobot known(load_robot_description(kUrdf / "walkman.robot.yaml"));
   for (const HandParts& hand : known.description.hands) {

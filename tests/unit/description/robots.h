@@ -21,7 +21,7 @@ inline const RobotModel& walkman_model() {
   return model;
 }
 
-/// Poses of links of one robot at one posture, by name.
+/// Poses of the links of one robot in one posture, by name.
 class Posed {
  public:
   Posed(const RobotModel& model, const std::map<std::string, double>& posture)
@@ -37,7 +37,7 @@ class Posed {
   std::vector<Eigen::Isometry3d> X_RL_;
 };
 
-/// Message of the exception `f` throws, empty when it throws none.
+/// Returns the message of the exception that `f` throws; empty if it throws none.
 template <typename F>
 std::string message_of(F&& f) {
   try {

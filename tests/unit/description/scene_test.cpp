@@ -78,7 +78,7 @@ TEST(Experiment1, RobotStandsOnTheFloor) {
 }
 
 TEST(Experiment1, WeightIsASteelClamp) {
-  // Box less cylinder, from the drawing: 90 x 90 x 15 mm with a 70 mm hole.
+  // Box minus cylinder, from the drawing: 90 x 90 x 15 mm with a 70 mm hole.
   const RobotModel weight = load_robot_model(kUrdf / "objects/weight_500g.urdf");
   const double a = 0.09;
   const double t = 0.015;
@@ -191,7 +191,8 @@ TEST(Contact, IsTheUrdfsLinkByLinkAndTheScenesWhereItSaysSo) {
 
 TEST(Extent, OfTurnedShapes) {
   EXPECT_NEAR(extent_along_x(load_robot_model(kData / "turned_shapes.urdf")).min, -0.5 - 0.1, 1e-9);
-  // A box 0.2 x 0.2 x 1 turned by 45 degrees about z, centred 1 m ahead: half a diagonal beyond its centre.
+  // A box 0.2 x 0.2 x 1 turned by 45 degrees about z, centred 1 m ahead: it extends half a diagonal beyond
+  // its centre.
   EXPECT_NEAR(extent_along_x(load_robot_model(kData / "turned_shapes.urdf")).max, 1 + 0.1 * std::sqrt(2.0),
               1e-9);
 }

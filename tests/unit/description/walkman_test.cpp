@@ -28,7 +28,7 @@ TEST(Walkman, Has31BodyJointsAndTwoHandMotors) {
   EXPECT_EQ(continuous, 1);
 }
 
-// Heights in the collected facts, computed there from the original URDF with another program.
+// Heights from the collected facts, computed there from the original URDF with another program.
 TEST(Walkman, HeightsAtZeroPosture) {
   const Posed zero(walkman_model(), {});
   EXPECT_NEAR(height_above_sole(zero, "base_link"), 1.1174, 1e-4);
@@ -48,7 +48,8 @@ TEST(Walkman, HomePosture) {
   EXPECT_NEAR(height_above_sole(home, "multisense/head"), 1.587, 1e-3);
   EXPECT_NEAR(home("l_sole").translation().z(), home("r_sole").translation().z(), 1e-9);
 
-  // Centre of mass of the variant B118 in the facts: x relative to the middle of the soles, z above them.
+  // Centre of mass of variant B118 in the collected facts: x relative to the midpoint of the soles, z above
+  // them.
   const Eigen::Vector3d com = centre_of_mass(model, home.all());
   const Eigen::Vector3d soles = 0.5 * (home("l_sole").translation() + home("r_sole").translation());
   EXPECT_NEAR(com.x() - soles.x(), 0.0485, 1e-3);
@@ -74,7 +75,7 @@ TEST(Walkman, LeftSideMirrorsTheRight) {
     std::string name = right.name;
     if (name.front() != 'R' && name.substr(0, 2) != "r_") continue;
     if (name == "r_hand_grasp")
-      continue;  // its y is against the palm normal on both sides: not a mirror image
+      continue;  // its y is opposite to the palm normal on both sides: not a mirror image
     name.front() = name.front() == 'R' ? 'L' : 'l';
     const Link& left = model.links[static_cast<std::size_t>(model.link_index(name))];
     EXPECT_DOUBLE_EQ(left.mass, right.mass) << name;
@@ -114,7 +115,7 @@ TEST(Walkman, ParentsComeBeforeChildren) {
     EXPECT_EQ(model.joint_index(joint.name), static_cast<int>(i));
     EXPECT_NEAR(joint.axis.norm(), 1, 1e-12);
   }
-  // Siblings in the file's order: the waist is written before the arms.
+  // Siblings keep the order of the file: the waist comes before the arms.
   EXPECT_LT(model.joint_index("backpack_joint"), model.joint_index("NeckYawj"));
   EXPECT_LT(model.joint_index("RShSag"), model.joint_index("LShSag"));
 }

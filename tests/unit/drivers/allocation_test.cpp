@@ -37,7 +37,7 @@ void operator delete[](void* memory, std::size_t) noexcept { std::free(memory); 
 namespace walkman::test {
 namespace {
 
-/// The fake bus allocates; what it does is not counted.
+/// The fake bus allocates; its allocations are not counted.
 class UncountedInterface final : public can::Interface {
  public:
   explicit UncountedInterface(FakeBus& bus) : bus_(&bus) {}
@@ -69,7 +69,7 @@ class AllocationTest : public ::testing::Test {
     ASSERT_TRUE(rig.boot());
     allocations = 0;
   }
-  /// One cycle, with counting on in the robot's calls only.
+  /// One cycle, counting only during the robot's calls.
   void counted_cycle() {
     rig.now += rig.options.cycle;
     rig.bus.tick(rig.now);

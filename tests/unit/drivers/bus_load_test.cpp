@@ -1,4 +1,4 @@
-// Against hand-counted frames: bits by ISO 11898-1, five buses of the robot.
+// Against frames counted by hand: bits according to ISO 11898-1, the five buses of the robot.
 
 #include "drivers/robot/bus_load.h"
 

@@ -1,4 +1,4 @@
-// One cause may look like many faults. What is said must be the cause.
+// One cause may look like many faults. The cause itself must be reported.
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -27,7 +27,8 @@ class Causes : public ::testing::Test {
   void mute(std::initializer_list<DictionaryNode*> nodes) {
     for (DictionaryNode* node : nodes) node->mute = true;
   }
-  /// Cycles with `count` frames of somebody each, until a fault is latched; at most 20. How many that took.
+  /// Runs at most 20 cycles with `count` foreign frames each until a fault is latched. Returns how many it
+  /// took.
   int flooded_cycles(const std::string& text, int count) {
     for (int i = 1; i <= 20; ++i) {
       for (int k = 0; k < count; ++k) {
@@ -82,7 +83,7 @@ TEST(CausesOfScripts, SyncThatReachesNobodyIsNamed) {
 }
 
 TEST_F(Causes, ALateCycleIsThisComputersOwnDoing) {
-  rig.now += milliseconds(95);  // nodes send with SYNC only, and nobody sent one
+  rig.now += milliseconds(95);  // nodes send only on SYNC, and nobody sent one
   EXPECT_FALSE(rig.cycle());
   EXPECT_EQ(rig.fault_text(),
             "robot: this computer's own control cycle came 100 ms after the last one, expected 5 ms: it is "
@@ -90,7 +91,7 @@ TEST_F(Causes, ALateCycleIsThisComputersOwnDoing) {
 }
 
 TEST_F(Causes, WhatALateCycleDidToTheDrivesIsNotTheirFault) {
-  // They miss the master's heartbeat, say so, and quick-stop.
+  // They miss the master's heartbeat, report it and quick-stop.
   rig.now += milliseconds(400);
   rig.rarm.inject(frame("08B#30 81 11 00 00 00 00 00"), rig.now);
   rig.rarm.inject(frame("18B#07 02 08 00 00"), rig.now);
@@ -116,7 +117,7 @@ TEST_F(Causes, TwoSkippedCyclesAreNoFault) {
 }
 
 TEST_F(Causes, AFloodIsNamedWithItsIdentifier) {
-  // Frames of the highest priority leave no room: nobody's TPDOs come any more.
+  // Frames of the highest priority leave no bandwidth: no TPDOs arrive any more.
   mute({&rig.drive, &rig.sensor, &rig.hand});
   ASSERT_GT(flooded_cycles("001#00 00 00 00 00 00 00 00", 37), 0);
   EXPECT_THAT(rig.fault_text(), AllOf(StartsWith("can_rarm: flooded: "), HasSubstr("identifier 001h"),
@@ -184,7 +185,7 @@ TEST_F(Causes, ABootWithoutAnyNodeIsNamed) {
   }
 }
 
-// FF01h is whatever the sender's manufacturer likes it to be.
+// The meaning of FF01h is up to the sender's manufacturer.
 TEST_F(Causes, DeviceSpecificCodesMeanWhatTheSenderSays) {
   rig.rarm.inject(frame("092#01 FF 81 00 00 00 00 00"), rig.now);
   EXPECT_FALSE(rig.cycle());
@@ -217,7 +218,7 @@ TEST(CausesOfScripts, ADeviceOfAnotherVendorMeansSomethingElse) {
       "F/T sensor r_arm_ft (node 18 on can_rarm): emergency FF01h, device-specific (error register 81h, "
       "data 01 02 03 04 05)");
   ASSERT_TRUE(rig.robot->recover(rig.now));
-  // 2310h is a drive's word; CiA 301 knows its class.
+  // 2310h is defined for drives; CiA 301 defines its class.
   rig.bus.inject(frame("092#10 23 03 00 00 00 00 00"), rig.now);
   EXPECT_FALSE(rig.cycle());
   EXPECT_THAT(rig.fault_text(), HasSubstr("emergency 2310h: current at the device's output"));

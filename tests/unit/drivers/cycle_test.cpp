@@ -20,7 +20,7 @@ class CycleTest : public ::testing::Test {
     rig.cycles(4);
     rig.bus.sent.clear();
   }
-  /// One cycle under a command to the drive; the text of the RPDO2 it led to.
+  /// Runs one cycle with a command to the drive; returns the resulting RPDO2 as text.
   std::string command(double link_position, double feedforward) {
     rig.commands = {{link_position, feedforward}};
     rig.bus.sent.clear();
@@ -28,7 +28,7 @@ class CycleTest : public ::testing::Test {
     const auto texts = rig.bus.sent_with(0x30B);
     return texts.size() == 1 ? texts.front() : std::to_string(texts.size()) + " frames";
   }
-  /// The same of a drive that does what it is told: the next TPDO2 has RPDO2's position and velocity.
+  /// The same with a drive that follows its command: the next TPDO2 has RPDO2's position and velocity.
   std::string followed(double link_position) {
     const std::string rpdo = command(link_position, 0);
     rig.drive_tpdo2 = "28B" + rpdo.substr(3);
@@ -111,7 +111,7 @@ TEST_F(CycleTest, ATorqueThatStepsFasterThanTheSpringCanIsAFault) {
   command(0.497, 30);
   rig.drive_tpdo1 = "18B#37 12 08 F2 03";  // 1010 per mille: 91 N·m more
   command(0.497, 30);
-  EXPECT_TRUE(rig.cycle()) << rig.fault_text();  // 10 000 N·m/rad by 30 mrad are 300 N·m
+  EXPECT_TRUE(rig.cycle()) << rig.fault_text();  // 10 000 N·m/rad times 30 mrad is 300 N·m
   rig.drive_tpdo1 = "18B#37 12 08 0E F4";        // -3058 per mille
   rig.cycles(2);
   ASSERT_TRUE(rig.robot->fault());
@@ -165,7 +165,7 @@ TEST_F(CycleTest, WritesAreWithoutEffectWhileAFaultIsLatched) {
 }
 
 TEST_F(CycleTest, HandClosesAtItsOwnSpeedOnEveryFourthSync) {
-  rig.robot->write_hand(0, 0.3, 1.0);  // 1.5 rad; it stands at 1.0 rad
+  rig.robot->write_hand(0, 0.3, 1.0);  // 1.5 rad; the hand is at 1.0 rad
   rig.cycles(8);
   // 4 rad/s for 20 ms = 80 mrad: 1080000 = 107AC0h, 1160000 = 11B340h; 4000000 = 3D0900h.
   EXPECT_THAT(rig.bus.sent_with(0x313),

@@ -10,15 +10,16 @@
 
 namespace walkman::test {
 
-/// A device in small with an object dictionary: NMT, boot-up, heartbeat, expedited SDO, PDOs by their
-/// communication and mapping records with the rules of a change at run time, the power states of CiA 402. It
-/// is written from the standards and shares no code with what it tests.
+/// A minimal device with an object dictionary: NMT, boot-up, heartbeat, expedited SDO, PDOs according to
+/// their communication and mapping records with the rules for changes at run time, the power states of CiA
+/// 402. It is written from the standards and shares no code with what it tests.
 class DictionaryNode : public BusNode {
  public:
   /// `fd`: PDOs of up to 64 bytes, all sent as FD frames.
   DictionaryNode(unsigned id, bool fd) : id_(id), fd_(fd) {}
 
-  /// Objects every device has, and those of a drive, a six-channel sensor or an inertial unit; PDOs all off.
+  /// Defines the objects that every device has and those of a drive, a six-channel sensor or an inertial
+  /// unit; all PDOs are off.
   void become_drive(std::uint32_t rated_torque_mnm, std::uint32_t spring_mnm);
   void become_sensor(int channels);
 
@@ -32,16 +33,16 @@ class DictionaryNode : public BusNode {
   void tick(Time now) override;
   [[nodiscard]] std::vector<can::StampedFrame> take() override;
 
-  /// A device that was switched off and on: boot-up and pre-operational, all configuration gone.
+  /// Switches the device off and on: boot-up and pre-operational, all configuration lost.
   void power_cycle(Time now);
   void fault(std::uint16_t code);
-  /// The fault has gone and may be reset, or not.
+  /// True if the fault persists and cannot be reset.
   bool fault_persists = false;
   bool mute = false;            ///< sends nothing
   bool moves = true;            ///< 6064h follows 607Ah once enabled
-  bool wrong_readback = false;  ///< tells 1A00h:1 wrong
+  bool wrong_readback = false;  ///< reports a wrong 1A00h:1
   std::vector<std::string> refusals;
-  int resets = 0;        ///< NMT reset communication heard
+  int resets = 0;        ///< NMT reset communication commands received
   int fault_resets = 0;  ///< rising edges of bit 7 that left the fault state
 
  private:
@@ -61,7 +62,7 @@ class DictionaryNode : public BusNode {
   [[nodiscard]] std::uint32_t judge_write(unsigned index, unsigned sub, unsigned bytes,
                                           std::uint64_t value) const;
   [[nodiscard]] can::Frame tpdo(unsigned n);
-  /// The last object of the mapping is 2052h.
+  /// True if the last object of the mapping is 2052h.
   [[nodiscard]] bool protects(unsigned mapping) const;
   void take_rpdo(unsigned n, const can::Frame& frame);
   void sync();

@@ -9,20 +9,20 @@
 
 namespace walkman::test {
 
-/// A frame from candump's notation, "18B#31 02 08 00 00": identifier and bytes in hexadecimal.
+/// Parses a frame in candump's notation, "18B#31 02 08 00 00": identifier and bytes in hexadecimal.
 [[nodiscard]] can::Frame frame(const std::string& text);
 [[nodiscard]] std::string text_of(const can::Frame& frame);
-/// "58B#" + bytes for function code 0x580 and node 11.
+/// Returns "58B#" + bytes for function code 0x580 and node 11.
 [[nodiscard]] std::string cob(unsigned function_code, unsigned node, const std::string& bytes);
 
-/// Somebody on the fake bus.
+/// A participant on the fake bus.
 class BusNode {
  public:
   virtual ~BusNode() = default;
-  /// A frame the master sent.
+  /// Receives a frame that the master sent.
   virtual void hear(const can::Frame& sent, Time now) = 0;
   virtual void tick(Time now) = 0;
-  /// Frames sent since the last call.
+  /// Returns the frames sent since the last call.
   [[nodiscard]] virtual std::vector<can::StampedFrame> take() = 0;
 };
 
@@ -30,8 +30,8 @@ class BusNode {
 ///
 ///     node.expect("000#82 00").answer("70B#00").expect("60B#40 00 10 00 00 00 00 00").answer("58B#43 …");
 ///
-/// It hears NMT commands to it or to all, its SDO requests and its RPDOs. `expect` compares the next NMT or
-/// SDO frame; `await` skips all it hears until its frame comes. It knows no CANopen, only bytes.
+/// It receives NMT commands to itself or to all nodes, its SDO requests and its RPDOs. `expect` compares the
+/// next NMT or SDO frame; `await` skips everything until its frame arrives. It knows only bytes, no CANopen.
 class FakeNode : public BusNode {
  public:
   using Frames = std::vector<can::Frame>;
@@ -41,24 +41,24 @@ class FakeNode : public BusNode {
   FakeNode& expect(const std::string& text);
   FakeNode& await(const std::string& text);
   FakeNode& answer(const std::string& text);
-  /// Goes on no sooner than at this time.
+  /// Continues no sooner than at this time.
   FakeNode& at(Time time);
-  /// From here on these frames follow every SYNC; `make` is given the number of the SYNC, from 0 on.
+  /// From here on, these frames follow every SYNC; `make` gets the number of the SYNC, counted from 0.
   FakeNode& each_sync(const std::vector<std::string>& texts);
   FakeNode& each_sync(std::function<Frames(int)> make);
-  /// From here on this frame comes once a period, the first at once.
+  /// From here on, this frame is sent once per period, for the first time immediately.
   FakeNode& every(Time period, const std::string& text);
 
   void hear(const can::Frame& sent, Time now) override;
-  /// Time goes on; `at` steps and periodic frames become due.
+  /// Advances the time; `at` steps and periodic frames become due.
   void tick(Time now) override;
   [[nodiscard]] std::vector<can::StampedFrame> take() override;
   [[nodiscard]] bool done() const { return script_.empty(); }
   [[nodiscard]] const std::vector<std::string>& complaints() const { return complaints_; }
 
-  void mute(bool muted) { muted_ = muted; }      ///< sends nothing any more
-  void forget_sync() { sync_ = nullptr; }        ///< no TPDOs any more
-  void forget_periodic() { periodic_.clear(); }  ///< no heartbeat any more
+  void mute(bool muted) { muted_ = muted; }      ///< sends nothing while muted
+  void forget_sync() { sync_ = nullptr; }        ///< stops the TPDOs
+  void forget_periodic() { periodic_.clear(); }  ///< stops the heartbeat
 
  private:
   struct Step {
@@ -86,15 +86,15 @@ class FakeNode : public BusNode {
   bool muted_ = false;
 };
 
-/// An in-memory bus end with fake nodes on it. Frames of nodes carry the time at which they were sent; those
-/// that follow a SYNC come in identifier order, 100 µs apart.
+/// An in-memory bus interface with fake nodes on it. Frames from nodes carry the time at which they were
+/// sent; those that follow a SYNC arrive in identifier order, 100 µs apart.
 class FakeBus final : public can::Interface {
  public:
   explicit FakeBus(std::string name) : name_(std::move(name)) {}
 
   void attach(BusNode& node) { nodes_.push_back(&node); }
   void tick(Time now);
-  /// A frame out of nowhere.
+  /// Injects a frame that no node has sent.
   void inject(const can::Frame& frame, Time time) { received_.push_back({time, frame}); }
 
   [[nodiscard]] can::SendResult send(const can::Frame& frame) noexcept override;
@@ -110,9 +110,9 @@ class FakeBus final : public can::Interface {
   std::uint64_t overflows = 0;
   int flushes = 0;
   bool fd = false;                          ///< carries FD frames
-  std::function<void(can::Frame&)> filter;  ///< what becomes of a received frame, if anything
+  std::function<void(can::Frame&)> filter;  ///< applied to every received frame, if set
 
-  /// Text of the sent frames with this identifier.
+  /// Returns the text of the sent frames with this identifier.
   [[nodiscard]] std::vector<std::string> sent_with(std::uint32_t id) const;
 
  private:

@@ -8,7 +8,7 @@
 namespace walkman::test {
 namespace {
 
-/// A frame of any kind and length, more often than not with an identifier that some node uses.
+/// Returns a frame of any kind and length, usually with an identifier that some node uses.
 can::Frame random_frame(std::mt19937& random) {
   const auto below = [&](std::uint32_t n) { return static_cast<std::uint32_t>(random() % n); };
   static constexpr std::uint32_t kFunctions[] = {0x080, 0x180, 0x280, 0x380, 0x480,

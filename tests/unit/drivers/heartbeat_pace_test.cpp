@@ -24,7 +24,8 @@ class Frames final : public can::Interface {
   std::deque<can::StampedFrame> waiting;
 };
 
-/// What is found wrong with heartbeats of node 11 at these times; other nodes' and other frames are between.
+/// Returns the wrong interval found for heartbeats of node 11 at these times; heartbeats of other nodes and
+/// other frames are in between.
 std::optional<Time> judged(const std::vector<Time>& times, Time tolerance) {
   Frames frames;
   HeartbeatPace pace(frames, 100ms, tolerance);
@@ -51,7 +52,7 @@ TEST(HeartbeatPace, NodesWhoseTimeIsTheMasters) {
   EXPECT_FALSE(judged(every(104ms, 50), 5ms));
   std::vector<Time> stalled = every(100ms, 6);
   for (const Time time : every(100ms, 8))
-    stalled.push_back(time + 4s);  // once three seconds and a half apart
+    stalled.push_back(time + 4s);  // with one gap of three and a half seconds
   EXPECT_FALSE(judged(stalled, 5ms));
 }
 
@@ -83,7 +84,7 @@ TEST(HeartbeatPace, ANodeThatBootsIsObservedAnew) {
     frames.waiting.push_back({time, can::Frame(0x70B, {state})});
     ASSERT_TRUE(pace.receive(out));
   };
-  for (int i = 0; i < 8; ++i) beat(i * 20ms, 0x7F);  // what its own defaults may have been
+  for (int i = 0; i < 8; ++i) beat(i * 20ms, 0x7F);  // possibly its own default interval
   beat(1s, 0x00);
   for (int i = 0; i < 9; ++i) beat(2s + i * 100ms, 0x05);
   EXPECT_FALSE(pace.wrong_interval());

@@ -21,7 +21,7 @@ std::string text_of_file(const std::string& path) {
   return text.str();
 }
 
-/// Writes `text` to a file and gives it to `load`; the sentence of the error.
+/// Writes `text` to a file and passes it to `load`; returns the error message.
 template <typename Load>
 std::string error_of(const std::string& text, Load load) {
   const auto file =
@@ -41,7 +41,7 @@ std::string layout_error(const std::string& text) {
   return error_of(text, [](const auto& file) { static_cast<void>(robot::load_pdo_layout(file)); });
 }
 
-/// Layout `letter` with the first `from` after `after` replaced.
+/// Returns layout `letter` with the first `from` after `after` replaced by `to`.
 std::string changed(const std::string& letter, const std::string& after, const std::string& from,
                     const std::string& to) {
   std::string text = text_of_file(layout_file(letter));
@@ -85,7 +85,7 @@ TEST(LayoutFiles, LayoutAIsTheFactoryMapping) {
   }
 }
 
-// Against the table of docs/protocol.md.
+// Against the table in docs/protocol.md.
 TEST(LayoutFiles, MappingsAreThoseOfTheTable) {
   const robot::PdoLayout b = robot::load_pdo_layout(layout_file("b"));
   const robot::PdoLayout c = robot::load_pdo_layout(layout_file("c"));

@@ -8,7 +8,7 @@
 
 namespace walkman::test {
 
-/// A robot of two buses with devices that have object dictionaries: on can_rarm drive RShSag (11, 120 N·m),
+/// A robot with two buses and devices that have object dictionaries: on can_rarm drive RShSag (11, 120 N·m),
 /// sensor r_arm_ft (18) and hand r_handj (19, 5 N·m); on can_torso drive WaistYaw (31, 120 N·m) and inertial
 /// unit imu_link (91). The master configures all of them with a layout from a file.
 class LayoutRig {
@@ -16,16 +16,17 @@ class LayoutRig {
   /// `layout`: "a" to "e".
   explicit LayoutRig(const std::string& layout);
 
-  /// Calls boot (or recover) once a cycle until it returns true or `limit` cycles have passed.
+  /// Calls boot (or recover) once per cycle until it returns true or `limit` cycles have passed.
   bool boot(int limit = 1200);
   bool recover(int limit = 1200);
-  /// One cycle: 5 ms on, read, write `commands` if not empty, sync. What `read` returned.
+  /// Runs one cycle: advances by 5 ms, reads, writes `commands` if not empty, syncs. Returns what `read`
+  /// returned.
   bool cycle();
   bool cycles(int count);
-  /// Cycles until a fault is latched, or -1 after `limit`.
+  /// Returns the number of cycles until a fault is latched, or -1 after `limit`.
   int cycles_to_fault(int limit = 200);
 
-  /// Builds the robot anew under the present options, on the same buses and nodes.
+  /// Rebuilds the robot with the current options, on the same buses and nodes.
   void rebuild();
   [[nodiscard]] std::string fault_text() const { return robot->fault() ? robot->fault()->text : "none"; }
   [[nodiscard]] std::string refusals() const;
@@ -45,7 +46,7 @@ class LayoutRig {
                   std::uint32_t rated);
 };
 
-/// The file of a layout: "a" to "e".
+/// Returns the file of a layout: "a" to "e".
 [[nodiscard]] std::string layout_file(const std::string& layout);
 
 }  // namespace walkman::test

@@ -38,7 +38,7 @@ TEST_P(EveryLayout, BootsMovesAndMeasures) {
   rig.imu.set(0x7130, 5, 0xFFFF - 499);  // -500
   rig.imu.set(0x7130, 7, 21213);
   rig.imu.set(0x7130, 10, 21213);
-  // The link at 0.597 rad under 30 N·m is the motor at 0.6 rad.
+  // With the link at 0.597 rad under 30 N·m, the motor is at 0.6 rad.
   rig.commands = {{0.597, 30}, {-0.2, 0}};
   ASSERT_TRUE(rig.cycles(60)) << rig.fault_text();
 
@@ -78,7 +78,7 @@ TEST_P(EveryLayout, VelocityIsThatOfTheMotion) {
   ASSERT_TRUE(rig.boot());
   rig.cycles(10);
   rig.drive.moves = false;
-  // 2 mrad every cycle of 5 ms.
+  // 2 mrad in every cycle of 5 ms.
   for (int i = 0; i < 20; ++i) {
     rig.drive.set(0x6064, 0, rig.drive.value(0x6064) + 2000);
     rig.drive.set(0x606C, 0, 400000);
@@ -105,7 +105,7 @@ TEST_P(EveryLayout, StopReachesTheDrives) {
 INSTANTIATE_TEST_SUITE_P(Layouts, EveryLayout, ::testing::Values("a", "b", "c", "d", "e"),
                          [](const auto& layout) { return std::string(layout.param); });
 
-// What the master writes to make TPDO1 of node 11 that of layout C, byte by byte, and what it reads back.
+// What the master writes to give node 11 the TPDO1 of layout C, byte by byte, and what it reads back.
 TEST(LayoutC, Tpdo1IsWrittenInTheStandardsOrderAndReadBack) {
   LayoutRig rig("c");
   ASSERT_TRUE(rig.boot());
@@ -177,7 +177,7 @@ TEST(LayoutE, WhatIsNotAsItWasSentIsNotUsed) {
       if (frame.id == 0x18B || frame.id == 0x28B) filter(frame);
     };
   };
-  // One in three: two in a row always come.
+  // One frame in three is corrupted: two in a row always arrive.
   int n = 0;
   filtered([&](can::Frame& frame) {
     if (frame.id == 0x18B && ++n % 3 == 0) frame.data[5] ^= 0x10;
@@ -190,7 +190,7 @@ TEST(LayoutE, WhatIsNotAsItWasSentIsNotUsed) {
   EXPECT_THAT(rig.fault_text(), HasSubstr("3 came with a wrong CRC or an old count"));
 }
 
-// The whole bus is heard, and SYNC reaches it.
+// All devices on the bus are heard, and SYNC reaches them.
 TEST(LayoutE, OfABusWhosePdosAreAllDamagedThatIsSaid) {
   LayoutRig rig("e");
   ASSERT_TRUE(rig.boot());
@@ -312,7 +312,7 @@ TEST(InertialUnit, IsJudgedLikeASensor) {
   rig.cycles(2);
   ASSERT_TRUE(rig.recover());
   ASSERT_TRUE(rig.cycles(10)) << rig.fault_text();
-  rig.imu.set(0x7130, 7, 100);  // no unit quaternion
+  rig.imu.set(0x7130, 7, 100);  // not a unit quaternion
   EXPECT_GT(rig.cycles_to_fault(), 0);
   EXPECT_EQ(rig.robot->fault()->kind, FaultKind::kNotFinite);
   EXPECT_TRUE(rig.robot->find<cia404::InertialUnit>("imu_link")

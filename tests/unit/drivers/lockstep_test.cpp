@@ -10,8 +10,9 @@ namespace {
 
 using std::chrono::milliseconds;
 
-/// A bus in lock-step, seen from the master: what it sends after a SYNC reaches the nodes right before the
-/// next one, and what they send comes when it is let through, as the kernel and another process please.
+/// A bus in lock-step, as seen from the master: frames that it sends after a SYNC reach the nodes right
+/// before the next one; frames from the nodes arrive when let through, as the kernel and another process may
+/// delay them.
 class LateInterface final : public can::Interface {
  public:
   explicit LateInterface(FakeBus& bus) : bus_(&bus) {}
@@ -36,7 +37,7 @@ class LateInterface final : public can::Interface {
   std::vector<can::Frame> inbox_;
 };
 
-/// A robot whose frames arrive when told to, with the time of its cycle.
+/// A robot whose frames arrive on command, stamped with the time of its cycle.
 struct Bench {
   Bench() { rebuild(); }
   void rebuild() {
@@ -50,7 +51,8 @@ struct Bench {
     rarm_restamped.set_time(rig.now);
     torso_restamped.set_time(rig.now);
   }
-  /// Lets frame after frame through until the cycle is complete. How many that took; -1: it never was.
+  /// Lets one frame after another through until the cycle is complete. Returns how many it took, or -1 if it
+  /// never was.
   int complete() {
     for (int i = 0; i < 200; ++i) {
       if (rig.robot->cycle_complete()) return i;
@@ -60,7 +62,7 @@ struct Bench {
     }
     return -1;
   }
-  /// A cycle of boot in lock-step.
+  /// Runs one boot cycle in lock-step.
   bool boot_cycle() {
     begin_cycle();
     const bool booted = rig.robot->boot(rig.now);
@@ -121,7 +123,7 @@ TEST_F(Lockstep, WaitsForTheTpdosOfEveryStartedNodeThatAreDue) {
   ASSERT_TRUE(boot());
   for (int i = 1; i <= 12; ++i) {
     ASSERT_TRUE(cycle()) << rig.fault_text();
-    // Drive and sensor: two each; the hand's two every fourth SYNC. Waist: two, inertial unit: three.
+    // Drive and sensor: two each; hand: two every fourth SYNC. Waist: two, inertial unit: three.
     const int frames = complete();
     EXPECT_GE(frames, 5);
     EXPECT_LE(frames, 8);
@@ -168,7 +170,7 @@ TEST_F(Lockstep, CollectingJudgesNothing) {
 }
 
 TEST_F(Lockstep, PowerUpNeedsNoHeartbeat) {
-  // A TPDO that comes with SYNC after NMT start proves a node operational.
+  // A TPDO that arrives with SYNC after NMT start proves that a node is operational.
   rig.options.heartbeat_producer = milliseconds(4000);
   rig.options.heartbeat_timeout = milliseconds(5000);
   rebuild();
@@ -177,7 +179,7 @@ TEST_F(Lockstep, PowerUpNeedsNoHeartbeat) {
   EXPECT_LT(cycles, 400) << "two seconds";
 }
 
-/// Everything a master sends in 400 cycles of boot and motion.
+/// Returns everything a master sends in 400 cycles of boot and motion.
 std::string all_sent(bool at_once) {
   Bench bench;
   bool booted = false;

@@ -17,7 +17,7 @@ can::Frame sent(std::uint8_t count) {
   return frame;
 }
 
-// Check value of the catalogue of parametrised CRC algorithms for CRC-8/AUTOSAR: DFh of "123456789".
+// Check value for CRC-8/AUTOSAR from the catalogue of parametrised CRC algorithms: DFh for "123456789".
 TEST(PdoProtection, IsTheCataloguesCrc) {
   can::Frame frame(0x3231, {'3', '4', '5', '6', '7', '8', 0, 0});
   protect(frame, kBytes, '9');
@@ -55,7 +55,7 @@ TEST(PdoProtection, AnotherPdosFrameIsNoneOfThis) {
   EXPECT_EQ(PdoGuard().judge(frame, kBytes), Verdict::kCorrupt);
 }
 
-// 10 bytes of objects travel in a CAN FD frame of 12.
+// 10 bytes of objects are sent in a CAN FD frame of 12.
 TEST(PdoProtection, AFramesPaddingIsNoPartOfIt) {
   constexpr std::size_t kObjects = 10;
   can::Frame frame(0x18B, {0x37, 0x12, 0xA0, 0x86, 0x01, 0x00, 0x21, 0x43, 0x00, 0x00, 0x00, 0x00});
@@ -73,7 +73,7 @@ TEST(PdoProtection, OldFramesAreToldFromNewOnes) {
   PdoGuard guard;
   for (int count = 0; count < 600; ++count)
     ASSERT_EQ(guard.judge(sent(static_cast<std::uint8_t>(count)), kBytes), Verdict::kNew) << count;
-  // 599 is 57h.
+  // Count 599 is sent as 57h.
   EXPECT_EQ(guard.judge(sent(0x57), kBytes), Verdict::kRepeated);
   EXPECT_EQ(guard.judge(sent(0x50), kBytes), Verdict::kRepeated);
   EXPECT_EQ(guard.judge(sent(0x5C), kBytes), Verdict::kNew) << "four were lost";

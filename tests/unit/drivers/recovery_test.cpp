@@ -26,7 +26,7 @@ class Recovery : public ::testing::Test {
     rig.torso.sent.clear();
   }
   FaultKind kind() const { return rig.robot->fault()->kind; }
-  /// Both joints follow commands again.
+  /// Checks that both joints follow commands again.
   void expect_in_operation() {
     EXPECT_FALSE(rig.robot->fault());
     rig.commands = {{0.4, 0}, {0.2, 0}};
@@ -56,7 +56,7 @@ TEST_F(Recovery, ANodeThatRebootedBringsBackItsBusAndNoOther) {
   EXPECT_EQ(rig.waist.resets, 1) << "of the boot";
   EXPECT_EQ(rig.drive.resets, 2);
   EXPECT_EQ(rig.drive.value(0x1A00, 1), 0x60410010U) << "configured anew";
-  // The other bus's drive was held all the time, with SYNC and its set-point every cycle.
+  // The drive on the other bus was held throughout, with SYNC and its set-point in every cycle.
   const auto held = rig.torso.sent_with(0x31F);
   EXPECT_GT(held.size(), 50U);
   for (const std::string& text : held) EXPECT_EQ(text, "31F#A0 86 01 00 00 00 00 00");
@@ -95,7 +95,7 @@ TEST_F(Recovery, AFaultThatPersistsIsNamedAndTheRestHolds) {
   }
   EXPECT_TRUE(rig.robot->fault());
   EXPECT_EQ(rig.waist.value(0x6041), 0x1237U) << "the other drive still holds";
-  // Fault reset was tried by edges, not by a level.
+  // The fault reset was attempted with edges, not with a level.
   const auto words = rig.rarm.sent_with(0x20B);
   EXPECT_THAT(words[0], HasSubstr("#80 00"));
   EXPECT_THAT(words[1], HasSubstr("#00 00"));
@@ -212,8 +212,8 @@ TEST_F(Recovery, BootDoesAllAnew) {
 }
 
 TEST_F(Recovery, ARestartedMasterTakesOverNodesLeftOperational) {
-  // The old master dies without a word: nodes go on, heartbeats, TPDOs with nobody's SYNC; drives are
-  // enabled.
+  // The old master dies silently: the nodes continue with heartbeats, and TPDOs without any SYNC; the drives
+  // are enabled.
   rig.rebuild();
   rig.rarm.inject(frame("18B#37 12 08 FA 00"), rig.now);
   rig.rarm.inject(frame("70B#05"), rig.now);

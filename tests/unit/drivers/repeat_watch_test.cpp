@@ -23,7 +23,7 @@ class Noisy {
   std::normal_distribution<double> normal_;
 };
 
-class HealthyNoise : public testing::TestWithParam<double> {};  // standard deviation over a step
+class HealthyNoise : public testing::TestWithParam<double> {};  // standard deviation in steps
 
 TEST_P(HealthyNoise, IsNeverCalledFrozen) {
   Noisy noisy(GetParam());
@@ -34,7 +34,7 @@ TEST_P(HealthyNoise, IsNeverCalledFrozen) {
   }
 }
 
-// Below a third of a step three channels repeat themselves more often than not, which proves nothing.
+// Below a third of a step, three channels repeat more often than not, which proves nothing.
 INSTANTIATE_TEST_SUITE_P(Sigmas, HealthyNoise, testing::Values(0.0, 0.05, 0.2, 0.3, 0.4, 0.5, 1.0, 3.0));
 
 TEST(FrozenNoise, IsSeenAfterFortySamples) {
@@ -42,7 +42,7 @@ TEST(FrozenNoise, IsSeenAfterFortySamples) {
     Noisy noisy(sigma);
     RepeatWatch watch;
     for (int i = 0; i < 400; ++i) watch.take(noisy.next());
-    const RepeatWatch::Reading stuck{1000, 1001, 1002};  // none of the noise's own
+    const RepeatWatch::Reading stuck{1000, 1001, 1002};  // not a value of the noise
     int samples = 0;
     for (; watch.frozen() == 0 && samples < 100; ++samples) watch.take(stuck);
     EXPECT_EQ(samples, RepeatWatch::kMost + 1) << "the first, and forty repeats";

@@ -7,23 +7,24 @@
 
 namespace walkman::test {
 
-/// One right arm in small: drive RShSag (node 11, 120 N·m, limits -1.5..1.5 rad), wrist sensor r_arm_ft (18),
+/// A minimal right arm: drive RShSag (node 11, 120 N·m, limits -1.5..1.5 rad), wrist sensor r_arm_ft (18),
 /// hand r_handj (19, 5 N·m, 0..5 rad, 4 rad/s), all on can_rarm. The model and table are built here, not
 /// loaded.
 class Rig {
  public:
   Rig();
 
-  /// Fills in the scripts of a flawless boot; TPDOs as `drive_tpdos`, `sensor_tpdos` and `hand_tpdos` give
-  /// them.
+  /// Fills in the scripts of a flawless boot, with the TPDOs of `drive_tpdos`, `sensor_tpdos` and
+  /// `hand_tpdos`.
   void script_all();
   void script_drive();
   void script_sensor();
   void script_hand();
 
-  /// Calls boot once a cycle until it returns true or `limit` cycles have passed.
+  /// Calls boot once per cycle until it returns true or `limit` cycles have passed.
   bool boot(int limit = 200);
-  /// One cycle: 5 ms on, read, write `commands` if not empty, sync. What `read` returned.
+  /// Runs one cycle: advances by 5 ms, reads, writes `commands` if not empty, syncs. Returns what `read`
+  /// returned.
   bool cycle();
   bool cycles(int count);
 
@@ -44,15 +45,15 @@ class Rig {
   std::string drive_tpdo1 = "18B#37 12 08 FA 00";
   std::string drive_tpdo2 = "28B#20 A1 07 00 F0 D8 FF FF";
 
-  /// Restarts the robot under other options; before `boot` only.
+  /// Rebuilds the robot with changed options; to be called before `boot` only.
   void rebuild();
 
  private:
   void add_joint(const std::string& name, double lower, double upper, double velocity, double effort);
 };
 
-/// The drive's conversation up to NMT start, literal bytes for node-ID 11, rated torque 120 000 mN·m, spring
-/// 10 000 N·m/rad.
+/// The drive's conversation up to NMT start, as literal bytes for node-ID 11, rated torque 120 000 mN·m,
+/// spring 10 000 N·m/rad.
 inline constexpr const char* kDriveConversation[][2] = {
     {"60B#40 00 10 00 00 00 00 00", "58B#43 00 10 00 92 01 02 00"},  // device type
     {"60B#40 18 10 01 00 00 00 00", "58B#43 18 10 01 5A 02 00 00"},  // vendor-ID
@@ -68,7 +69,8 @@ inline constexpr const char* kDriveConversation[][2] = {
     {"60B#2B 72 60 00 E8 03 00 00", "58B#60 72 60 00 00 00 00 00"},  // max torque 1000 per mille
 };
 
-/// The hand's PDOs travel with every n-th SYNC: slower than the joints', so that both paces are tested.
+/// The hand's PDOs are sent with every n-th SYNC: more slowly than the joints', so that both rates are
+/// tested.
 inline constexpr std::uint8_t kHandSyncs = 4;
 
 /// The same for the hand: node-ID 19, 5 000 mN·m, spring 50 N·m/rad, a set-point every fourth SYNC.

@@ -13,10 +13,10 @@ using canopen::SdoClient;
 using std::chrono::milliseconds;
 using State = SdoClient::State;
 
-/// A client of node 2 and what it would send.
+/// A client of node 2 and the frames it would send.
 class SdoClientTest : public ::testing::Test {
  protected:
-  /// The waiting request as text, taken off the client.
+  /// Takes the pending request from the client and returns it as text.
   std::string request() {
     if (client.pending() == nullptr) return "none";
     std::string text = text_of(*client.pending());

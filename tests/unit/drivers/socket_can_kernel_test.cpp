@@ -1,5 +1,5 @@
-// Against the kernel's own CAN stack: needs AF_CAN, an interface vcan0 that is up, and root. Everything that
-// is sent or injected here by the side of the class under test goes through plain system calls.
+// Against the kernel's own CAN stack: needs AF_CAN, an interface vcan0 that is up, and root. Everything sent
+// or injected here alongside the class under test goes through plain system calls.
 
 #include <cerrno>
 #include <cstdlib>
@@ -48,7 +48,7 @@ std::string why_not() {
   return {};
 }
 
-/// Somebody else on the bus, by plain system calls.
+/// Another participant on the bus, using plain system calls.
 class Stranger {
  public:
   Stranger() : descriptor_(socket(PF_CAN, SOCK_RAW | SOCK_NONBLOCK, CAN_RAW)) {
@@ -77,7 +77,7 @@ class Stranger {
     std::memset(frame.data, fill, length);
     return write(descriptor_, &frame, sizeof frame) == static_cast<ssize_t>(sizeof frame);
   }
-  /// The next frame within a second; `bytes` is what read() returned.
+  /// Returns the next frame within a second; `bytes` is set to what read() returned.
   std::optional<canfd_frame> next(ssize_t* bytes = nullptr) const {
     pollfd wait{descriptor_, POLLIN, 0};
     canfd_frame frame{};
@@ -106,7 +106,7 @@ class SocketCanOnVcan : public ::testing::Test {
   static std::vector<can::StampedFrame> drain(can::SocketCan& socket) {
     std::vector<can::StampedFrame> frames;
     can::StampedFrame frame;
-    // The kernel hands frames over in the background: the first may be a moment away on a busy machine.
+    // The kernel hands frames over in the background: on a busy machine the first may take a moment.
     pollfd readable{socket.descriptor(), POLLIN, 0};
     poll(&readable, 1, 200);
     std::size_t before = 0;
@@ -167,7 +167,7 @@ TEST_F(SocketCanOnVcan, ReceivedFramesHaveMonotonicStampsOfTheirArrival) {
   }
 }
 
-// What another master sends has to be seen to be named.
+// Frames from another master must be received in order to be reported.
 TEST_F(SocketCanOnVcan, EverythingOthersSendIsHeard) {
   can::SocketCan master(kBus);
   const Stranger stranger;
@@ -243,14 +243,14 @@ TEST_F(SocketCanOnVcan, AnFdFrameGatheredBeforeTheMtuShrankDoesNotBlockTheOthers
 
 TEST_F(SocketCanOnVcan, LostFramesAreCounted) {
   can::SocketCanOptions options;
-  options.receive_buffer = 106496;  // which the kernel doubles: its default of 212992
+  options.receive_buffer = 106496;  // which the kernel doubles to its default of 212992
   can::SocketCan master(kBus, options);
   const Stranger stranger;
   for (unsigned i = 0; i < 600; ++i) ASSERT_TRUE(stranger.send(0x181, {static_cast<std::uint8_t>(i)}));
   const std::size_t kept = drain(master).size();
   EXPECT_LT(kept, 600U);
   EXPECT_GT(kept, 100U);
-  // The count comes with the first frame that was queued after the loss.
+  // The count arrives with the first frame queued after the loss.
   ASSERT_TRUE(stranger.send(0x181, {0xFF}));
   EXPECT_EQ(drain(master).size(), 1U);
   EXPECT_EQ(master.receive_overflows(), 600 - kept);

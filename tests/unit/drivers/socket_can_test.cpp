@@ -26,7 +26,7 @@ std::string error_of(const std::string& interface_name) {
 }
 
 TEST(SocketCan, MissingInterfaceIsNamed) {
-  // With and without CAN in the kernel the sentence begins the same way.
+  // The message begins the same way with and without CAN in the kernel.
   EXPECT_THAT(error_of("can_nowhere"), StartsWith("can_nowhere: no such CAN interface"));
 }
 
@@ -64,7 +64,7 @@ can::Frame report(std::uint32_t classes, std::uint8_t controller) {
   return frame;
 }
 
-// Values of linux/can/error.h, written out.
+// Values from linux/can/error.h, written out.
 TEST(ErrorReport, ControllerStates) {
   using can::LinkState;
   const std::pair<can::Frame, LinkState> cases[] = {

@@ -18,14 +18,14 @@ class WatchdogTest : public ::testing::Test {
     ASSERT_TRUE(rig.boot()) << rig.complaints();
     ASSERT_TRUE(rig.cycles(8)) << rig.fault_text();
   }
-  /// Runs until a fault is latched; how many cycles that took, or -1 after `limit`.
+  /// Runs until a fault is latched; returns the number of cycles, or -1 after `limit`.
   int cycles_to_fault(int limit = 400) {
     for (int i = 1; i <= limit; ++i) {
       if (!rig.cycle()) return i;
     }
     return -1;
   }
-  /// Feeds one frame that arrived just now, and reads. What `read` returned.
+  /// Feeds one frame that has just arrived, and reads. Returns what `read` returned.
   bool feed(const std::string& text) {
     rig.bus.inject(frame(text), rig.now);
     return rig.robot->read(rig.now);
@@ -36,8 +36,8 @@ class WatchdogTest : public ::testing::Test {
 
 TEST_F(WatchdogTest, SensorTpdosCutIsStaleAndNamed) {
   rig.sensor.each_sync([](int) { return FakeNode::Frames{}; });
-  // The last TPDO1 is 200 µs old at its SYNC's end: ages 4.8, 9.8, 14.8 pass, 19.8 ms is over the limit of 15
-  // ms.
+  // The last TPDO1 is stamped 200 µs after its SYNC: ages of 4.8, 9.8 and 14.8 ms pass, 19.8 ms exceeds the
+  // limit of 15 ms.
   EXPECT_EQ(cycles_to_fault(), 4);
   EXPECT_EQ(kind(), FaultKind::kDataStale);
   EXPECT_EQ(rig.robot->fault()->device, "r_arm_ft");
@@ -85,7 +85,7 @@ TEST_F(WatchdogTest, HandIsJudgedByEveryFourthSync) {
 
 TEST_F(WatchdogTest, FrozenSampleCounterIsStale) {
   rig.sensor.each_sync([](int) { return sensor_tpdos(4321); });
-  // The first frozen sample is still a new one.
+  // The first sample with the frozen counter still counts as new.
   EXPECT_EQ(cycles_to_fault(), 5);
   EXPECT_EQ(kind(), FaultKind::kDataStale);
   EXPECT_THAT(rig.fault_text(), HasSubstr("counter 2050h stands at 4321 for"));
@@ -101,7 +101,7 @@ TEST_F(WatchdogTest, FrozenDriveCounterIsStale) {
 TEST_F(WatchdogTest, LostHeartbeatIsNamed) {
   rig.drive.forget_periodic();
   const int cycles = cycles_to_fault();
-  EXPECT_GE(cycles, 30);  // 250 ms after the last of beats that were 100 ms apart
+  EXPECT_GE(cycles, 30);  // 250 ms after the last of the heartbeats, which were 100 ms apart
   EXPECT_LE(cycles, 51);
   EXPECT_EQ(kind(), FaultKind::kHeartbeatLost);
   EXPECT_THAT(rig.fault_text(), HasSubstr("RShSag (node 11 on can_rarm): no heartbeat for 25"));
@@ -118,7 +118,7 @@ TEST_F(WatchdogTest, UnexpectedBootUpIsNamedAndTheNodeIsNotDriven) {
   EXPECT_TRUE(rig.bus.sent_with(0x30B).empty());
 }
 
-// 05h with a bit turned over is 04h, and only an operational node sends PDOs.
+// 05h with one bit flipped is 04h, and only an operational node sends PDOs.
 TEST_F(WatchdogTest, OneHeartbeatThatTheNodesOwnTpdosContradictIsNotBelieved) {
   EXPECT_TRUE(feed("712#04"));
   EXPECT_TRUE(rig.cycles(40)) << rig.fault_text();

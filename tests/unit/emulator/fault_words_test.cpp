@@ -1,4 +1,4 @@
-// A fault as the command line and the control socket have it.
+// A fault as written on the command line and on the control socket.
 
 #include <stdexcept>
 

@@ -20,7 +20,7 @@ using testing::HasSubstr;
 const std::filesystem::path kShipped =
     std::filesystem::path(WALKMAN_URDF_DIR) / "../emulator/nodes/measuring/force_torque_45mm.yaml";
 
-/// The message of loading the shipped file with `from` replaced by `to`; empty when it loads.
+/// Returns the error message of loading the shipped file with `from` replaced by `to`; empty if it loads.
 std::string message_of(const std::string& from, const std::string& to) {
   std::stringstream text;
   text << std::ifstream(kShipped).rdbuf();
@@ -47,13 +47,14 @@ TEST(ForceTorqueKind, ShippedFileHasTheRatingsOfTheFortyFiveMillimetreSensor) {
   EXPECT_EQ(kind.torque_resolution, Eigen::Vector3d(0.005, 0.005, 0.004));
 }
 
-/// ME-Messsysteme's accuracy of six-axis sensors: about 1 % of the rated load of the other axes.
+/// Accuracy of ME-Messsysteme's six-axis sensors: about 1 % of the rated load of the other axes.
 TEST(ForceTorqueKind, ShippedFilesHaveTheCrossTalkOfADataSheet) {
   EXPECT_EQ(load_force_torque_kind(kShipped).cross_talk, 0.01);
   EXPECT_EQ(load_force_torque_kind(kShipped.parent_path() / "force_torque_ankle.yaml").cross_talk, 0.01);
 }
 
-/// The two sides read different files: what the robot's computer takes the sensor for, and what is emulated.
+/// The two sides read different files: the sensor data assumed by the robot's computer, and the emulated
+/// data.
 TEST(ForceTorqueKind, TheMethodTakesTheSensorForWhatItIs) {
   const ForceTorqueKind kind = load_force_torque_kind(kShipped);
   const auto method =
@@ -86,7 +87,7 @@ TEST(ForceTorqueKind, ASensorsOwnValuesFillTheirBoundsAndDifferBySensorAndSeed) 
   range << kind.force_range, kind.torque_range;
   bias << Vector6::Constant(kind.force_bias).head<3>(), Vector6::Constant(kind.torque_bias).tail<3>();
   drift = kind.drift * range;
-  double largest_bias = 0, largest_drift = 0, largest_cross = 0;  // shares of their bounds
+  double largest_bias = 0, largest_drift = 0, largest_cross = 0;  // as fractions of their bounds
   for (std::uint64_t seed = 1; seed <= 100; ++seed) {
     const auto t = draw_sensor(kind, SensorErrors::kAll, seed, 18).transducer;
     largest_bias = std::max(largest_bias, t.bias.cwiseQuotient(bias).cwiseAbs().maxCoeff());

@@ -1,4 +1,4 @@
-// The draws of the true robot against what the files ask for, by many seeds.
+// The draws of the true robot against the values in the files, over many seeds.
 
 #include "emulator/scene/model_error.h"
 
@@ -45,7 +45,7 @@ TrueRobot draw(const ModelError& error, std::uint64_t seed) {
 
 ModelErrorChoice level(const std::string& name) { return {name, {}, {}}; }
 
-/// A single kind, everything else as in the model.
+/// A single kind of error, everything else as in the model.
 ModelErrorChoice only(ErrorKind kind, double sigma) { return {"none", {{kind, {sigma, {}}}}, {}}; }
 
 double mass_of(const RobotModel& robot, const std::vector<std::size_t>& links) {
@@ -87,8 +87,8 @@ TEST(ModelError, TheSameSeedDrawsTheSameAndAnotherAnother) {
   EXPECT_FALSE(same_links_and_joints(one.model, other.model));
 }
 
-/// Every draw of many robots: mean and variance are those of the file's normal part and outliers, and as
-/// many are outliers as the file says.
+/// Over all draws of many robots, mean and variance are those of the file's normal part and outliers, and the
+/// share of outliers is the one in the file.
 TEST(ModelError, DrawsAreSpreadAsTheFileSays) {
   constexpr int kSeeds = 400;
   for (const char* name : {"calibrated", "uncalibrated"}) {
@@ -120,7 +120,7 @@ TEST(ModelError, DrawsAreSpreadAsTheFileSays) {
       const double mean = std::accumulate(values[kind].begin(), values[kind].end(), 0.0) / (axes * n);
       EXPECT_NEAR(mean, 0, 4.5 * std::sqrt(expected / axes / (axes * n)));
       if (share == 0) continue;
-      // Of a normal part with as many axes hardly any is as large as the middle of the outliers.
+      // Hardly any draw of a normal part with as many axes is as large as the middle of the outlier range.
       const auto beyond = std::count_if(squares[kind].begin(), squares[kind].end(),
                                         [&](double s) { return s > (a + b) * (a + b) / 4; });
       const double half = share / 2;
@@ -129,7 +129,7 @@ TEST(ModelError, DrawsAreSpreadAsTheFileSays) {
   }
 }
 
-/// One more quantity, or another spread of one, moves the draws of no other.
+/// Adding a quantity, or changing the spread of one, does not change the draws of any other.
 TEST(ModelError, EveryQuantityHasItsOwnSequence) {
   const TrueRobot all = draw(load_model_error(kFile, level("calibrated")), 11);
   for (std::size_t kind = 0; kind < kErrorKinds.size(); ++kind) {
@@ -146,7 +146,7 @@ TEST(ModelError, EveryQuantityHasItsOwnSequence) {
       const bool is_it = drawn.kind == static_cast<ErrorKind>(kind);
       missing += is_it ? 1 : 0;
       found += std::any_of(without.draws.begin(), without.draws.end(), same) ? 1 : 0;
-      // Alone there are no outliers: what was one is another draw.
+      // On its own a kind has no outliers: an outlier becomes a different draw.
       if (is_it && drawn.size() < 1.5 * sigma) {
         EXPECT_TRUE(std::any_of(alone.draws.begin(), alone.draws.end(), same))
             << kErrorKinds[kind].key << " " << drawn.of;
@@ -158,7 +158,7 @@ TEST(ModelError, EveryQuantityHasItsOwnSequence) {
   }
 }
 
-/// Whole arms and legs of WALK-MAN on the scale: a chain's error is small, a link's is not.
+/// Whole arms and legs of WALK-MAN were weighed: the error of a chain is small, that of a link is not.
 TEST(ModelError, ChainsKeepTheirTotals) {
   const RobotParts parts(nominal().robot.model, nominal().robot.devices);
   std::map<std::size_t, std::vector<std::size_t>> chains;
@@ -183,7 +183,7 @@ TEST(ModelError, ChainsKeepTheirTotals) {
     const double off = truth.model.total_mass() / nominal().robot.model.total_mass() - 1;
     total2 += off * off / kSeeds;
   }
-  // A calibrated robot's total on the scale is known to 0.2 %.
+  // The total mass of a calibrated robot is known to 0.2 % from weighing.
   EXPECT_NEAR(std::sqrt(total2), 0.002, 0.0005);
 }
 
@@ -213,8 +213,8 @@ TEST(ModelError, WeighedPartsWeighWhatTheScaleSaid) {
   EXPECT_NEAR(truth.model.total_mass(), 118 + 2 * 1.15 + 5.21 - 2.451, 2e-3);
 }
 
-/// How far the hand is from where the nominal model has it, in the home posture: mean and median of many
-/// robots, m.
+/// Distance of the hand from its position in the nominal model, in the home posture: mean and median over
+/// many robots, m.
 struct HandError {
   double mean = 0, median = 0;
 };
@@ -241,10 +241,11 @@ HandError hand_error(const char* name) {
 }
 
 /// An independent check of joint zeros, origins, tilts and the hand's mounting together: Agile Justin's hand
-/// (torso and seven joints) was off by 3.1 mm when calibrated and by 21 mm before (arXiv 2311.08333).
+/// (torso and seven joints) was off by 3.1 mm after calibration and by 21 mm before (arXiv 2311.08333).
 TEST(ModelError, TheHandIsAsFarOffAsAHumanoidsWas) {
   EXPECT_NEAR(hand_error("calibrated").mean, 0.0035, 0.0010);
-  // One robot's figure, from spreads with outliers: the middle robot's, whose hand is off less than the mean.
+  // The figure is from one robot and the spreads have outliers: compare the median robot, whose hand is off
+  // by less than the mean.
   EXPECT_NEAR(hand_error("uncalibrated").median, 0.021, 0.007);
 }
 
@@ -276,7 +277,7 @@ TEST(ModelError, AMountingMovesTheFrameAloneAndAHandsTheHand) {
               camera.draws[0].size(), 1e-12);
 }
 
-/// The message of loading the shipped levels with `from` replaced by `to`; empty when they load.
+/// Returns the error message of loading the shipped levels with `from` replaced by `to`; empty if they load.
 std::string message_of(const std::string& from, const std::string& to) {
   std::stringstream text;
   text << std::ifstream(kFile).rdbuf();

@@ -1,4 +1,4 @@
-// A robot with model error behind its buses: what its drives say, and where it stands.
+// A robot with model error behind its buses: what its drives report and where it stands.
 
 #include <filesystem>
 
@@ -31,7 +31,7 @@ struct Booted {
     for (int i = 0; i < kMostCycles && !ready; ++i)
       ready = robot.boot(i == 0 ? world.emulator.now() : cycle.next());
   }
-  /// Holds every joint where its encoder says for a second.
+  /// Holds every joint at its encoder reading for a second.
   void hold() {
     std::vector<robot::JointCommand> commands;
     for (const cia402::DriveSample& joint : robot.joints())
@@ -65,7 +65,7 @@ TEST(TrueRobot, DrivesReportTheirEncodersZerosOverTheWire) {
     EXPECT_NEAR(sample.link_position - truth, zero, 5e-4) << name;  // a cycle old, near rest
     EXPECT_NEAR(sample.link_position, home.contains(name) ? home.at(name) : 0, 0.01) << name;
   }
-  EXPECT_GT(largest, 4e-3);  // of 29 with 2.5 mrad
+  EXPECT_GT(largest, 4e-3);  // largest of 29 with 2.5 mrad
 }
 
 TEST(TrueRobot, TheDriversKnowTheNominalRobot) {
@@ -81,7 +81,7 @@ TEST(TrueRobot, TheDriversKnowTheNominalRobot) {
 
 TEST(TrueRobot, WithoutModelErrorThePlantIsTheNominalOneToTheBit) {
   EmulatedWorld world(options("none", 1));
-  // Built as it was before there were model errors.
+  // Built without the layer that draws model errors.
   Scene scene = load_scene(kTree / "urdf/scenes/experiment_1.yaml");
   apply_jitter(scene, 1);
   const KnownRobot robot(scene.robot);
@@ -100,7 +100,7 @@ TEST(TrueRobot, WithoutModelErrorThePlantIsTheNominalOneToTheBit) {
   }
 }
 
-/// The soles begin on the ground and nothing is thrown about, however the legs' zeros fell.
+/// The soles start on the ground and nothing is thrown about, whatever zeros were drawn for the legs.
 TEST(TrueRobot, StandsUnderItsBrakesWhereItWasPut) {
   for (const std::uint64_t seed : {1U, 2U, 3U}) {
     EmulatedWorld world(options("calibrated", seed));

@@ -38,7 +38,7 @@ TEST(ExperimentPage, HasThePapersRowsBesideOurs) {
   for (const char* part : {"0.911", "97.6", "96.4", "0.886", "96.5", "0.460", "62.5", "1.05"})
     EXPECT_THAT(page, HasSubstr(part));
   EXPECT_THAT(page, Not(HasSubstr("nan")));
-  EXPECT_THAT(page, Not(HasSubstr("http")));  // it needs nothing else
+  EXPECT_THAT(page, Not(HasSubstr("http")));  // it is self-contained
 }
 
 TEST(ExperimentPage, ASceneOfOnesOwnHasNoPaperAndItsNameIsText) {

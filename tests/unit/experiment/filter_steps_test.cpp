@@ -13,13 +13,14 @@
 namespace walkman::apps {
 namespace {
 
-/// What each filter does to the handles and to the visual centre of mass. docs/architecture.md has the table.
+/// Effect of each filter on the handles and on the visual centre of mass. The table is in
+/// docs/architecture.md.
 TEST(FilterSteps, KeepHandlesFromBeingMissed) {
   struct Setting {
     const char* name;
     bool removes, smooths;
     Scored sum{};
-    double centre = 0, farthest = 0;  // m, by which the visual centre of mass is another: mean and most
+    double centre = 0, farthest = 0;  // m, shift of the visual centre of mass: mean and maximum
   };
   Setting settings[] = {{"both", true, true},
                         {"no outlier removal", false, true},

@@ -9,7 +9,7 @@
 
 namespace walkman::apps {
 
-/// The robot of an experiment's scene where it starts, and the first cloud of its camera.
+/// The robot of an experiment's scene in its initial state, and the first cloud of its camera.
 struct FirstLook {
   FirstLook(int experiment, std::uint64_t seed) : world(options(experiment, seed)) {
     EmbeddedCamera camera(world.emulator);
@@ -28,7 +28,7 @@ struct FirstLook {
 
   EmulatedWorld world;
   camera::OrganizedCloud cloud;
-  Eigen::Isometry3d X_CO;  ///< of the first object, where it truly is
+  Eigen::Isometry3d X_CO;  ///< true pose of the first object
   StageOneParameters parameters =
       load_method_parameters(std::string(WALKMAN_SOURCE_TREE) + "/adaptation/parameters.yaml").stage_one;
 };

@@ -12,7 +12,7 @@ namespace {
 
 constexpr double kAxisError = 3 * std::numbers::pi / 180, kRadiusError = 0.003;  // m
 
-/// Of a scene, by the noisy camera of a robot that is not quite its model.
+/// Scores a scene seen by the noisy camera of a robot that differs slightly from its model.
 Scored look(int experiment, std::uint64_t seed) {
   const FirstLook first(experiment, seed);
   const auto pieces =
@@ -30,7 +30,7 @@ TEST_P(HandleRecall, OfWhatCanBeGraspedAndNothingElse) {
     SCOPED_TRACE(::testing::Message()
                  << "seed " << seed << ": " << s.found << " of " << s.graspable << " cm");
     EXPECT_GT(s.graspable, 0);
-    // Of fewer centimetres one is more than a twentieth.
+    // With fewer centimetres, one is more than a twentieth.
     if (s.graspable >= 20) {
       EXPECT_GE(s.found, 0.95 * s.graspable);
     }

@@ -13,7 +13,7 @@ namespace walkman::apps {
 namespace {
 
 constexpr double kCentimetre = 0.01;
-constexpr double kAround = 0.005;    // m outside of a tube, where fingers go
+constexpr double kAround = 0.005;    // m outside a tube, where the fingers go
 constexpr double kImageBorder = 20;  // pixels
 constexpr double kHalfPalm = 0.055;  // m, of the paper's hand
 constexpr int kSides = 24, kPalmSteps = 11;
@@ -91,7 +91,7 @@ Scored scored(const std::vector<Piece>& pieces, const std::vector<perception::Ha
       const Eigen::Vector3d p_C = handle.p_CM + place * handle.axis_C;
       const auto nearest =
           std::min_element(pieces.begin(), pieces.end(), [&](const Piece& a, const Piece& b) {
-            // A place is on the tube that it lies in; where that is covered, on what covers it.
+            // A place belongs to the tube it lies in or, where that is covered, to what covers it.
             const auto off = [&](const Piece& piece) {
               return (piece.p_C - p_C).norm() + (piece.holds ? 0 : kCentimetre);
             };

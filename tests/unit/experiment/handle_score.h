@@ -14,22 +14,22 @@ namespace walkman::apps {
 struct Piece {
   Eigen::Vector3d p_C, axis_C;
   double radius;
-  bool holds;         // of the hand's size, and nothing else of the object where fingers go round it
-  bool takes_a_hand;  // the same over the breadth of a palm
+  bool holds;         // fits the hand, and no other part of the object is where the fingers go round it
+  bool takes_a_hand;  // the same over the width of a palm
   bool seen;          // its top is in the image
 };
 
 struct Scored {
   int graspable = 0, found = 0;
-  int wrong = 0;  // places of handles where no finger can go round
+  int wrong = 0;  // handle places that no finger can go round
   double worst_axis = 0, worst_radius = 0;
 };
 
-/// All of an object at `X_CO`: its tubes, centimetre by centimetre, by its geometry.
+/// Returns all pieces of an object at `X_CO`: its tubes, centimetre by centimetre, from its geometry.
 [[nodiscard]] std::vector<Piece> pieces_of(const RobotModel& object, const Eigen::Isometry3d& X_CO,
                                            const StageOneParameters& parameters);
 
-/// Handles that were found, by what is there.
+/// Scores the handles found against the pieces that exist.
 [[nodiscard]] Scored scored(const std::vector<Piece>& pieces, const std::vector<perception::Handle>& handles);
 
 }  // namespace walkman::apps

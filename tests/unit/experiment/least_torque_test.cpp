@@ -13,8 +13,8 @@
 namespace walkman::apps {
 namespace {
 
-/// Of the first object of a shipped scene, with all that stands in it turned by `angle` (rad) about
-/// `axis` through that.
+/// Returns the least torque for the first object of a shipped scene, with everything in the scene rotated by
+/// `angle` (rad) about `axis` through that object.
 double least_of(const std::string& scene, double angle = 0,
                 const Eigen::Vector3d& axis = Eigen::Vector3d::UnitX()) {
   const std::string tree = WALKMAN_SOURCE_TREE;
@@ -46,15 +46,15 @@ TEST(LeastTorque, OnATableThatIsNotLevelToo) {
   }
 }
 
-/// The centre of mass is 14.9 mm inside the head; a palm of 11 cm cannot come nearer to the head than its
-/// half, and need not keep farther off than 2 cm.
+/// The centre of mass is 14.9 mm inside the head; a palm of 11 cm cannot come closer to the head than half
+/// its width, and need not stay more than 2 cm farther away.
 TEST(LeastTorque, OfAHammerIsThatOfAPalmBesideItsHead) {
   const double weight = 0.55 * 9.81, inside = 0.0149, half_palm = 0.055;
   EXPECT_GT(least_of("experiment_10"), weight * (inside + half_palm));
   EXPECT_LT(least_of("experiment_10"), weight * (inside + half_palm + 0.02));
 }
 
-/// 0.6 kg whose centre of mass is 26 mm beside the only handle that a hand fits on.
+/// 0.6 kg with its centre of mass 26 mm beside the only handle that fits a hand.
 TEST(LeastTorque, BesideAHandleIsItsLeverAtLeast) {
   const double weight = 0.6 * 9.81;
   EXPECT_GT(least_of("experiment_6"), 0.99 * weight * 0.026);

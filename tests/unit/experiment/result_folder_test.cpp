@@ -55,7 +55,7 @@ TEST_F(ResultFolderTest, ASecondRunIsToldWhoHasTheFolder) {
       EXPECT_THAT(e.what(), HasSubstr("in use by process " + std::to_string(getpid())));
     }
   }
-  EXPECT_EQ(contents(folder_ / ".lock"), "");  // what a run leaves is the same to the byte
+  EXPECT_EQ(contents(folder_ / ".lock"), "");  // what a run leaves behind is identical to the byte
   EXPECT_NO_THROW(ResultFolder{folder_});
 }
 

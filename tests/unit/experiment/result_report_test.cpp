@@ -64,7 +64,7 @@ TEST(ResultReport, SignsDoNotCancelInAMean) {
   EXPECT_DOUBLE_EQ(mean["tau"], 1.0);
   EXPECT_DOUBLE_EQ(mean["tau_after"], 0.03);
   EXPECT_DOUBLE_EQ(mean["tau_after_true"], 0.03);
-  EXPECT_DOUBLE_EQ(mean["com_error"], 0.0);  // an error, not a side
+  EXPECT_DOUBLE_EQ(mean["com_error"], 0.0);  // an error, not a side: signs cancel
 }
 
 TEST(ResultReport, MeanSaysOfHowManyItIsAndEveryOutcomeIsCounted) {
@@ -164,13 +164,13 @@ TEST(ResultReport, ALoadThatChangedHasARowOfItsOwn) {
   EXPECT_EQ(json["repetitions"][0]["after_change"]["tau_true"], 1.6);
   EXPECT_FALSE(json["repetitions"][1].contains("after_change"));
   EXPECT_EQ(json["mean"]["tau"], 0.8);
-  EXPECT_EQ(json["mean"]["after_change"]["tau"], 1.5);  // of one
+  EXPECT_EQ(json["mean"]["after_change"]["tau"], 1.5);  // of one repetition
   EXPECT_EQ(json["paper"]["after_change"]["tau"], 1.514);
   EXPECT_EQ(repetition_from_json(json["repetitions"][0]).after_change->truth.d, 0.11);
   EXPECT_THAT(to_text(result), HasSubstr("changed"));
 }
 
-// Tables 1 and 2, columns as printed; the reduction of each row is that of its own torques.
+// Tables 1 and 2, columns as printed; the reduction in each row follows from its own torques.
 TEST(PaperTable, ReductionsAreThoseOfTheTorques) {
   for (int number = 1; number <= 10; ++number) {
     const PaperRow paper = paper_row(number).value();

@@ -26,7 +26,8 @@ TEST_P(VisualCom, OfTheVolumeIsAtMostHalfAsFarOff) {
   }
 }
 
-// The image's border cuts the others' where the head begins: tests/integration/look_around_test.py turns it.
+// In the others the image border cuts the object at the head's initial pose:
+// tests/integration/look_around_test.py turns the head.
 INSTANTIATE_TEST_SUITE_P(Experiments, VisualCom, testing::Values(6, 7, 8, 9, 11));
 
 }  // namespace

@@ -14,7 +14,7 @@ namespace {
 using std::chrono::milliseconds;
 using std::chrono::seconds;
 
-/// An adapter on a bus on which the computer's end is the peer.
+/// An adapter on a bus whose computer port is the peer.
 class SlcanAdapterTest : public testing::Test {
  protected:
   std::string say(std::string_view input) {
@@ -183,7 +183,7 @@ TEST_F(SlcanAdapterTest, APeerThatReadsNothingLosesFramesAndIsToldOfIt) {
   drained();
   EXPECT_EQ(say("F\r"), "F09\r");
   EXPECT_EQ(say("F\r"), "F00\r");
-  // Neither do its own commands stop.
+  // Its own commands do not stop either.
   for (int i = 0; i < 40'000; ++i) adapter_.take("V\r");
   EXPECT_EQ(adapter_.outgoing().text().size() / 6, adapter_.outgoing().text().size() / 6.0);
   drained();

@@ -82,7 +82,7 @@ TEST_F(SlcanPortTest, ClosedAndOpenedAgain) {
   for (int i = 0; i < 20; ++i) {
     Descriptor terminal = open(port.terminal());
     EXPECT_EQ(say(port, terminal, "Z1\rS8\rO\r"), "\r\r\r") << i;
-    // Dies with a command half written and frames unread.
+    // The client dies with a half-written command and unread frames.
     EXPECT_EQ(::write(terminal.get(), "t08", 3), 3);
     static_cast<void>(bus_.computer_port().send({0x701, {5}}));
     turn(port, 0);
@@ -106,7 +106,7 @@ TEST_F(SlcanPortTest, ATerminalNobodyHasOpenDoesNotKeepTheOwnerAwake) {
   events_ = 0;
   for (int n = 0; n < 50; ++n) turn(port, 1);
   EXPECT_LE(events_, 1);
-  // But who opens and writes is noticed without a cycle.
+  // But a client that opens it and writes is noticed without a cycle.
   const Descriptor terminal = open(port.terminal());
   ASSERT_EQ(::write(terminal.get(), "V\r", 2), 2);
   pollfd wait{.fd = port.descriptor(), .events = POLLIN, .revents = 0};
@@ -175,7 +175,7 @@ TEST_F(SlcanPortTest, ALinkThatCannotBeIsRefused) {
   }
   EXPECT_TRUE(std::filesystem::is_regular_file(file));
   EXPECT_THROW(SlcanPort(bus_, folder_ / "no" / "folder"), std::runtime_error);
-  // Neither is somebody's link to something else, nor that of an emulator that runs.
+  // Refused as well: somebody's link to something else, and the link of a running emulator.
   std::filesystem::create_symlink(file, folder_ / "bookmark");
   EXPECT_THROW(SlcanPort(bus_, folder_ / "bookmark"), std::runtime_error);
   EXPECT_EQ(std::filesystem::read_symlink(folder_ / "bookmark"), file);
@@ -185,12 +185,12 @@ TEST_F(SlcanPortTest, ALinkThatCannotBeIsRefused) {
     theirs = other.terminal();
     EXPECT_THROW(SlcanPort(bus_, folder_ / "live"), std::runtime_error);
     EXPECT_EQ(std::filesystem::read_symlink(folder_ / "live"), theirs);
-    // What has been put in the link's place is not the port's to remove, whatever it points to.
+    // The port must not remove anything put in the place of its link, whatever that points to.
     std::filesystem::remove(folder_ / "live");
     std::filesystem::create_symlink(theirs, folder_ / "live");
   }
   EXPECT_TRUE(std::filesystem::is_symlink(folder_ / "live"));
-  // A link left by a process that was killed is replaced.
+  // A link left behind by a killed process is replaced.
   std::filesystem::create_symlink("/dev/pts/gone", folder_ / "stale");
   const SlcanPort port(bus_, folder_ / "stale");
   EXPECT_EQ(std::filesystem::read_symlink(folder_ / "stale"), port.terminal());

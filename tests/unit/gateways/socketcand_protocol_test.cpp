@@ -20,7 +20,8 @@ std::string written(const can::Frame& frame, Time time) {
   return std::string(line.text());
 }
 
-/// Everything a reader tells about a stream: messages as they are, the rest as "!garbage", the end.
+/// Returns everything a reader reports about a stream: messages verbatim, anything else as "!garbage", which
+/// ends it.
 std::vector<std::string> told(SocketcandReader& reader, std::string_view stream) {
   std::vector<std::string> all;
   for (;;) {

@@ -19,7 +19,7 @@ namespace {
 using std::chrono::milliseconds;
 using testing::HasSubstr;
 
-/// A client with a blocking socket of its own.
+/// A client with its own blocking socket.
 class TestClient {
  public:
   explicit TestClient(std::uint16_t port) : socket_(::socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0)) {
@@ -35,12 +35,12 @@ class TestClient {
     EXPECT_EQ(::send(socket_.get(), text.data(), text.size(), MSG_NOSIGNAL),
               static_cast<ssize_t>(text.size()));
   }
-  /// Sends as much as goes now.
+  /// Sends as much as it can without blocking.
   std::size_t push(std::string_view text) const {
     const ssize_t size = ::send(socket_.get(), text.data(), text.size(), MSG_NOSIGNAL | MSG_DONTWAIT);
     return size < 0 ? 0 : static_cast<std::size_t>(size);
   }
-  /// What one read returns, if anything has arrived; "closed" at the end.
+  /// Returns the result of one read, if anything has arrived; "closed" at the end.
   std::string read() const {
     std::array<char, 65536> buffer;
     const ssize_t size = recv(socket_.get(), buffer.data(), buffer.size(), MSG_DONTWAIT);
@@ -55,7 +55,7 @@ class TestClient {
 
 class SocketcandServerTest : public testing::Test {
  protected:
-  /// Serves as the owner's loop would, until the client has received something or a second is over.
+  /// Serves as the owner's loop would, until the client has received something or a second has passed.
   std::string answer(const TestClient& client) {
     for (int i = 0; i < 1'000; ++i) {
       turn(1);
@@ -114,7 +114,7 @@ TEST_F(SocketcandServerTest, ABusyBusDoesNotDisturbTheHandshake) {
   EXPECT_EQ(busy_answer(client), "< ok >");
   client.send("< rawmode >");
   EXPECT_EQ(busy_answer(client), "< ok >");
-  // The pause after the handshake is ended by the server's own timer, though no cycle calls it.
+  // The pause after the handshake is ended by the server's own timer, even though no cycle calls it.
   pollfd wait{.fd = server_.descriptor(), .events = POLLIN, .revents = 0};
   static_cast<void>(bus_.computer_port().send({0x182, {}}));
   bus_.advance(bus_.now() + milliseconds(1));
@@ -200,7 +200,7 @@ TEST_F(SocketcandServerTest, AFloodOfCommandsIsSlowedDown) {
   for (int i = 0; i < 1'000; ++i) flood += "< send 123 8 1 2 3 4 5 6 7 8 >";
   std::size_t pushed = 0;
   for (int i = 0; i < 1'000; ++i) {
-    // Whole messages: a cut one would be completed by the next round's first.
+    // Only whole messages: a truncated one would be completed by the first of the next round.
     for (std::size_t size = 0; size < flood.size();) {
       const std::size_t sent = client.push(std::string_view(flood).substr(size));
       if (sent == 0) {
@@ -246,7 +246,7 @@ TEST_F(SocketcandServerTest, CostsNothingWithoutClients) {
     server_.forward();
   }
   EXPECT_EQ(test::system_calls, 0);
-  // Nor with one on a quiet bus, once its handshake is over.
+  // Nor does a client on a quiet bus cost anything once its handshake is over.
   const TestClient client(server_.port());
   enter_rawmode(client);
   turn(0);
@@ -258,7 +258,7 @@ TEST_F(SocketcandServerTest, CostsNothingWithoutClients) {
   EXPECT_EQ(test::system_calls, 0);
 }
 
-/// Where beacons are sent to.
+/// The destination of the beacons.
 class SocketcandBeaconTest : public testing::Test {
  protected:
   SocketcandBeaconTest() : listener_(::socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0)) {
@@ -269,7 +269,7 @@ class SocketcandBeaconTest : public testing::Test {
     EXPECT_EQ(getsockname(listener_.get(), reinterpret_cast<sockaddr*>(&address), &length), 0);
     port_ = ntohs(address.sin_port);
   }
-  /// What comes within that time; empty: nothing.
+  /// Returns what arrives within that time; empty if nothing does.
   std::string received(timeval limit) const {
     setsockopt(listener_.get(), SOL_SOCKET, SO_RCVTIMEO, &limit, sizeof limit);
     std::array<char, 1024> buffer;

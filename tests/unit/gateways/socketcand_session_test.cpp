@@ -14,10 +14,10 @@ using std::chrono::seconds;
 using Step = SocketcandSession::Step;
 using testing::StartsWith;
 
-/// A client of two buses, on which the computer's end is the peer.
+/// A client of two buses, with the computer port as the peer.
 class SocketcandSessionTest : public testing::Test {
  protected:
-  /// What the session writes in reply to `input`, up to where it stops.
+  /// Returns what the session writes in reply to `input` until it stops.
   std::string say(SocketcandSession& session, std::string_view input) {
     std::string replies;
     for (;;) {
@@ -87,7 +87,7 @@ TEST_F(SocketcandSessionTest, WhateverElseAClientBeginsWithEndsTheConnection) {
   }
   rarm_.advance(rarm_.now() + milliseconds(10));
   EXPECT_EQ(counters_.sent, 0U);
-  // So does what stands outside of a message later.
+  // Text outside a message ends it later on, too.
   SocketcandSession session(pool_, counters_, wall_);
   EXPECT_EQ(say(session, "\n< open rarm >\r\n< echo > x< send 0 2 81 0 >"), "< hi >< ok >< echo >");
   EXPECT_EQ(last_, Step::kClosed);
@@ -115,7 +115,7 @@ TEST_F(SocketcandSessionTest, InModeBcmOnlyWhatWasAskedForIsReceived) {
   peer_sends({0x181, {0x11, 0x22}});
   EXPECT_EQ(forwarded(session), "");
   EXPECT_EQ(say(session, "< rawmode >"), "< ok >");
-  EXPECT_EQ(say(session, "< bcmmode >"), "< ok >");  // what was asked for before is forgotten
+  EXPECT_EQ(say(session, "< bcmmode >"), "< ok >");  // earlier subscriptions are forgotten
   peer_sends(extended);
   EXPECT_EQ(forwarded(session), "");
 }
@@ -127,9 +127,9 @@ TEST_F(SocketcandSessionTest, AFilterPassesChangesUnderItsMask) {
     peer_sends({0x123, {first, second, third}});
     return !forwarded(session).empty();
   };
-  EXPECT_TRUE(told(0, 0, 0));  // the first one always
+  EXPECT_TRUE(told(0, 0, 0));  // the first one always passes
   EXPECT_FALSE(told(0, 0, 0));
-  EXPECT_FALSE(told(0, 9, 0x07));  // outside of the mask
+  EXPECT_FALSE(told(0, 9, 0x07));  // outside the mask
   EXPECT_TRUE(told(0, 9, 0x08));
   EXPECT_TRUE(told(1, 9, 0x08));
   EXPECT_FALSE(told(1, 0, 0x0F));
@@ -148,10 +148,10 @@ TEST_F(SocketcandSessionTest, AMultiplexFilterKeepsTheMultiplexesApart) {
   };
   EXPECT_TRUE(told(0x33, 1, 1));
   EXPECT_TRUE(told(0x56, 1, 1));
-  EXPECT_FALSE(told(0x44, 1, 1));  // not asked for
+  EXPECT_FALSE(told(0x44, 1, 1));  // not requested
   EXPECT_FALSE(told(0x33, 1, 1));
   EXPECT_TRUE(told(0x33, 1, 2));
-  EXPECT_FALSE(told(0x56, 1, 2));  // the third byte is outside of its mask
+  EXPECT_FALSE(told(0x56, 1, 2));  // the third byte is outside its mask
   EXPECT_TRUE(told(0x56, 2, 2));
   EXPECT_EQ(say(session, "< muxfilter 0 0 123 1 FF 00 00 00 00 00 00 00 >"), "< error syntax error >");
   EXPECT_EQ(say(session, "< muxfilter 0 0 123 2 FF 00 00 00 00 00 00 00 33 >"), "< error syntax error >");
@@ -181,10 +181,10 @@ TEST_F(SocketcandSessionTest, AddedFramesAreSentAtTheirIntervals) {
     }
     return ids;
   };
-  // At once, then every 20 ms; the other one has no interval.
+  // At once, then every 20 ms; the other frame has no interval.
   EXPECT_EQ(sent(50), (std::vector<std::uint32_t>{0x12342, 0x12400, 0x12342, 0x12342}));
   EXPECT_EQ(say(session, "< update 123 1 7 >"), "");
-  EXPECT_EQ(sent(20), (std::vector<std::uint32_t>{0x12307}));  // in its old rhythm
+  EXPECT_EQ(sent(20), (std::vector<std::uint32_t>{0x12307}));  // with unchanged timing
   EXPECT_EQ(say(session, "< delete 123 >"), "");
   EXPECT_TRUE(sent(50).empty());
   EXPECT_EQ(say(session, "< add 0 1000 125 0 >"), "");
@@ -238,7 +238,7 @@ TEST_F(SocketcandSessionTest, FramesGoBothWaysAndAreNotEchoed) {
   const std::string text = forwarded(session);
   EXPECT_THAT(text, StartsWith("< frame 58B 0.0"));
   EXPECT_THAT(text, testing::EndsWith(" 4300100092010200 >"));
-  // The time is the bus's: the frame was on the wire for 111..135 bits of 1 us.
+  // The time is bus time: the frame was on the wire for 111..135 bits of 1 us.
   const double s = std::stod(text.substr(text.find("58B") + 4));
   EXPECT_NEAR(s, std::chrono::duration<double>(before).count() + 118e-6, 20e-6);
   EXPECT_EQ(counters_.sent, 1U);
@@ -288,8 +288,8 @@ TEST_F(SocketcandSessionTest, WhoSpeaksHasReadTheReply) {
   EXPECT_THAT(forwarded(session), StartsWith("< frame 701 "));
 }
 
-/// What python-can 4.1.0 does with what it receives (can/interfaces/socketcand: 1024 characters at a time,
-/// and of what is left after the last whole message, the first character is dropped).
+/// Processes a stream as python-can 4.1.0 does (can/interfaces/socketcand): 1024 characters at a time,
+/// dropping the first character of what is left after the last whole message.
 int frames_python_can_reads(std::string_view stream) {
   std::string buffer;
   int frames = 0;
@@ -319,7 +319,7 @@ TEST_F(SocketcandSessionTest, ABurstIsReadWholeByPythonCan) {
   const std::string text = drained(session);
   ASSERT_GT(text.size(), 6'000U);
   EXPECT_EQ(frames_python_can_reads(text), 200);
-  // Without the line feeds the reader would lose some: what the separation is for.
+  // Without the line feeds the reader would lose some frames, hence the separation.
   std::string bare = text;
   std::erase(bare, '\n');
   EXPECT_LT(frames_python_can_reads(bare), 200);
@@ -438,7 +438,7 @@ TEST_F(SocketcandSessionTest, FdFramesHaveMessagesOfTheirOwn) {
   EXPECT_TRUE(received.frame.fd);
   EXPECT_EQ(received.frame.length, 12);
   EXPECT_EQ(received.frame.data[11], 0x0C);
-  // A length without a code, and a bus without FD frames.
+  // A length without a DLC code, and a bus without FD frames.
   EXPECT_EQ(say(session, "< fdsend 123 1 9 1 2 3 4 5 6 7 8 9 >"), "< error no such frame on this bus >");
   SocketcandSession classical(pool_, counters_, wall_);
   enter_rawmode(classical);
@@ -458,7 +458,7 @@ TEST_F(SocketcandSessionTest, EndsAreUsedAgain) {
     SocketcandSession two(pool_, counters_, wall_);
     enter_rawmode(one);
     enter_rawmode(two);
-    // Nothing an earlier client has left unread reaches the next.
+    // Nothing that an earlier client left unread reaches the next one.
     EXPECT_EQ(forwarded(one), "");
     EXPECT_EQ(forwarded(two), "");
     say(one, "< send 123 1 7 >");

@@ -1,5 +1,5 @@
-// The C library's functions by which the gateways call the system, counted. Those of this file are found
-// first.
+// Counts the calls of the C library functions through which the gateways call the system. The functions in
+// this file are found first.
 #include "tests/unit/gateways/system_call_count.h"
 
 #include <dlfcn.h>

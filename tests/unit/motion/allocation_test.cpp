@@ -1,5 +1,5 @@
-// Linked with --wrap for the C allocation functions: Eigen takes its memory from them, everything else from
-// operator new, which is replaced here.
+// Linked with --wrap for the C allocation functions: Eigen allocates with them, everything else with operator
+// new, which is replaced here.
 
 #include <atomic>
 #include <cstdlib>
@@ -37,7 +37,7 @@ void* __wrap_realloc(void* memory, std::size_t size) {
 }
 // NOLINTEND(bugprone-reserved-identifier)
 
-// Out of line, or the compiler takes the pair of them for a mismatch of new and free.
+// Not inlined, or the compiler reports a mismatch of new and free.
 [[gnu::noinline]] void* operator new(std::size_t size) {
   ++allocations;
   void* memory = __real_malloc(size);

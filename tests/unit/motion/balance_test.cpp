@@ -24,7 +24,8 @@ class BalanceTest : public testing::Test {
     posed.set_base(stance.X_TB(posed));
     posed.update(q);
   }
-  /// What the sensors of the feet read of these forces (N, in T) at these points of the ground.
+  /// Returns the readings of the foot sensors for these ground forces (N, in T) at these points of the
+  /// ground.
   [[nodiscard]] std::array<FootLoad, Stance::kFeet> loads(const std::array<Eigen::Vector3d, 2>& force,
                                                           const std::array<Eigen::Vector2d, 2>& place) const {
     std::array<FootLoad, Stance::kFeet> feet;
@@ -103,7 +104,7 @@ TEST_F(BalanceTest, ShiftMovesTheCentreOfMassAndNothingTurns) {
       shift.offsets(size * direction, dq);
       q += dq;
       place();
-      // To first order: what is left goes with the square.
+      // To first order: the remaining error is quadratic in the size.
       const double left = 2 * size * size;
       const Eigen::Vector2d moved = posed.com().head<2>() - before.com().head<2>();
       EXPECT_LT((moved - size * direction).norm(), left);

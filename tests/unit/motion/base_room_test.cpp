@@ -8,7 +8,7 @@
 namespace walkman::motion {
 namespace {
 
-/// A standing robot whose hand is sent where its arm does not reach.
+/// A standing robot whose hand is sent to targets beyond its arm's reach.
 TEST(BaseRoom, HoldsTheBaseOfARobotThatReachesTooFar) {
   const ReferenceRobot& robot = reference_robot();
   HandMotion hand(robot.model, robot.joint_names, home_stance(), robot.right);

@@ -37,7 +37,7 @@ TEST_F(BodyGuardTest, NothingTouchesAtHomeNorAtWork) {
   EXPECT_GT(guard.own_clearance(), 0.005);
 }
 
-// What it remembers of one posture must not hide anything in another.
+// What it keeps from one posture must not hide anything in another.
 TEST_F(BodyGuardTest, SeesTheSameWhereverItLookedBefore) {
   BodyGuard moved = guard_of(robot.right);
   std::mt19937 draws(1);
@@ -59,15 +59,16 @@ TEST_F(BodyGuardTest, SeesTheSameWhereverItLookedBefore) {
   }
 }
 
-// Both arms, by the mirror image of a posture.
+// Tests both arms, the left one with mirrored postures.
 TEST_F(BodyGuardTest, SeesTheHandComeToEveryPartOfTheBody) {
   BodyGuard right = guard_of(robot.right), left = guard_of(robot.left);
   struct Case {
-    std::map<std::string, double> joints;  // of the right arm, without its R
-    std::string met;                       // seen from the right
+    std::map<std::string, double> joints;  // of the right arm, names without the R
+    std::string met;                       // as seen from the right arm
   };
   const std::vector<std::string> flipped = {"ShLat", "ShYaw", "ForearmPlate", "Wrj2"};
-  // The arm hangs down: hip and thigh; it bends before the chest; the shoulder turns to the head.
+  // The arm hangs down: hip and thigh; it bends in front of the chest; the shoulder turns the arm to the
+  // head.
   for (const Case& c :
        {Case{{{"ShSag", 0.3}, {"ShLat", -0.13}, {"ShYaw", 0}, {"Elbj", -0.25}}, "Thigh|Hip|Waist"},
         Case{{{"ShSag", 0.9}, {"ShLat", -0.2}, {"ShYaw", 1.2}, {"Elbj", -2.0}}, "Torso|DW|Elb|Forearm|Wr"},
@@ -90,7 +91,8 @@ TEST_F(BodyGuardTest, SeesTheHandComeToEveryPartOfTheBody) {
 
 TEST_F(BodyGuardTest, MeasuresTheDistanceToATableBySolidsCorners) {
   BodyGuard guard = guard_of(robot.right);
-  // A floor below everything that moves: the lowest corner of the boxes, by the URDF itself.
+  // A floor below everything that moves: the expected distance is to the lowest corner of the boxes in the
+  // URDF.
   const std::vector<Eigen::Vector3d> floor = {{-5, -5, 0.75}, {5, -5, 0.75}, {5, 5, 0.75}, {-5, 5, 0.75}};
   guard.set_obstacles({{"the floor", ConvexPrism(Eigen::Vector3d::UnitZ(), floor)}});
   Eigen::VectorXd q = robot.q_home;
@@ -117,7 +119,8 @@ TEST_F(BodyGuardTest, MeasuresTheDistanceToATableBySolidsCorners) {
 TEST_F(BodyGuardTest, FingersComeAsNearAsTheirGoalIsAndNoNearer) {
   BodyGuard guard = guard_of(robot.right);
   const GuardMargins margins;
-  // A floor far below: the lowest point of the fingers by how far it has to come up to be in their way.
+  // A floor far below: the lowest point of the fingers follows from how far the floor must rise to be in
+  // their way.
   const auto margin_over = [&](double height, double moved_down) {
     const std::vector<Eigen::Vector3d> floor = {
         {-5, -5, height}, {5, -5, height}, {5, 5, height}, {-5, 5, height}};
@@ -132,7 +135,7 @@ TEST_F(BodyGuardTest, FingersComeAsNearAsTheirGoalIsAndNoNearer) {
   const double room = margin_over(lowest, 0);
   EXPECT_NEAR(margin_over(lowest - 0.01, 0), room + 0.01, 1e-9);
   EXPECT_NEAR(margin_over(lowest - 0.01, 0.01), room, 1e-9);
-  EXPECT_LT(margin_over(lowest, 0.01), 0);  // it ends in the floor
+  EXPECT_LT(margin_over(lowest, 0.01), 0);  // ends inside the floor
 }
 
 }  // namespace

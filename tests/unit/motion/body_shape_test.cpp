@@ -1,4 +1,4 @@
-// Distances of solids against ways of knowing them that share nothing with the code.
+// Compares distances of solids with references that share nothing with the code.
 
 #include "adaptation/motion/body_shape.h"
 
@@ -30,7 +30,7 @@ TEST(BodyShape, BallsAndCapsulesAreAsFarApartAsTheirAxes) {
     capsule.rounding = 0.04;
     ball.rounding = 0.06;
     const Eigen::Isometry3d X_WA = random_pose(random, 0.3), X_WB = random_pose(random, 0.3);
-    // The least distance over a dense row of points of the axis.
+    // The minimum distance over a dense row of points on the axis.
     double least = 1e9;
     for (int i = -5000; i <= 5000; ++i)
       least = std::min(least, (X_WA * Eigen::Vector3d(0, 0, 0.15 * i / 5000) - X_WB.translation()).norm());
@@ -40,7 +40,7 @@ TEST(BodyShape, BallsAndCapsulesAreAsFarApartAsTheirAxes) {
   }
 }
 
-/// Least distance from points all over one solid to the other: never below the true one.
+/// Returns the minimum distance from points all over one solid to the other: never below the true one.
 double sampled(const BodyShape& a, const Eigen::Isometry3d& X_WA, const BodyShape& b,
                const Eigen::Isometry3d& X_WB) {
   constexpr int kSteps = 24;

@@ -21,8 +21,8 @@ class FeetCheckTest : public testing::Test {
     posed.update(robot.q_home);
     check.emplace(posed, stance);
   }
-  /// Of vertical forces (N) at points of the soles, in their frames: what the sensors read, by the definition
-  /// of a moment.
+  /// Returns the sensor readings for vertical forces (N) at points of the soles, in their frames, by the
+  /// definition of a moment.
   [[nodiscard]] std::array<FootLoad, Stance::kFeet> loads(const std::array<double, 2>& force,
                                                           const std::array<Eigen::Vector2d, 2>& p_FP) const {
     std::array<FootLoad, Stance::kFeet> feet;
@@ -40,7 +40,7 @@ class FeetCheckTest : public testing::Test {
     for (int i = 0; i < static_cast<int>(seconds / kCycle); ++i) check->take(posed, stance, feet, kCycle);
     return check->contradiction(posed);
   }
-  /// Of all but the feet, which are below the sensors: 3.426381 kg each by the URDF.
+  /// Weight of everything but the feet, which are below the sensors: 3.426381 kg each by the URDF.
   [[nodiscard]] double weight() const { return (posed.total_mass() - 2 * 3.426381) * kGravity; }
 
   const ReferenceRobot& robot;
@@ -65,7 +65,7 @@ TEST_F(FeetCheckTest, AWeightThatNobodyHasIsASensorsFault) {
 }
 
 TEST_F(FeetCheckTest, TheGroundPushesNowhereBesideASole) {
-  // The sole is 32 x 16 cm, its middle 5 mm in front of the frame and 10 mm to its left (the URDF's box).
+  // The sole is 32 x 16 cm, its centre 5 mm in front of the frame and 10 mm to its left (the URDF's box).
   const auto at = [&](double x, double y) {
     return loads({weight() / 2, weight() / 2}, {Eigen::Vector2d(x, y), Eigen::Vector2d::Zero()});
   };

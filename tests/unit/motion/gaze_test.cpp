@@ -21,21 +21,21 @@ class GazeTest : public testing::Test {
     posed.update(robot.q_home);
   }
 
-  /// As the camera sees a point of the base's frame at home.
+  /// Returns a point of the base frame as the camera sees it at home.
   [[nodiscard]] Eigen::Vector3d from_home(const Eigen::Vector3d& p_B) {
     posed.update(robot.q_home);
     return posed.X_WL(camera).inverse() * p_B;
   }
 
-  /// Angle between the camera's axis at q and a point of the base's frame, rad.
+  /// Angle between the camera's axis at q and a point of the base frame, rad.
   [[nodiscard]] double beside(const Eigen::VectorXd& q, const Eigen::Vector3d& p_B) {
     posed.update(q);
     const Eigen::Vector3d p_C = posed.X_WL(camera).inverse() * p_B;
     return std::acos(p_C.normalized().z());
   }
 
-  /// Least distance of points all over the undersides of the head's two boxes from the chest's capsule and
-  /// the shoulders' boxes, m; the URDF's numbers.
+  /// Minimum distance of points all over the undersides of the head's two boxes from the chest's capsule and
+  /// the shoulders' boxes, m; dimensions from the URDF.
   [[nodiscard]] double off_the_body(const Eigen::VectorXd& q) {
     posed.update(q);
     double least = 1;
@@ -84,8 +84,8 @@ TEST_F(GazeTest, LooksAtWhatIsFree) {
   }
 }
 
-// A point on a table near the robot, to a side: to turn there the head has to go up, and may be no nearer for
-// it.
+// Points near the robot and to a side, such as on a table: to turn there, the head has to go up, and may get
+// no nearer to the point by that.
 TEST_F(GazeTest, KeepsTheHeadOffTheBodyAllTheWay) {
   for (const Eigen::Vector3d& p_B : {Eigen::Vector3d(0.6, -0.7, -0.15),
                                      {0.6, -0.4, -0.15},

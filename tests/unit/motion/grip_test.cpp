@@ -1,4 +1,4 @@
-// Where the phalanges lie around a cylinder, by plane geometry: rods around a circle.
+// Positions of the phalanges around a cylinder, by plane geometry: rods around a circle.
 
 #include "adaptation/motion/grip.h"
 
@@ -10,7 +10,7 @@ namespace walkman::motion {
 namespace {
 
 struct Rod {
-  double length, radius;  // m, of the URDF's capsules
+  double length, radius;  // m, from the URDF's capsules
 };
 
 Rod rod_of(const std::string& link) {
@@ -18,7 +18,7 @@ Rod rod_of(const std::string& link) {
           link.find("Thumb") != std::string::npos ? 0.010 : 0.008};
 }
 
-/// From the handle's axis to a phalanx's, in the plane across the handle.
+/// Distance from the handle's axis to a phalanx's, in the plane across the handle.
 double to_axis(const Grip::Phalanx& phalanx, double length, double handle_radius) {
   const Eigen::Vector3d from = phalanx.X_HL.translation();
   const Eigen::Vector3d to = phalanx.X_HL * Eigen::Vector3d(0, 0, -length);

@@ -17,15 +17,16 @@ using Status = HandMotion::Status;
 const std::vector<Eigen::Vector3d> kTable = {
     {0.5, -0.8, 0.9}, {1.3, -0.8, 0.9}, {1.3, 0.8, 0.9}, {0.5, 0.8, 0.9}};
 
-/// Over the table's near edge: from home straight to places over the table the fingers would come into it.
+/// Above the table's near edge: on a straight line from home to places above the table, the fingers would hit
+/// it.
 const Eigen::Isometry3d kOverTheEdge = palm_down(0.42, -0.35, 1.22);
 
-/// What must hold at every step of a run, and what was seen.
+/// What must hold at every step of a run, as observed.
 struct Record {
   double time = 0;
   double least_table = 1e9, least_own = 1e9, least_margin = 1e9;
   double peak_velocity = 0;
-  int steps = 0, jerks = 0;  // steps beyond the acceleration bound, which something near may take
+  int steps = 0, jerks = 0;  // steps beyond the acceleration bound, allowed close to something
 };
 
 class HandMotionTest : public testing::Test {
@@ -69,9 +70,9 @@ class HandMotionTest : public testing::Test {
 TEST_F(HandMotionTest, ReachesEveryPlaceOfTheBarFromHome) {
   for (const double x : {0.55, 0.62, 0.70}) {
     for (const double y : {-0.45, -0.35, -0.25, -0.15}) {
-      if (x < 0.6 && y > -0.2) continue;  // in front of the belly: the hip is in the forearm's way
+      if (x < 0.6 && y > -0.2) continue;  // in front of the belly: the hip obstructs the forearm
       hand.reset(robot.q_home);
-      // Round the hip, which is in the straight way to the middle.
+      // Around the hip, which is on the straight line to the middle.
       for (const Eigen::Isometry3d& X_WH :
            {palm_down(x - 0.1, std::min(y, -0.35), 1.18), palm_down(x, y, 1.18), palm_down(x, y, 0.98)}) {
         hand.go_to(X_WH, {});
@@ -85,7 +86,7 @@ TEST_F(HandMotionTest, ReachesEveryPlaceOfTheBarFromHome) {
       EXPECT_LT(hand.error().rotation, 1e-4);
       for (const char* joint : {"WaistLat", "WaistSag", "WaistYaw"})
         EXPECT_LT(std::abs(hand.q_ref()[hand.kinematics().dof_of(joint)]), 0.3);
-      // The elbow is out, well above the table and to the right of the hand.
+      // The elbow points outwards, well above the table and to the right of the hand.
       const Eigen::Vector3d p_WElbow = hand.kinematics().X_WL(robot.model.link_index("RElb")).translation();
       EXPECT_GT(p_WElbow.z(), 1.1);
       EXPECT_LT(p_WElbow.y(), y);
@@ -137,7 +138,7 @@ TEST_F(HandMotionTest, NeverTouchesTheTableWhateverTheTarget) {
       ++below;
       EXPECT_EQ(hand.status(), Status::kBlocked);
       EXPECT_GT(hand.X_WH().translation().z(), 0.9);
-      // Stopped is at rest.
+      // After it has stopped, it stays at rest.
       const Eigen::VectorXd q = hand.q_ref();
       for (int i = 0; i < 100; ++i) hand.step(kDt);
       EXPECT_LT((hand.q_ref() - q).norm(), 0.2);
@@ -214,12 +215,12 @@ TEST(HandMotion, TheWaistOfARobotThatStandsTurnsUpToSpeedInAPeriodOfItsSway) {
       const double now = hand.v_ref()[waist];
       fastest = std::max(fastest, std::abs(now));
       ++steps;
-      // From 0.3 rad/s to rest or back in the 0.6 s of 1.6 Hz.
+      // From 0.3 rad/s to rest, or back, in the 0.6 s period of 1.6 Hz.
       if (std::abs(now - before) / kDt > 0.3 / 0.6 + 1e-6) ++sudden;
     }
   }
   EXPECT_GT(fastest, 0.05);
-  EXPECT_LE(sudden, 0.02 * steps);  // something near may take more
+  EXPECT_LE(sudden, 0.02 * steps);  // more is allowed close to something
 }
 
 TEST(HandMotion, NamesTheJointThatStopsIt) {
@@ -233,7 +234,7 @@ TEST(HandMotion, NamesTheJointThatStopsIt) {
   run_until_done();
   ASSERT_EQ(hand.status(), Status::kReached);
   Eigen::Isometry3d X_WH = hand.X_WH();
-  // The thumb's side forward takes the elbow to the body.
+  // Turning the thumb's side forward brings the elbow to the body.
   X_WH.rotate(Eigen::AngleAxisd(-1.8, Eigen::Vector3d::UnitY()));
   hand.go_to(X_WH, {});
   run_until_done();
@@ -241,14 +242,14 @@ TEST(HandMotion, NamesTheJointThatStopsIt) {
   EXPECT_THAT(hand.describe(),
               testing::ContainsRegex("joint [A-Za-z0-9]+ is at its limit of -?[0-9.]+ rad; the "
                                      "hand ends [0-9.]+ mm and [0-9.]+ degrees"));
-  // What it says is so: that joint is there.
+  // The message is true: that joint is at that limit.
   const std::string said = hand.describe();
   const std::string joint = said.substr(6, said.find(' ', 6) - 6);
   const double at = std::stod(said.substr(said.find("of ") + 3));
-  EXPECT_NEAR(hand.q_ref()[hand.kinematics().dof_of(joint)], at, 0.026) << said;  // rounded
+  EXPECT_NEAR(hand.q_ref()[hand.kinematics().dof_of(joint)], at, 0.026) << said;  // rounded in the message
 }
 
-// A hair's breadth beyond what the arm can do is no reason to refuse.
+// A target very slightly beyond the arm's reach is not refused.
 TEST_F(HandMotionTest, AMillimetreAndFiveMilliradiansAreReached) {
   hand.set_obstacles({});
   hand.go_to(palm_down(0.6, -0.45, 1.2), {});
@@ -258,7 +259,7 @@ TEST_F(HandMotionTest, AMillimetreAndFiveMilliradiansAreReached) {
   hand.go_to(X_WH, {});
   run_until_done();
   ASSERT_EQ(hand.status(), Status::kBlocked);
-  // From where it came to rest the same millimetre further on is reached, ten are not.
+  // From where it came to rest, a target less than a millimetre further is reached, one far beyond is not.
   X_WH = hand.X_WH();
   X_WH.translation().x() += 0.0008;
   hand.go_to(X_WH, {});
@@ -271,7 +272,7 @@ TEST_F(HandMotionTest, AMillimetreAndFiveMilliradiansAreReached) {
   EXPECT_EQ(hand.status(), Status::kBlocked);
 }
 
-// Both arms of the URDF, and all that the description says of them, are each other's mirror image.
+// The two arms of the URDF, and everything that the description says about them, are mirror images.
 TEST_F(HandMotionTest, TheLeftArmIsTheRightOnesMirrorImage) {
   HandMotion left(robot.model, robot.joint_names, robot.X_WB, robot.left);
   const Eigen::Vector3d mirror(1, -1, 1);
@@ -322,7 +323,7 @@ TEST_F(HandMotionTest, LooksAheadWithoutMoving) {
   EXPECT_EQ(hand.status(), Status::kHolding);
   hand.step(kDt);
   EXPECT_EQ(hand.q_ref(), q);
-  // What was foreseen happens.
+  // The prediction comes true.
   for (const Eigen::Isometry3d& X_WH : way) {
     hand.go_to(X_WH, {});
     run_until_done();

@@ -11,10 +11,10 @@
 
 namespace walkman::motion {
 
-/// The same tree in KDL, built joint by joint; mimic joints are ordinary ones there.
+/// Returns the same tree in KDL, built joint by joint; mimic joints become ordinary joints.
 KDL::Tree kdl_tree(const RobotModel& model);
 
-/// KDL's joint array from values by name; joints left out are zero, mimic joints follow.
+/// Returns KDL's joint array from values by name; joints that are left out are zero, mimic joints follow.
 KDL::JntArray kdl_positions(const KDL::Tree& tree, const RobotModel& model,
                             const std::map<std::string, double>& positions);
 

@@ -28,7 +28,7 @@ class KinematicsAgainstKdl : public testing::Test {
     kinematics.set_base(X_WB);
   }
 
-  /// A random posture of the degrees of freedom, and fingers somewhere between open and closed.
+  /// Draws a random posture of the degrees of freedom, with fingers anywhere between open and closed.
   void draw() {
     std::uniform_real_distribution<double> angle(-1.5, 1.5);
     q.resize(kinematics.dof());
@@ -100,7 +100,7 @@ TEST_F(KinematicsAgainstKdl, JacobiansAgree) {
     KDL::TreeJntToJacSolver solver(tree);
     KDL::Jacobian kdl_jacobian(tree.getNrOfJoints());
     ASSERT_GE(solver.JntToJac(kdl_q, kdl_jacobian, link), 0);
-    // KDL refers to the link's origin and the root's axes.
+    // KDL's reference point is the link's origin, its axes are the root's.
     const Eigen::Isometry3d X_BL = X_WB.inverse() * kdl_pose(link);
     const Eigen::Vector3d r = X_BL.linear() * p_LP;
     kdl_jacobian.changeRefPoint(KDL::Vector(r.x(), r.y(), r.z()));

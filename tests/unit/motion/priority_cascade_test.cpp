@@ -17,8 +17,8 @@ struct CascadeProblem {
   InequalityVector d;
 };
 
-/// Conflicting levels of random ranks, among them one that repeats rows of the level before, under a box and
-/// a few half-spaces, all met by zero.
+/// Conflicting levels of random rank, including one that repeats rows of the previous level, subject to a box
+/// and a few half-spaces, all of which contain zero.
 CascadeProblem random_cascade(std::mt19937& random) {
   std::normal_distribution<double> normal;
   const auto draw = [&] { return normal(random); };

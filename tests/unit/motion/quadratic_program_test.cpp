@@ -15,8 +15,8 @@ struct Problem {
   InequalityVector d;
 };
 
-/// Feasible by construction: rows are placed on or behind a random point. Some come twice, some as a pair of
-/// opposite ones (an equality), some as multiples of others.
+/// Feasible by construction: rows are placed on or behind a random point. Some are duplicated, some form a
+/// pair of opposite ones (an equality), some are multiples of others.
 Problem random_problem(std::mt19937& random) {
   std::normal_distribution<double> normal;
   const int n = std::uniform_int_distribution<int>(1, kMaxVariables)(random);

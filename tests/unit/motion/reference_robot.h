@@ -17,16 +17,16 @@ struct ReferenceRobot {
   std::vector<std::string> joint_names;
   Eigen::VectorXd q_home;
   Eigen::Isometry3d X_WB = Eigen::Isometry3d::Identity();
-  HandMotionOptions right, left;  ///< of its two arms
+  HandMotionOptions right, left;  ///< for its two arms
 };
 
-/// Loaded once a process.
+/// Loaded once per process.
 const ReferenceRobot& reference_robot();
 
-/// It stands in its home posture.
+/// Returns the stance of the robot in its home posture.
 Stance home_stance();
 
-/// A pose of its hand: palm down, fingers forward.
+/// Returns a pose of its hand: palm down, fingers forward.
 Eigen::Isometry3d palm_down(double x, double y, double z);
 
 }  // namespace walkman::motion

@@ -10,7 +10,8 @@ namespace {
 
 constexpr double kSpeed = 0.006, kSpan = 0.4;  // m/s, s
 
-/// When a decaying oscillation of this frequency (Hz), speed (m/s) and decay time (s) counts as at rest, s.
+/// Time at which a decaying oscillation of this frequency (Hz), speed (m/s) and decay time (s) counts as at
+/// rest, s.
 double rest_after(double hz, double speed, double decay, double dt = 0.005) {
   RestWatch watch(kSpeed, kSpan);
   const double w = 2 * std::numbers::pi * hz;
@@ -28,7 +29,7 @@ TEST(RestWatch, WaitsForTheDecay) {
       const double decay = 0.8;
       const double slow_enough = decay * std::log(0.05 / kSpeed);
       const double time = rest_after(hz, 0.05, decay, dt);
-      EXPECT_GT(time, slow_enough - 0.5 / hz) << hz;  // the last peak above is up to half a period before
+      EXPECT_GT(time, slow_enough - 0.5 / hz) << hz;  // the last peak above is up to half a period earlier
       EXPECT_LT(time, slow_enough + kSpan + 0.1) << hz;
     }
   }

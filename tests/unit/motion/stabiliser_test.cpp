@@ -1,5 +1,6 @@
-// The stabiliser in the loop with a robot of two masses on elastic legs, one axis at a time: sampling, bus
-// and drives delay it, the sensors are noisy and biased, and the model it was laid out for is not the robot.
+// The stabiliser in closed loop with a robot of two masses on elastic legs, one axis at a time: sampling, bus
+// and drives add delay, the sensors are noisy and biased, and the model that it was designed for differs from
+// the robot.
 
 #include "adaptation/motion/stabiliser.h"
 
@@ -17,28 +18,28 @@
 namespace walkman::motion {
 namespace {
 
-constexpr double kDt = 0.005;     // s, of a cycle
-constexpr double kStep = 2.5e-4;  // s, of the integration
+constexpr double kDt = 0.005;     // s, control cycle
+constexpr double kStep = 2.5e-4;  // s, integration step
 constexpr double kHeight = 0.98;  // m
-constexpr double kMass = 118;     // kg, as the stabiliser believes
+constexpr double kMass = 118;     // kg, as assumed by the stabiliser
 constexpr double kGravityRate = kGravity / kHeight;
-/// Stiffness of a standing WALK-MAN about its ankles by the sways of its springs, N·m/rad.
+/// Stiffness of a standing WALK-MAN about its ankles, from the sway of its springs, N·m/rad.
 constexpr double kStiffness[2] = {8.0e3, 25.8e3};
 
 struct Case {
   std::string name;
-  double mass = 1, stiffness = 1;  // of the nominal
-  int late = 0;                    // cycles more
+  double mass = 1, stiffness = 1;  // relative to nominal
+  int late = 0;                    // additional delay, cycles
   double load = 0;                 // kg, unknown, at arm's length ahead
-  double force_gain = 1;           // of the ankles' sensors
+  double force_gain = 1;           // of the ankle sensors
   double loop = 1;                 // gain of both laws
   double limb_share = 0.2;         // of the mass, on a spring of its own
   double limb_hz = 8;              // with the legs held
-  bool sees_limb = true;           // in the joints
+  bool sees_limb = true;           // through the joints
   double noise = 1;
 };
 
-/// One axis: body and limb as masses on the height of the centre of mass, massless elastic legs.
+/// One axis: body and limb as masses at the height of the centre of mass, massless elastic legs.
 class Robot {
  public:
   Robot(int axis, const Case& robot)
@@ -61,7 +62,7 @@ class Robot {
     commands_.assign(3 + static_cast<std::size_t>(robot.late), 0.0);
   }
 
-  /// A cycle under the external force (N) on the body.
+  /// Runs a cycle with the external force (N) on the body.
   void cycle(double push) {
     BalanceReading reading;
     const double com = com_now();
@@ -72,7 +73,7 @@ class Robot {
     reading.p_Tcp[axis_] = com - force / (mass_ * kGravityRate) + load_offset() + 0.002 + noise(1e-4);
     reading.load.fill(mass_ * kGravity / 2);
     commands_.push_back(stabiliser_.step(reading, kMass, Eigen::Vector2d::Zero(), kDt)[axis_]);
-    // Over the bus in one cycle, to the drives in the next, which go there in the third.
+    // On the bus in one cycle, at the drives in the next, which move there in the third.
     commands_.pop_front();
     const double from = shift_;
     const int steps = static_cast<int>(std::lround(kDt / kStep));
@@ -91,7 +92,7 @@ class Robot {
  private:
   double noise(double deviation) { return case_.noise * deviation * normal_(random_); }
   [[nodiscard]] double load_offset() const { return 0.6 * case_.load / mass_; }
-  /// The legs pull the body to where the set-points have it; gravity pulls all away from the ankles.
+  /// The legs pull the body to the set-point position; gravity pulls everything away from the ankles.
   [[nodiscard]] double ground_force(double shift) const {
     return -leg_ * (x_[0] - shift) - leg_damping_ * v_[0] + mass_ * kGravityRate * com_now();
   }
@@ -117,14 +118,14 @@ class Robot {
 };
 
 struct Sway {
-  double first = 0;  // greatest distance of the centre of mass after the push, m
-  double late = 0;   // the same from 3 s after it
-  double cop = 0;    // greatest distance of the centre of pressure
+  double first = 0;  // maximum distance of the centre of mass after the push, m
+  double late = 0;   // the same from 3 s after the push
+  double cop = 0;    // maximum distance of the centre of pressure
 };
 
 Sway pushed(int axis, const Case& robot_case, double newtons = 100) {
   Robot robot(axis, robot_case);
-  for (int i = 0; i < 1200; ++i) robot.cycle(0);  // fade-in and what is learnt of the sensors
+  for (int i = 0; i < 1200; ++i) robot.cycle(0);  // for fade-in and learning the sensor biases
   const double rest = robot.com_now();
   Sway sway;
   for (int i = 0; i < 900; ++i) {
@@ -139,7 +140,7 @@ Sway pushed(int axis, const Case& robot_case, double newtons = 100) {
   return sway;
 }
 
-/// Factor on both laws until they no longer damp.
+/// Factor on the gains of both laws at which they no longer damp.
 double gain_margin(int axis, Case robot_case) {
   robot_case.noise = 0;
   double loop = 1;
@@ -216,7 +217,8 @@ TEST(Stabiliser, SeesTheVelocityThroughTheSensorsErrors) {
       square += std::pow(robot.estimated() - robot.velocity(), 2);
     }
     EXPECT_LT(std::sqrt(square / 1000), 1e-3);  // m/s, at rest
-    // A push is no part of what the ankles feel; half a second later it is known all the same.
+    // The ankle sensors do not measure the push itself; half a second later the velocity is known all the
+    // same.
     for (int i = 0; i < 20; ++i) robot.cycle(100);
     for (int i = 0; i < 100; ++i) robot.cycle(0);
     double worst = 0;
@@ -230,7 +232,7 @@ TEST(Stabiliser, SeesTheVelocityThroughTheSensorsErrors) {
 
 TEST(Stabiliser, HasNoSayInWhereTheRobotStands) {
   for (int axis = 0; axis < 2; ++axis) {
-    // Residuals and an unknown load are there from the start.
+    // Residuals and an unknown load are present from the start.
     Robot robot(axis, {.name = "4 kg in the hand", .load = 4});
     for (int i = 0; i < 6000; ++i) robot.cycle(0);
     EXPECT_LT(std::abs(robot.shift()), 2e-4);
@@ -287,7 +289,7 @@ TEST(Stabiliser, GoesOnFromItsShiftAfterAGap) {
   ASSERT_GT(std::abs(before), 0.003);
   stabiliser.restart();
   reading = standing();
-  reading.p_Tcm.x() = -0.3;  // wherever it is now
+  reading.p_Tcm.x() = -0.3;  // regardless of the present position
   const double after = stabiliser.step(reading, kMass, Eigen::Vector2d::Zero(), kDt).x();
   EXPECT_LE(std::abs(after - before), 0.3 * kDt + 1e-12);
   for (int i = 0; i < 200; ++i) stabiliser.step(reading, kMass, Eigen::Vector2d::Zero(), kDt);
@@ -321,7 +323,7 @@ TEST(Stabiliser, AReferenceThatMovesIsNoSway) {
     reading.force_T.x() = kMass * a;
     worst = std::max(worst, std::abs(stabiliser.step(reading, kMass, Eigen::Vector2d(x, 0), kDt).x()));
   }
-  EXPECT_LT(worst, 0.0015);  // of 20 mm that move at 30 mm/s
+  EXPECT_LT(worst, 0.0015);  // for 20 mm of motion at 30 mm/s
 }
 
 }  // namespace

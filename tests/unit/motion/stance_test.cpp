@@ -38,7 +38,7 @@ class StanceTest : public testing::Test {
 };
 
 TEST_F(StanceTest, FrameIsLevelWithTheSolesAndAtTheBase) {
-  // Any base pose while the stance is taken gives the same frame relative to the robot.
+  // Any base pose at the time the stance is taken gives the same frame relative to the robot.
   Eigen::Isometry3d X_WB(Eigen::AngleAxisd(0.7, Eigen::Vector3d(1, -2, 3).normalized()));
   X_WB.translation() << 3, -1, 0.5;
   KinematicTree elsewhere(robot.model, robot.joint_names);
@@ -68,7 +68,7 @@ TEST_F(StanceTest, BaseLeansAsTheAnklesDo) {
   EXPECT_NEAR(std::abs(turn.axis().y()), 1, 1e-9);
   const Eigen::Vector3d ankle = posed.X_WL(robot.model.link_index("LFoot")).translation();
   EXPECT_NEAR(std::abs(posed.X_WB().translation().x()), lean * -ankle.z(), 5e-4);
-  // One leg alone: the mean of two that disagree.
+  // One leg alone: the mean of two poses that disagree.
   joint("RAnkSag") -= lean;
   place();
   EXPECT_NEAR(Eigen::AngleAxisd(posed.X_WB().linear()).angle(), lean / 2, 1e-9);
@@ -141,7 +141,7 @@ TEST_F(StanceTest, TorquesAgreeWithKdl) {
   }
 }
 
-/// The whole body under a hand that goes places.
+/// Whole-body motion with a hand that moves to targets.
 class StandingMotionTest : public StanceTest {
  protected:
   StandingMotionTest() : motion(robot.model, robot.joint_names, stance, robot.right) {
@@ -181,8 +181,8 @@ TEST_F(StandingMotionTest, ReachesWithItsFeetInPlaceAndInBalance) {
   }
 }
 
-// The torso swings about the vertical when the waist stops: the arm keeps off hips and legs even while it
-// does. The distance is that of the posture turned about the joint by as much.
+// The torso swings about the vertical when the waist stops: the arm stays clear of hips and legs even then.
+// The distance is taken in the posture turned about the joint by the same angle.
 TEST_F(StandingMotionTest, ASwingingTorsoTakesNoArmAgainstTheLegs) {
   const double swing = GuardMargins{}.turn;
   KinematicTree swung(robot.model, robot.joint_names);
@@ -211,7 +211,7 @@ TEST_F(StandingMotionTest, ASwingingTorsoTakesNoArmAgainstTheLegs) {
     }
     return least;
   };
-  // Another edge may be the nearest once it is turned, so not all of the margin is left.
+  // After turning, another edge may be the nearest, so not all of the margin is left.
   EXPECT_GT(least_after("WaistYaw"), GuardMargins{}.own / 4);
   EXPECT_LT(least_after(""), 0) << "no target brings the arm near the legs";
 }
@@ -227,7 +227,7 @@ TEST_F(StandingMotionTest, RunsAheadWithoutMovingAnything) {
   EXPECT_EQ(motion.reachable(palm_down(2, 0, 1), {}).status, HandMotion::Status::kBlocked);
 }
 
-// Where legs and base tend to decides what else the whole body does on its way.
+// The postures that legs and base tend to determine how the rest of the body moves.
 TEST_F(StandingMotionTest, OneThatStoodUpThereGoesTheSameWayFromHere) {
   HandMotion planned(robot.model, robot.joint_names, stance, robot.right);
   const Eigen::Isometry3d X_TH = palm_down(0.45, -0.45, 0.30);
@@ -250,7 +250,7 @@ TEST_F(StandingMotionTest, OneThatStoodUpThereGoesTheSameWayFromHere) {
   EXPECT_GT((motion.q_ref() - q_anew).cwiseAbs().maxCoeff(), 5 * apart);
 }
 
-// With the hand back where it was, torso and arm are not: there are many postures to one pose.
+// With the hand back at its starting pose, torso and arm are not at theirs: many postures give the same pose.
 TEST_F(StandingMotionTest, ReturnsToThePostureThatItHad) {
   motion.set_obstacles({});
   while (!motion.balanced()) motion.step(kDt);
@@ -295,7 +295,7 @@ TEST_F(StandingMotionTest, WhatIsInTheWayOfItsPostureIsKeptOff) {
   EXPECT_GT((motion.q_ref() - q_below).cwiseAbs().maxCoeff(), 0.05);
 }
 
-// A robot that has bent down has no more room below than where it stood up.
+// A robot that has bent down has no more room below than from where it stood up.
 TEST_F(StandingMotionTest, ItsBaseHasTheRoomThatItHadWhereItStoodUp) {
   motion.set_obstacles({});
   const Eigen::Isometry3d low = palm_down(0.55, -0.30, -0.80);

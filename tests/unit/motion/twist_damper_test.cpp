@@ -1,4 +1,4 @@
-// The law against an oscillator on a spring whose foot it moves: a torso on the springs below it.
+// The law against an oscillator on a spring whose base it moves: a torso on the springs below it.
 
 #include "adaptation/motion/twist_damper.h"
 
@@ -13,8 +13,8 @@ namespace {
 
 constexpr double kPeriod = 0.005;
 
-/// Largest swing in the last of `seconds`, by semi-implicit steps of 0.1 ms, of one that starts at
-/// `amplitude`.
+/// Returns the largest swing in the last second of a run of `seconds`, by semi-implicit steps of 0.1 ms,
+/// starting at `amplitude`.
 double left_of(double amplitude, double hz, double seconds, bool damped) {
   const double w = 2 * std::numbers::pi * hz;
   TwistDamper damper;
@@ -35,7 +35,7 @@ double left_of(double amplitude, double hz, double seconds, bool damped) {
 TEST(TwistDamper, DampsTheSwaysOfATorso) {
   for (const double hz : {1.2, 1.5, 1.9}) {
     EXPECT_NEAR(left_of(0.002, hz, 4, false), 0.002, 2e-5) << hz;
-    // Half of T w, 0.3 to 0.48, less what the filters cost; after a second of fading in, 3 s of it.
+    // Half of T w, 0.3 to 0.48, less what the filters cost; after a second of fade-in, for 3 s.
     EXPECT_LT(left_of(0.002, hz, 4, true), 0.002 * std::exp(-0.15 * 2 * std::numbers::pi * hz * 2)) << hz;
   }
 }
@@ -55,7 +55,7 @@ TEST(TwistDamper, LeavesAPushToTheBalance) {
   for (int i = 0; i < 400; ++i) damper.step(twist, kPeriod);
   for (int i = 0; i < 40; ++i) damper.step(twist += kPeriod * 1.0, kPeriod);  // 1 rad/s
   for (int i = 0; i < 40; ++i) damper.step(twist, kPeriod);
-  // 0.2 s after it a slow twist is answered by a fifth at most, 2 s after it in full.
+  // 0.2 s after the push, a slow twist gets at most a fifth of the response, 2 s after it the full one.
   const auto answer = [&] {
     double angle = 0;
     for (int i = 0; i < 40; ++i) angle = damper.step(twist += kPeriod * 0.02, kPeriod);

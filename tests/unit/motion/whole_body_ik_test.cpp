@@ -79,7 +79,7 @@ TEST_F(WholeBodyIkTest, FloatingBaseReachesWithFeetInPlaceAndBalance) {
     integrate(ik);
     expect_within_limits();
     for (std::size_t i = 0; i < 2; ++i) {
-      // What a step leaves out is of second order, (1 rad/s · 5 ms)² / 2 a step at most, and decays at
+      // The error left by a step is of second order, at most (1 rad/s · 5 ms)² / 2 per step, and decays with
       // gain 20.
       EXPECT_LT((kinematics.X_WL(feet[i]).translation() - X_WF[i].translation()).norm(), 1.25e-4);
       EXPECT_LT(rotation_error(kinematics.X_WL(feet[i]).linear(), X_WF[i].linear()).norm(), 1.25e-4);

@@ -2,7 +2,7 @@
 
 namespace walkman::nodes {
 
-/// Calls of operator new in this program so far.
+/// Returns the number of calls of operator new in this program so far.
 [[nodiscard]] long allocation_count() noexcept;
 
 }  // namespace walkman::nodes

@@ -105,7 +105,7 @@ TEST(ArmBus, ACycleFitsInItsWorstCase) {
   const auto after = arm.bus.counters();
   const double mean_us = static_cast<double>(after.busy_bits - before.busy_bits) / 400;
   RecordProperty("mean_cycle_us", std::to_string(mean_us));
-  // Four PDOs of 7 joints and the hand, two of the wrist, SYNC: 4155 us with worst-case stuffing.
+  // Four PDOs each for 7 joints and the hand, two for the wrist, and SYNC: 4155 us with worst-case stuffing.
   EXPECT_GT(mean_us, 3300);
   EXPECT_LT(mean_us, 4155);
   EXPECT_NEAR(arm.bus.load(), mean_us / 5000, 0.02);

@@ -12,7 +12,7 @@ namespace walkman::nodes {
 using std::chrono::microseconds;
 using std::chrono::milliseconds;
 
-/// "185#3706" as a frame; "705#R" is a remote frame.
+/// Parses "185#3706" into a frame; "705#R" is a remote frame.
 inline can::Frame frame_of(const std::string& text) {
   can::Frame frame;
   const auto hash = text.find('#');
@@ -41,14 +41,14 @@ inline std::string text_of(const can::Frame& frame) {
 
 using Frames = std::vector<std::string>;
 
-/// A computer that talks with one node on a bus in literal frames.
+/// A computer that talks to one node on a bus in literal frames.
 class Conversation {
  public:
   explicit Conversation(bus::Participant& node) { bus.attach(node); }
 
   void send(const std::string& text) { static_cast<void>(bus.computer_port().send(frame_of(text))); }
 
-  /// Everything heard in `duration` from now.
+  /// Returns everything received within `duration` from now.
   std::vector<can::StampedFrame> listen_stamped(Time duration) {
     bus.advance(bus.now() + duration);
     std::vector<can::StampedFrame> heard;
@@ -61,7 +61,7 @@ class Conversation {
     for (const auto& frame : listen_stamped(duration)) heard.push_back(text_of(frame.frame));
     return heard;
   }
-  /// Sends, and returns what is heard within 2 ms.
+  /// Sends a frame and returns what is received within 2 ms.
   Frames ask(const std::string& text) {
     send(text);
     return listen(milliseconds(2));

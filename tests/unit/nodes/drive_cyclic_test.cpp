@@ -40,8 +40,8 @@ TEST_F(CyclicTest, VelocityIsLimitedByMotorSpeedAndRange) {
   EXPECT_EQ(node.state(), cia402::State::kOperationEnabled);
 }
 
-// The joint stands at 1.1 rad when the drive is enabled. A first target of 0 is a step, which it follows as
-// fast as it may; with the target where the joint is it stays there: the way of docs/protocol.md.
+// The joint is at 1.1 rad when the drive is enabled. A first target of 0 is a step, which it follows as fast
+// as it may; with the target at the joint's position it stays there, as described in docs/protocol.md.
 TEST_F(CyclicTest, AFirstTargetOfZeroIsAStepAndOneWhereTheJointStandsIsNot) {
   joint.motor = joint.link = 1.1;
   run(0.01);
@@ -67,7 +67,7 @@ TEST_F(CyclicTest, PositionTakesItsOffsets) {
   run(0.3);
   EXPECT_NEAR(joint.motor, 0.12, 2e-4);
   EXPECT_EQ(read_signed(0x6062), 120'000);
-  // A velocity that is fed forward without a motion leaves an error of D v / P = 2 v / w.
+  // A velocity fed forward without motion leaves an error of D v / P = 2 v / w.
   write(0x60B1, 0, 100'000, 4);
   run(0.5);
   EXPECT_NEAR(joint.motor - 0.12, 2 * 0.1 / (2 * std::numbers::pi * 25), 5e-5);
@@ -130,7 +130,7 @@ TEST_F(HomingTest, TheMotorsPlaceBecomesTheHomeOffset) {
   EXPECT_NEAR(read_signed(0x6064), -50'000, 100);
   EXPECT_NEAR(read_signed(0x60E4, 1), -50'000, 100);
   EXPECT_NEAR(joint.motor, 0.3, 1e-4);  // it has not moved
-  // Targets count from the new zero.
+  // Targets are relative to the new zero.
   control(0x0F);
   write(0x6060, 0, 8, 1);
   target(0);

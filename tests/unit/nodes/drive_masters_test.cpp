@@ -1,4 +1,4 @@
-// How masters of other makers walk a drive to operation enabled, as byte sequences.
+// How third-party masters bring a drive to operation enabled, as byte sequences.
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -35,7 +35,7 @@ TEST_F(DriveMastersTest, PythonCanopen) {
   EXPECT_EQ(send("0600"), "185#3102");
   EXPECT_EQ(send("0700"), "185#3302");
   EXPECT_EQ(send("0F00"), "185#3712");
-  // From fault, the same way.
+  // The same sequence from fault.
   node.trip(0x7121, 0x20);
   run(0.01);
   EXPECT_EQ(send("0000"), "185#1802");
@@ -55,8 +55,8 @@ TEST_F(DriveMastersTest, PythonCanopen) {
   EXPECT_EQ(talk.ask("080#").at(0).substr(0, 10), "185#371606");
 }
 
-// ros_canopen's Motor402: reads 6502h, looks at every object of the advertised modes, resets faults by
-// toggling bit 7, changes the mode and homes only when 6098h is not 0.
+// ros_canopen's Motor402: reads 6502h, probes every object of the advertised modes, resets faults by toggling
+// bit 7, changes the mode and homes only when 6098h is not 0.
 TEST_F(DriveMastersTest, RosCanopen) {
   talk.ask("000#8005");
   EXPECT_THAT(talk.ask("605#4002650000000000"), ElementsAre("585#43026500ED030100"));
@@ -81,13 +81,13 @@ TEST_F(DriveMastersTest, RosCanopen) {
   };
   EXPECT_EQ(cycle("0000", "00"), "185#180208");
   EXPECT_EQ(cycle("8000", "00"), "185#180208");
-  EXPECT_EQ(cycle("0000", "00"), "185#500208");  // the edge has acted; bit 7 is taken back
+  EXPECT_EQ(cycle("0000", "00"), "185#500208");  // the edge has taken effect; bit 7 is cleared again
   EXPECT_EQ(cycle("0600", "00"), "185#500208");
   EXPECT_EQ(cycle("0700", "00"), "185#310208");
   EXPECT_EQ(cycle("0F00", "00"), "185#330208");
   EXPECT_EQ(cycle("0F00", "01"), "185#371208");
   EXPECT_EQ(cycle("0F00", "01").substr(0, 10), "185#370201");
-  // Profile position: bit 4 with the target, taken back when bit 12 acknowledges.
+  // Profile position: bit 4 with the target, cleared when bit 12 acknowledges.
   talk.send("305#A086010000000000");
   EXPECT_EQ(cycle("1F00", "01"), "185#370601");
   EXPECT_EQ(cycle("0F00", "01"), "185#371201");
@@ -111,7 +111,7 @@ TEST_F(DriveMastersTest, Lely) {
     EXPECT_THAT(talk.ask(std::string("605#401810") + sub + "00000000"),
                 ElementsAre(StartsWith("585#431810")));
   }
-  // Mode and statusword into TPDO1 by events, in the standard's order.
+  // Maps mode and statusword into an event-driven TPDO1, in the standard's order.
   for (const char* request :
        {"605#23001801850100C0", "605#2F001A0000000000", "605#23001A0110004160", "605#23001A0208006160",
         "605#2F001A0002000000", "605#2F001802FF000000", "605#2300180185010040"}) {
@@ -121,7 +121,7 @@ TEST_F(DriveMastersTest, Lely) {
   EXPECT_THAT(talk.ask("205#0600000000"), ElementsAre("185#310208"));
   EXPECT_THAT(talk.ask("205#0700000000"), ElementsAre("185#330208"));
   EXPECT_THAT(talk.ask("205#0F00000000"), ElementsAre("185#371208"));
-  EXPECT_THAT(talk.ask("205#0F00090000"), Contains("185#371209"));  // a mode change is an event, too
+  EXPECT_THAT(talk.ask("205#0F00090000"), Contains("185#371209"));  // a mode change is also an event
   EXPECT_THAT(talk.ask("205#0F00050000"), IsEmpty());               // no such mode: ignored
 }
 

@@ -26,7 +26,7 @@ struct ProfilePositionTest : JointRig {
   }
 };
 
-// 0.5 rad: 0.25 s up, 0.125 s down, 0.3125 rad at 1 rad/s.
+// 0.5 rad: 0.25 s of acceleration, 0.125 s of deceleration, 0.3125 rad at 1 rad/s.
 TEST_F(ProfilePositionTest, DemandIsTheClosedForm) {
   set_point(500'000);
   for (int i = 1; i <= 3000; ++i) {
@@ -57,7 +57,7 @@ TEST_F(ProfilePositionTest, HandshakeAndTargetReached) {
   run(0.6);
   EXPECT_EQ(status() & (kReached | kBit12), kReached);
   EXPECT_NEAR(joint.motor, 0.3, 1e-3);
-  // Without an edge of bit 4 nothing starts.
+  // Nothing starts without an edge of bit 4.
   write(0x607A, 0, 0, 4);
   run(0.2);
   EXPECT_NEAR(joint.motor, 0.3, 1e-3);
@@ -77,7 +77,7 @@ TEST_F(ProfilePositionTest, OneSetPointWaitsUntilTheFirstIsReached) {
     farthest = std::max(farthest, joint.motor);
   }
   EXPECT_NEAR(farthest, 0.2, 2e-3);
-  EXPECT_EQ(status() & (kReached | kBit12), 0U);  // the waiting one has begun
+  EXPECT_EQ(status() & (kReached | kBit12), 0U);  // the waiting one has started
   run(0.6);
   EXPECT_NEAR(joint.motor, 0.1, 1e-3);
   EXPECT_EQ(status() & kReached, kReached);
@@ -224,8 +224,8 @@ TEST_F(ProfileVelocityTest, HaltAndBackAgain) {
   EXPECT_NEAR(read_signed(0x606B), 500'000, 1100);
 }
 
-// With the integral stopped at the torque limit the motor turns back as soon as it is asked to: after the
-// wound-up time of a loop without anti-windup it would still push.
+// With the integral frozen at the torque limit, the motor reverses as soon as it is commanded to: a loop
+// without anti-windup would keep pushing until it has unwound.
 TEST_F(ProfileVelocityTest, TheIntegralDoesNotWindUp) {
   write(0x6072, 0, 100, 2);  // 10 N·m
   joint.link_locked = true;

@@ -60,7 +60,7 @@ struct DriveStateTest : testing::Test {
 struct Transition {
   State from;
   unsigned word;
-  unsigned mask, value;  // of the statusword, after IEC 61800-7-201
+  unsigned mask, value;  // of the statusword, according to IEC 61800-7-201
 };
 
 TEST_F(DriveStateTest, EveryCommandInEveryState) {
@@ -152,7 +152,7 @@ TEST_F(DriveStateTest, FaultIsReportedAndResetByAnEdgeOnly) {
   EXPECT_THAT(command(0x80), ElementsAre("085#0000000000000000"));
   EXPECT_EQ(node.state(), State::kSwitchOnDisabled);
   EXPECT_THAT(talk.ask("605#403F600000000000"), ElementsAre("585#4B3F600000000000"));
-  // The level stays high: a new fault is not reset by it.
+  // The level stays high and does not reset a new fault.
   node.trip(0x7121, 0x20);
   command(0x80);
   EXPECT_EQ(node.state(), State::kFault);
@@ -220,7 +220,7 @@ TEST_F(DriveStateTest, AFaultOutlastsResetCommunication) {
   go_to(State::kFault);
   talk.listen(milliseconds(2));
   EXPECT_THAT(talk.ask("605#4001100000000000"), ElementsAre("585#4F01100021000000"));
-  // The boot-up message, then the fault again; register and history tell it too.
+  // The boot-up message, then the fault again; register and history report it as well.
   EXPECT_THAT(talk.ask("000#8205"), ElementsAre("705#00", "085#2171210000000000"));
   EXPECT_EQ(node.state(), State::kFault);
   EXPECT_THAT(talk.ask("605#4001100000000000"), ElementsAre("585#4F01100021000000"));
@@ -260,7 +260,7 @@ TEST_F(DriveStateTest, ModesOfferedAreTheModesThatWork) {
   for (const char* value : {"02", "05", "0B", "FE"}) {
     EXPECT_THAT(talk.ask(std::string("605#2F606000") + value + "000000"),
                 ElementsAre("585#8060600030000906"));
-    // Over PDO an unknown mode is ignored, 0 means no change.
+    // Via PDO an unknown mode is ignored and 0 means no change.
     talk.ask(std::string("205#0600") + value + "0000");
     EXPECT_EQ(node.mode(), cia402::Mode::kCyclicSynchronousPosition);
   }

@@ -1,4 +1,4 @@
-// Option codes 605Ah-605Eh: how far the motor goes on, and in which state it ends.
+// Option codes 605Ah-605Eh: how far the motor keeps moving, and in which state the drive ends.
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -17,7 +17,7 @@ struct DriveStopTest : JointRig {
     write(0x6084, 0, 20'000'000, 4);
     write(0x6085, 0, 40'000'000, 4);
   }
-  /// Enables and brings the motor to `kSpeed`; returns where it is.
+  /// Enables the drive and brings the motor to `kSpeed`; returns its position.
   double moving() {
     enable();
     for (int cycle = 1; cycle <= 60; ++cycle) {
@@ -27,7 +27,7 @@ struct DriveStopTest : JointRig {
     EXPECT_NEAR(joint.motor_v, kSpeed, 0.1);
     return joint.motor;
   }
-  /// Way and time until the brake closes or the motor rests.
+  /// Returns distance and time until the brake closes or the motor is at rest.
   std::pair<double, double> stopping(double from) {
     double time = 0;
     while (time < 1 && !node.brake_engaged() && (std::abs(joint.motor_v) > 0.01 || time < 0.01)) {
@@ -96,7 +96,7 @@ TEST_F(DriveStopTest, TorqueLimitStopUsesTheLimitInForceAndVoltageLimitStopDoesN
     EXPECT_TRUE(node.brake_engaged());
     if (option == 3) {
       EXPECT_NEAR(strongest, 30, 1e-9);
-      // At least v^2 J / 2 tau = 0.02 rad: the spring's pull of the moving link comes on top.
+      // At least v^2 J / 2 tau = 0.02 rad: the spring's pull from the moving link comes on top.
       EXPECT_GT(joint.motor - from, 0.015);
     } else {
       EXPECT_GT(strongest, 100);

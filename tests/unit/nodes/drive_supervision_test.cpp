@@ -1,4 +1,4 @@
-// Faults that the feedback shows, each with its code on 603Fh and in EMCY.
+// Faults visible in the feedback, each with its code in 603Fh and in EMCY.
 
 #include <cmath>
 #include <limits>
@@ -21,7 +21,7 @@ struct DriveSupervisionTest : JointRig {
     for (int i = 0; i < steps; ++i) torque = node.control(feedback, kStep);
   }
   Frames heard() { return talk.listen(milliseconds(2)); }
-  /// Reset by the edge; true when the drive has left the fault state.
+  /// Resets by the edge; returns true if the drive has left the fault state.
   bool reset() {
     control(0x00);
     control(0x80);
@@ -41,7 +41,7 @@ TEST_F(DriveSupervisionTest, TemperaturesWarnAndTrip) {
   f.board_temperature_c = 99;
   push(f);
   EXPECT_TRUE(reset());
-  write(0x2030, 4, 950, 2);  // the limit comes down below the temperature
+  write(0x2030, 4, 950, 2);  // the limit drops below the temperature
   push(f);
   EXPECT_EQ(read(0x603F), 0x4210U);
   EXPECT_EQ(read_signed(0x2030, 2), 990);
@@ -96,10 +96,10 @@ TEST_F(DriveSupervisionTest, ReadingsThatAreNoNumbers) {
       f.*member = value;
       f.spring_torque = value;
       push(f);
-      EXPECT_EQ(node.state(), State::kFault);  // cannot be braked by its loops
+      EXPECT_EQ(node.state(), State::kFault);  // its loops cannot brake it
       EXPECT_EQ(torque, 0);
       EXPECT_EQ(read(0x603F), code);
-      EXPECT_EQ(read(0x6064), 250'000U);  // the last reading that was one
+      EXPECT_EQ(read(0x6064), 250'000U);  // the last valid reading
       EXPECT_FALSE(reset());
       f = ServoFeedback{};
       f.motor_position = f.link_position = 0.25;
@@ -109,7 +109,7 @@ TEST_F(DriveSupervisionTest, ReadingsThatAreNoNumbers) {
   }
 }
 
-// 3 x 150 N·m / 1300 N·m/rad + 0.05 rad = 0.396 rad between the encoders cannot be.
+// 3 x 150 N·m / 1300 N·m/rad + 0.05 rad = 0.396 rad between the encoders is impossible.
 TEST_F(DriveSupervisionTest, AFrozenEncoderIsFoundByTheOtherOne) {
   push(f);
   for (int i = 1; i <= 400; ++i) {
@@ -119,7 +119,7 @@ TEST_F(DriveSupervisionTest, AFrozenEncoderIsFoundByTheOtherOne) {
       ASSERT_NE(node.state(), State::kFault) << i;
     }
   }
-  EXPECT_EQ(read(0x603F), 0x7305U);  // the motor's has not changed
+  EXPECT_EQ(read(0x603F), 0x7305U);  // the motor encoder has not changed
   EXPECT_FALSE(reset());
   f.motor_position = f.link_position;
   push(f);
@@ -223,7 +223,7 @@ TEST_F(DriveSupervisionTest, TimedPdosShowTheNewestPhysicsStep) {
     for (int i = 0; i < 4; ++i) {
       f.motor_position = f.link_position = ms * 1e-3 + i * 1e-5;
       push(f);
-      if (i == 1 && ms % 5 == 0) control(ms % 2 == 0 ? 0x06 : 0x00);  // a change in mid-step
+      if (i == 1 && ms % 5 == 0) control(ms % 2 == 0 ? 0x06 : 0x00);  // a change in the middle of a step
     }
     char text[24];
     std::snprintf(text, sizeof text, "285#%02X%02X000000000000", (ms * 1000 + 30) & 0xFF,

@@ -33,7 +33,7 @@ TEST_F(ErrorControlTest, NmtStatesGateTheServices) {
   EXPECT_THAT(talk.ask("000#0105"), ElementsAre("485#0000000100"));
   EXPECT_EQ(node.nmt_state(), NmtState::kOperational);
   EXPECT_THAT(talk.ask("080#"), ElementsAre("185#0000080000", "285#0000000000000000"));
-  // Stopped: silent but for error control.
+  // Stopped: silent except for error control.
   EXPECT_THAT(talk.ask("000#0200"), IsEmpty());
   EXPECT_EQ(node.nmt_state(), NmtState::kStopped);
   EXPECT_THAT(talk.ask("605#4001100000000000"), IsEmpty());
@@ -73,9 +73,9 @@ TEST_F(ErrorControlTest, HeartbeatPeriodIsExactOnTheBus) {
 TEST_F(ErrorControlTest, LostHeartbeatRaisesEmcyAndLeavesOperational) {
   talk.listen(milliseconds(2));
   EXPECT_THAT(talk.ask("605#23161001FA007F00"), ElementsAre("585#6016100100000000"));  // node 7Fh, 250 ms
-  EXPECT_THAT(talk.ask("605#23161002FA007F00"), ElementsAre("585#8016100243000406"));  // twice the same node
+  EXPECT_THAT(talk.ask("605#23161002FA007F00"), ElementsAre("585#8016100243000406"));  // the same node twice
   talk.ask("000#0105");
-  // Not watched before the first heartbeat.
+  // Not monitored before the first heartbeat.
   EXPECT_THAT(talk.listen(milliseconds(400)), Not(Contains("085#3081117F00000000")));
   talk.ask("77F#05");
   const auto heard = talk.listen_stamped(milliseconds(300));
@@ -103,7 +103,7 @@ TEST_F(ErrorControlTest, AHeartbeatNoLongerWatchedIsNotMissed) {
 
 TEST_F(ErrorControlTest, ConsumerEntriesOfNoNodeAreNotInUse) {
   talk.listen(milliseconds(2));
-  // Node 0 or above 127, time 0: taken and not used (CiA 301, 7.5.2.18); bits 24 to 31 are reserved.
+  // Node 0 or above 127, time 0: accepted and not used (CiA 301, 7.5.2.18); bits 24 to 31 are reserved.
   for (const char* entry : {"64000000", "64008000", "6400FF00", "00007F00"}) {
     EXPECT_THAT(talk.ask(std::string("605#23161001") + entry), ElementsAre("585#6016100100000000")) << entry;
     EXPECT_THAT(talk.ask("605#4016100100000000"), ElementsAre(std::string("585#43161001") + entry));

@@ -10,7 +10,7 @@ namespace {
 
 using testing::ElementsAre;
 
-/// A node that is asked frame by frame: this needs no bus that carries FD frames.
+/// A node that is queried frame by frame, which needs no bus that carries FD frames.
 struct FdPdoTest : testing::Test {
   FdPdoTest() {
     node.use_fd();
@@ -29,7 +29,8 @@ struct FdPdoTest : testing::Test {
   }
   std::vector<can::Frame> ask(const std::string& text) { return ask(frame_of(text)); }
   std::string answer(const std::string& text) { return text_of(ask(text).at(0)); }
-  /// Maps the first `count` objects 2010h into the PDO whose records are `low` (00: TPDO1 or RPDO1).
+  /// Maps the first `count` objects of 2010h into the PDO whose records are `communication` and `mapping`
+  /// (low byte 00: TPDO1 or RPDO1).
   void map(const std::string& communication, const std::string& mapping, int count) {
     EXPECT_EQ(answer("605#2F" + mapping + "0000000000").substr(4, 2), "60");
     for (int sub = 1; sub <= count; ++sub) {

@@ -69,7 +69,7 @@ TEST_F(ForceTorqueNodeTest, AFaultTurnsTheReadingsThatItTurnsInBytes) {
   sample(0, 0, 0, 0, 0.1, 0);
   EXPECT_THAT(talk.ask("080#"), ElementsAre("192#0000000000000200", "292#00004A00000000"));  // 10 | 64
   sample(0, 0, 0, 0, -0.1, 0);
-  EXPECT_THAT(talk.ask("080#"), ElementsAre("192#0000000000000300", "292#0000F6FF000000"));  // -10 has it set
+  EXPECT_THAT(talk.ask("080#"), ElementsAre("192#0000000000000300", "292#0000F6FF000000"));  // bit set in -10
 }
 
 TEST_F(ForceTorqueNodeTest, DriftAddsUpAndBitsFlipAsOftenAsTheyShould) {
@@ -126,7 +126,7 @@ TEST_F(ForceTorqueNodeTest, TareByCommandAndByValue) {
   // -20 N as the tare of channel 3: C1A00000h.
   EXPECT_THAT(talk.ask("612#233861030000A0C1"), ElementsAre("592#6038610300000000"));
   EXPECT_FLOAT_EQ(real(0x6130, 3), 0);
-  // Reset node forgets the tare.
+  // Reset node clears the tare.
   talk.ask("000#8112");
   sample(55, 0, -20, 0, 2.5, 0);
   EXPECT_FLOAT_EQ(real(0x6130, 1), 55);
@@ -181,7 +181,7 @@ TEST_F(ForceTorqueNodeTest, SecondOrderLowPassIsTwoOfTheFirst) {
     slope = std::max(slope, real(0x6130, 3) - last);
     last = real(0x6130, 3);
   }
-  // Step response 1 - (1 + t/T) exp(-t/T), here one sample late at most in each of the two.
+  // Step response 1 - (1 + t/T) exp(-t/T), here at most one sample late in each of the two filters.
   EXPECT_NEAR(last, 1000 * (1 - 3 * std::exp(-2.0)), 1000 * std::exp(-2.0) * 2 / 20 + 1);
   EXPECT_NEAR(slope, 1000 / 20.0 * std::exp(-1.0), 1);  // steepest at t = T
 }
@@ -214,7 +214,7 @@ TEST_F(ForceTorqueNodeTest, ScalingZeroAndTareAddUp) {
   EXPECT_THAT(talk.ask("612#4000710100000000"), ElementsAre("592#4B007101E8030000"));  // 1000
   EXPECT_THAT(talk.ask("612#4030710100000000"), ElementsAre("592#4B307101D6060000"));  // 1750
   EXPECT_THAT(talk.ask("612#4030910100000000"), ElementsAre("592#43309101D6060000"));
-  // Zero: the input offset takes what is left; tare on top of it.
+  // Zero: the input offset absorbs the rest; the tare comes on top of it.
   EXPECT_THAT(talk.ask("612#2325610174617261"), ElementsAre("592#8025610130000906"));
   EXPECT_THAT(talk.ask("612#232561017A65726F"), ElementsAre("592#6025610100000000"));
   EXPECT_FLOAT_EQ(real(0x6124, 1), -170);
@@ -261,7 +261,7 @@ TEST_F(ForceTorqueNodeTest, ASensorWithoutAReadingReportsAFault) {
   EXPECT_THAT(talk.listen(milliseconds(2)), ElementsAre("092#02FF810000000000"));
   sample(0, 0, 0, 0, 0, 0);
   EXPECT_THAT(talk.listen(milliseconds(2)), ElementsAre("092#0000000000000000"));
-  // A channel that is off has no reading to miss.
+  // A channel that is off cannot miss a reading.
   talk.ask("612#2F12610500000000");
   sample(0, 0, 0, 0, std::numeric_limits<double>::infinity(), 0);
   EXPECT_THAT(talk.listen(milliseconds(2)), testing::IsEmpty());

@@ -1,4 +1,4 @@
-// Each stage of the transducer alone, against what its definition says.
+// Each stage of the transducer on its own, against its definition.
 
 #include "emulator/nodes/measuring/force_torque_transducer.h"
 
@@ -118,7 +118,7 @@ TEST(ForceTorqueTransducer, NoiseHasItsDeviationWithTheFilterAndWithoutIt) {
   for (const double corner : {0.0, 200.0, 20.0}) {
     p.low_pass_hz = corner;
     const Statistics s = statistics(p);
-    // Neighbouring samples of y += a (x - y) correlate by 1 - a.
+    // Neighbouring samples of y += a (x - y) have a correlation of 1 - a.
     const double kept = corner > 0 ? std::exp(-2 * std::numbers::pi * corner * kPeriod) : 0;
     EXPECT_NEAR(s.lag_one, kept, 0.02) << corner;
     for (Eigen::Index i = 0; i < 6; ++i) {

@@ -86,8 +86,8 @@ TEST_F(GuardingTest, BusOffIsACommunicationErrorAndItsEndAnEvent) {
 }
 
 TEST_F(GuardingTest, AFullTransmitQueueIsReportedOnceThereIsRoom) {
-  talk.ask("605#2B17100001000000");  // a heartbeat a millisecond
-  // Nobody lets the node send for 50 ms.
+  talk.ask("605#2B17100001000000");  // a heartbeat every millisecond
+  // The node does not get to send for 50 ms.
   for (int i = 1; i <= 50; ++i) node.advance(talk.bus.now() + milliseconds(i));
   EXPECT_GT(node.transmit_overflows(), 0U);
   const Frames heard = talk.listen(milliseconds(60));

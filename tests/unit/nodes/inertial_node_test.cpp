@@ -51,7 +51,7 @@ TEST_F(InertialNodeTest, DescribesItsChannels) {
   EXPECT_THAT(talk.ask("65B#4031610400000000"), ElementsAre("5DB#4331610400031000"));  // rad/s
   EXPECT_THAT(talk.ask("65B#4032610100000000"), ElementsAre("5DB#4F32610103000000"));
   EXPECT_THAT(talk.ask("65B#4032610700000000"), ElementsAre("5DB#8032610711000906"));  // 1/30000 has none
-  EXPECT_THAT(talk.ask("65B#4038610100000000"), ElementsAre("5DB#8038610100000206"));  // not to be tared
+  EXPECT_THAT(talk.ask("65B#4038610100000000"), ElementsAre("5DB#8038610100000206"));  // cannot be tared
 }
 
 TEST_F(InertialNodeTest, OverloadSaturatesAndIsReported) {

@@ -13,12 +13,12 @@
 namespace walkman::nodes {
 
 inline constexpr double kStep = 0.00025;
-// Of the statusword.
+// Bits of the statusword.
 inline constexpr unsigned kReached = 1U << 10U;
 inline constexpr unsigned kLimit = 1U << 11U;
 inline constexpr unsigned kBit12 = 1U << 12U;
 
-/// Motor, spring and link of one joint; the servo runs at 4 kHz, the mechanics ten times finer.
+/// Motor, spring and link of one joint; the servo runs at 4 kHz, the mechanics in steps ten times finer.
 struct Joint {
   double motor = 0, motor_v = 0, link = 0, link_v = 0;
   double link_inertia = 0.5, load = 0;
@@ -52,7 +52,7 @@ struct Joint {
   }
 };
 
-/// A drive with its joint, spoken to in frames: node-ID 5, operational.
+/// A drive with its joint, addressed in frames: node-ID 5, operational.
 struct JointRig : testing::Test {
   JointRig() {
     talk.listen(milliseconds(2));
@@ -78,7 +78,7 @@ struct JointRig : testing::Test {
     talk.send(text);
     talk.ask("080#");
   }
-  /// Statusword, and any other object of up to four bytes, as an SDO client reads it.
+  /// Returns the statusword or any other object of up to four bytes as an SDO client reads it.
   std::uint32_t read(unsigned index, unsigned sub = 0) {
     char text[32];
     std::snprintf(text, sizeof text, "605#40%02X%02X%02X00000000", index & 0xFFU, index >> 8U, sub);
@@ -91,7 +91,7 @@ struct JointRig : testing::Test {
   std::int32_t read_signed(unsigned index, unsigned sub = 0) {
     return static_cast<std::int32_t>(read(index, sub));
   }
-  /// Expedited download of `bytes` bytes; the abort code, or 0.
+  /// Expedited download of `bytes` bytes; returns the abort code, or 0.
   std::uint32_t write(unsigned index, unsigned sub, std::int64_t value, int bytes) {
     const unsigned command[] = {0, 0x2F, 0x2B, 0x27, 0x23};
     const auto v = static_cast<std::uint32_t>(value);
@@ -108,7 +108,7 @@ struct JointRig : testing::Test {
   }
   std::uint32_t status() { return read(0x6041); }
   std::uint32_t control(unsigned word) { return write(0x6040, 0, word, 2); }
-  /// The little-endian number of four bytes at a place of a frame's text.
+  /// Returns the little-endian number of four bytes at position `at` of a frame's text.
   static std::uint32_t frame_value(const std::string& frame, std::size_t at) {
     std::uint32_t value = 0;
     for (int i = 3; i >= 0; --i) {

@@ -25,7 +25,7 @@ TEST_F(LssTest, SwitchSelectiveWantsTheWholeAddress) {
   EXPECT_THAT(talk.ask("7E5#4177000000000000"), IsEmpty());
   EXPECT_THAT(talk.ask("7E5#4200000100000000"), IsEmpty());
   EXPECT_THAT(talk.ask("7E5#4379563412000000"), IsEmpty());  // another serial number
-  EXPECT_THAT(talk.ask("7E5#4378563412000000"), IsEmpty());  // not after a wrong one
+  EXPECT_THAT(talk.ask("7E5#4378563412000000"), IsEmpty());  // no effect after a wrong one
   EXPECT_THAT(talk.ask("7E5#5E00000000000000"), IsEmpty());
   talk.ask("7E5#4057414C4B000000");
   talk.ask("7E5#4177000000000000");
@@ -46,7 +46,7 @@ TEST_F(LssTest, InquireIdentity) {
 
 TEST_F(LssTest, NodeIdTakesEffectAtResetCommunication) {
   configuration();
-  EXPECT_THAT(talk.ask("7E5#1100000000000000"), ElementsAre("7E4#1101000000000000"));  // 0 is none
+  EXPECT_THAT(talk.ask("7E5#1100000000000000"), ElementsAre("7E4#1101000000000000"));  // 0 is not a node-ID
   EXPECT_THAT(talk.ask("7E5#1180000000000000"), ElementsAre("7E4#1101000000000000"));
   EXPECT_THAT(talk.ask("7E5#1109000000000000"), ElementsAre("7E4#1100000000000000"));
   EXPECT_THAT(talk.ask("7E5#5E00000000000000"), ElementsAre("7E4#5E05000000000000"));
@@ -78,7 +78,7 @@ TEST_F(LssTest, ResetCommunicationLeavesTheConfigurationState) {
   configuration();
   EXPECT_THAT(talk.ask("7E5#1109000000000000"), ElementsAre("7E4#1100000000000000"));
   EXPECT_THAT(talk.ask("000#8205"), ElementsAre("709#00"));
-  EXPECT_THAT(talk.ask("7E5#1105000000000000"), IsEmpty());  // meant for another
+  EXPECT_THAT(talk.ask("7E5#1105000000000000"), IsEmpty());  // addressed to another device
   EXPECT_THAT(talk.ask("000#8209"), ElementsAre("709#00"));
 }
 
@@ -123,13 +123,13 @@ TEST_F(LssTest, AnUnconfiguredDeviceKnowsLssOnlyAndBootsWithANodeId) {
 }
 
 TEST_F(LssTest, FastscanFindsAnUnconfiguredDevice) {
-  EXPECT_THAT(talk.ask("7E5#5100000000800000"), IsEmpty());  // configured: not its business
+  EXPECT_THAT(talk.ask("7E5#5100000000800000"), IsEmpty());  // configured: does not take part
   configuration();
   talk.ask("7E5#11FF000000000000");
   waiting();
   talk.ask("000#8200");
   EXPECT_THAT(talk.ask("7E5#5100000000800000"), ElementsAre("7E4#4F00000000000000"));
-  // The master tries every bit with 0 first, from the highest down, and asks for the whole number at the end.
+  // The master first tries 0 for every bit, from the highest down, and finally asks for the whole number.
   std::uint32_t found[4] = {};
   for (unsigned part = 0; part < 4; ++part) {
     const auto ask = [&](std::uint32_t number, unsigned bit, unsigned next) {

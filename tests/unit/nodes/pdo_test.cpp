@@ -58,7 +58,7 @@ TEST_F(PdoTest, SynchronousRpdoWaitsForSyncAsynchronousDoesNot) {
 }
 
 TEST_F(PdoTest, RemappingByTheStandardsOrder) {
-  // TPDO3 to 2020h:2 and 6077h on 385h, every second SYNC.
+  // Maps 2020h:2 and 6077h into TPDO3 on 385h, every second SYNC.
   accept("605#2F021A0000000000");
   accept("605#23021A0120022020");
   accept("605#23021A0210007760");
@@ -77,7 +77,7 @@ TEST_F(PdoTest, RemappingByTheStandardsOrder) {
   EXPECT_THAT(talk.ask("080#"), ElementsAre("185#5002088200", "285#A086010018FCFFFF", "385#C83200008200"));
 }
 
-// The check bytes are those of the CRC-8 with polynomial 2Fh as its definition has it, bit by bit.
+// The check bytes follow from the definition of the CRC-8 with polynomial 2Fh, bit by bit.
 TEST_F(PdoTest, AProtectedTpdoCountsAndChecksItself) {
   accept("605#2F021A0000000000");
   accept("605#23021A0120006460");
@@ -149,7 +149,7 @@ TEST_F(PdoTest, EventTimerAndInhibitTime) {
       EXPECT_EQ(heard[i].time - heard[i - 1].time, milliseconds(100));
     }
   }
-  // TPDO1 on events: the statusword's change is one, no more often than the inhibit time allows.
+  // TPDO1 on events: a change of the statusword is one; sent no more often than the inhibit time allows.
   talk.ask("000#8005");
   accept("605#23001801850100C0");
   accept("605#2F001802FF000000");

@@ -1,5 +1,5 @@
-// A node on a bus where anything may be said: whatever comes, it keeps to the formats of its own services,
-// and after a reset it is as new.
+// A node on a bus with arbitrary traffic: whatever it receives, it keeps to the formats of its own services,
+// and after a reset it is as good as new.
 
 #include <random>
 
@@ -32,7 +32,7 @@ class RandomFrames : public testing::TestWithParam<bool> {
     }
     return frame;
   }
-  /// A request that has a chance: a command of the protocol, an object that is there.
+  /// Turns a frame into a request that may succeed: a command of the protocol, an existing object.
   void aim(can::Frame& frame) {
     if (pick(5) == 0) return;
     static constexpr std::uint8_t kCommands[] = {0x40, 0x60, 0x70, 0x2F, 0x2B, 0x23, 0x22, 0x21,
@@ -83,7 +83,7 @@ TEST_P(RandomFrames, GetAnswersInTheServicesFormats) {
     ASSERT_GE(node.next_event(), now);
   }
   EXPECT_GT(answers, 50'000);
-  // Configured out of LSS again, restored, reset: as it left the factory.
+  // Configured through LSS again, restored and reset: in its factory state.
   for (const char* text :
        {"7E5#0401000000000000", "7E5#1105000000000000", "7E5#1700000000000000", "7E5#0400000000000000",
         "000#8100", "605#8000000000000000", "605#231110016C6F6164", "000#8105", "605#4017100000000000"}) {

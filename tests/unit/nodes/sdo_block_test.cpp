@@ -15,7 +15,7 @@ using testing::IsEmpty;
 
 struct SdoBlockTest : testing::Test {
   SdoBlockTest() { talk.listen(milliseconds(2)); }
-  /// Segments 1.. of `text`, all flagged as not the last but the one that ends it.
+  /// Returns segments 1.. of `text`; only the one that ends the text is flagged as the last.
   static Frames segments(const std::string& text, std::size_t from, std::size_t count) {
     Frames frames;
     for (std::size_t i = 0; i < count; ++i) {
@@ -35,7 +35,7 @@ struct SdoBlockTest : testing::Test {
   void send_all(const Frames& frames) {
     for (const std::string& frame : frames) talk.send(frame);
   }
-  /// Bit by bit, as the standard draws it.
+  /// Computes the CRC bit by bit, as drawn in the standard.
   static unsigned crc_of(const std::string& text) {
     unsigned crc = 0;
     for (const char c : text) {
@@ -94,7 +94,7 @@ TEST_F(SdoBlockTest, UploadInBlocksOfTheClientsSize) {
 TEST_F(SdoBlockTest, UploadSendsAgainWhatWasLost) {
   talk.ask("605#A40810007F000000");
   talk.ask("605#A300000000000000");
-  // Nothing has come; then the first only.
+  // First nothing has arrived, then only the first segment.
   EXPECT_THAT(talk.ask("605#A2007F0000000000"), ElementsAre("585#015253684C617420", "585#8264726976650000"));
   EXPECT_THAT(talk.ask("605#A2017F0000000000"), ElementsAre("585#8164726976650000"));
   EXPECT_THAT(talk.ask("605#A2017F0000000000"), ElementsAre("585#C978700000000000"));
@@ -193,7 +193,7 @@ TEST_F(SdoBlockTest, DownloadWithoutSizeAndCrc) {
   EXPECT_THAT(talk.ask("605#8168690000000000"), ElementsAre("585#A2017F0000000000"));
   EXPECT_THAT(talk.ask("605#D500000000000000"), ElementsAre("585#A100000000000000"));
   EXPECT_EQ(note(), "hi");
-  // A number by block.
+  // A number by block transfer.
   EXPECT_THAT(talk.ask("605#C202200002000000"), ElementsAre("585#A40220007F000000"));
   EXPECT_THAT(talk.ask("605#8112000000000000"), ElementsAre("585#A2017F0000000000"));
   EXPECT_THAT(talk.ask("605#D500000000000000"), ElementsAre("585#A100000000000000"));

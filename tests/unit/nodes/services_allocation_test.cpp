@@ -1,4 +1,4 @@
-// Nothing a frame can ask of a node allocates.
+// Nothing that a frame can request from a node allocates.
 
 #include <gtest/gtest.h>
 
@@ -33,7 +33,7 @@ TEST(ServicesAllocation, NoneInSdoNmtLssTimeStoreAndSync) {
   Host host(node);
   host.drain();
   const long before = allocation_count();
-  // Block download of 70 bytes to the user note, then everything saved, block upload, segmented upload.
+  // Block download of 70 bytes to the user note, then saving everything, block upload, segmented upload.
   host.send(0x605, {0xC2, 0x60, 0x20, 0, 70, 0, 0, 0});
   for (std::uint8_t i = 1; i <= 10; ++i) {
     host.send(0x605, {static_cast<std::uint8_t>(i == 10 ? 0x80 + i : i), 'a', 'b', 'c', 'd', 'e', 'f', 'g'});

@@ -34,14 +34,14 @@ TEST_F(StoreTest, SavedParametersComeBackAfterResetUntilRestored) {
   talk.ask("605#2160200003000000");
   talk.ask("605#0968692100000000");  // note "hi!"
   talk.ask("605#2310100173617665");
-  talk.ask("605#2B02200013000000");  // not saved any more
+  talk.ask("605#2B02200013000000");  // no longer saved
   EXPECT_THAT(talk.ask("000#8105"), ElementsAre("705#00"));
   EXPECT_EQ(node.resets, 1);
   EXPECT_THAT(talk.ask("605#4017100000000000"), ElementsAre("585#4B17100032000000"));
   EXPECT_THAT(talk.ask("605#4002200000000000"), ElementsAre("585#4B02200012000000"));
   EXPECT_THAT(talk.ask("605#4060200000000000"), ElementsAre("585#4760200068692100"));
   EXPECT_THAT(talk.listen(milliseconds(50)), ElementsAre("705#7F"));
-  // Restore the communication area only; in effect after the reset.
+  // Restores the communication area only; takes effect after the reset.
   talk.ask("605#231110026C6F6164");
   EXPECT_THAT(talk.ask("605#4017100000000000"), ElementsAre("585#4B17100032000000"));
   talk.ask("000#8105");
@@ -94,11 +94,11 @@ TEST_F(StoreTest, TimeSetsTheNodesClock) {
   talk.ask("100#002E9302983A");
   const Frames ms = talk.ask("605#4061200100000000");
   EXPECT_THAT(talk.ask("605#4061200200000000"), ElementsAre("585#4B612002983A0000"));
-  // Asked 2 ms later, and answered after the request's time on the bus.
+  // Read 2 ms later, and answered after the request's time on the bus.
   EXPECT_THAT(ms, testing::AnyOf(ElementsAre("585#43612001012E9302"), ElementsAre("585#43612001022E9302")));
   talk.bus.advance(talk.bus.now() + std::chrono::hours(12));
   EXPECT_THAT(talk.ask("605#4061200200000000"), ElementsAre("585#4B612002993A0000"));
-  // 24:00 is no time of day; five bytes are no TIME; a switched-off consumer takes none.
+  // 24:00 is not a time of day; five bytes are not a TIME message; a disabled consumer accepts none.
   talk.ask("100#005C26050000");
   talk.ask("100#0000000000");
   talk.ask("605#2312100000010000");

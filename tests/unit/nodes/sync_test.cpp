@@ -68,7 +68,7 @@ TEST_F(SyncTest, StartValueChoosesTheFirstSync) {
   EXPECT_THAT(talk.ask("080#04"), ElementsAre("185#44332211"));
   EXPECT_THAT(talk.ask("080#05"), IsEmpty());
   EXPECT_THAT(talk.ask("080#06"), ElementsAre("185#44332211"));
-  // A SYNC that does not count knows no start value.
+  // For a SYNC without a counter there is no start value.
   accept("605#2F19100000000000");
   talk.ask("000#8005");
   talk.ask("000#0105");
@@ -95,7 +95,7 @@ TEST_F(SyncTest, TpdosThatDoNotGetOntoTheBusInTheWindowAreTakenBack) {
   accept("605#23071000C8000000");  // 200 us
   talk.ask("000#0105");
   talk.send("080#");
-  for (int i = 0; i < 4; ++i) talk.send("100#000000000000");  // more urgent, about 100 us each
+  for (int i = 0; i < 4; ++i) talk.send("100#000000000000");  // of higher priority, about 100 us each
   EXPECT_THAT(talk.listen(milliseconds(3)), IsEmpty());
   EXPECT_THAT(talk.ask("080#"), ElementsAre("185#44332211"));
 }
@@ -114,12 +114,12 @@ TEST_F(SyncTest, ProducerCountsAndKeepsItsPeriod) {
     times.push_back(frame.time);
   }
   EXPECT_THAT(text, ElementsAre("080#01", "080#02", "080#03", "080#01"));
-  // A stuff bit more or less shifts the end of a frame by a microsecond.
+  // One stuff bit more or less shifts the end of a frame by a microsecond.
   for (std::size_t i = 1; i < times.size(); ++i) {
     EXPECT_NEAR(static_cast<double>((times[i] - times[i - 1]).count()), 1e7, 3e3);
   }
-  refuse("605#2305100081000040", "30000906");  // another identifier while it produces
-  // Its own SYNC is one for its own PDOs.
+  refuse("605#2305100081000040", "30000906");  // another identifier while it produces SYNC
+  // Its own SYNC also triggers its own PDOs.
   talk.ask("000#0105");
   EXPECT_THAT(talk.listen(milliseconds(10)), testing::Contains("185#44332211"));
   // Silent while stopped.
@@ -128,7 +128,7 @@ TEST_F(SyncTest, ProducerCountsAndKeepsItsPeriod) {
 }
 
 TEST_F(SyncTest, TypesForRemoteRequests) {
-  refuse("605#2F001402FC000000", "30000906");  // RPDO: 252 is none of its types
+  refuse("605#2F001402FC000000", "30000906");  // RPDO: 252 is not one of its types
   accept("605#23001801850100C0");
   accept("605#2F001802FC000000");
   accept("605#2300180185010000");  // remote request allowed
@@ -136,7 +136,7 @@ TEST_F(SyncTest, TypesForRemoteRequests) {
   EXPECT_THAT(talk.ask("185#R"), IsEmpty());  // nothing sampled yet
   EXPECT_THAT(talk.ask("080#"), IsEmpty());
   node.value.set(7);
-  EXPECT_THAT(talk.ask("185#R"), ElementsAre("185#44332211"));  // as at SYNC
+  EXPECT_THAT(talk.ask("185#R"), ElementsAre("185#44332211"));  // the value at SYNC
   talk.ask("080#");
   EXPECT_THAT(talk.ask("185#R"), ElementsAre("185#07000000"));
   accept("605#2F001802FD000000");

@@ -6,7 +6,7 @@
 
 namespace walkman::nodes {
 
-/// A device without a purpose, node-ID 5, serial number 12345678h.
+/// A generic device, node-ID 5, serial number 12345678h.
 ///
 /// 2000h u32, written by RPDO1 (type 255) and RPDO2 (type 1); 2001h u32, sent by TPDO1 (type 1); 2002h u16,
 /// a parameter from 10 to 20; 2010h:1-16 u32, mappable. TPDO2 to 4 and RPDO3 to 4 are off and empty.

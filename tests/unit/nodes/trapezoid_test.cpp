@@ -12,7 +12,7 @@ namespace {
 
 constexpr double kStep = 0.00025;
 
-// 1 rad with 0.5 rad/s, 2 rad/s^2 up, 4 rad/s^2 down: 0.25 s and 0.0625 rad up, 0.125 s and 0.03125 rad down,
+// 1 rad at 0.5 rad/s, 2 rad/s^2 up, 4 rad/s^2 down: 0.25 s and 0.0625 rad up, 0.125 s and 0.03125 rad down,
 // 0.90625 rad at 0.5 rad/s in 1.8125 s.
 TEST(Trapezoid, RestToRestIsTheClosedForm) {
   Trapezoid profile;
@@ -37,7 +37,7 @@ TEST(Trapezoid, RestToRestIsTheClosedForm) {
   EXPECT_EQ(profile.position(), 1.25);
 }
 
-// Too short for the velocity: up by a to v, down by d, with v^2 (1/2a + 1/2d) = s.
+// Too short to reach the velocity limit: up at a to v, down at d, with v^2 (1/2a + 1/2d) = s.
 TEST(Trapezoid, AShortWayIsATriangle) {
   Trapezoid profile;
   profile.plan(0, 0, -0.03, {5, 2, 6});
@@ -55,7 +55,7 @@ TEST(Trapezoid, AShortWayIsATriangle) {
 TEST(Trapezoid, TurnsBackWhenItMovesTheWrongWay) {
   Trapezoid profile;
   profile.plan(0, 1, -1, {10, 2, 2});
-  // 1.25 rad as a triangle with a = d = 2: top^2 / 2 = 1.25, twice top / 2 of time.
+  // 1.25 rad as a triangle with a = d = 2: top^2 / 2 = 1.25, taking twice top / 2.
   EXPECT_NEAR(profile.duration(), 0.5 + std::sqrt(2.5), 1e-12);
   double farthest = 0;
   while (!profile.finished()) {
@@ -111,11 +111,11 @@ TEST(Trapezoid, AnyStartLeadsSmoothlyToTheTarget) {
 
 TEST(VelocityRamp, UsesTheDecelerationTowardsZeroAndTheAccelerationAwayFromIt) {
   double v = 1;
-  for (int i = 0; i < 2000; ++i) v = ramped(v, -1, 4, 2, kStep);  // 0.5 s down by 2, then 0.25 s up by 4
+  for (int i = 0; i < 2000; ++i) v = ramped(v, -1, 4, 2, kStep);  // 0.5 s down at 2, then 0.25 s up at 4
   EXPECT_NEAR(v, 0.0, 1e-9);
   for (int i = 0; i < 500; ++i) v = ramped(v, -1, 4, 2, kStep);
   EXPECT_NEAR(v, -0.5, 1e-9);
-  // Zero is passed within the step: 0.1 s down by 2, 0.1 s up by 4.
+  // Zero is crossed within the step: 0.1 s down at 2, 0.1 s up at 4.
   EXPECT_NEAR(ramped(0.2, -1, 4, 2, 0.2), -0.4, 1e-12);
   EXPECT_EQ(ramped(0.2, 0.1, 4, 2, 1), 0.1);
 }

@@ -32,7 +32,7 @@ TEST(LockstepInboxes, WaitsForSyncOnEveryBus) {
   inboxes.receive(2, kSync, 3ms);
   EXPECT_FALSE(inboxes.cycle_ready());
   EXPECT_FALSE(inboxes.has_sync(1));
-  EXPECT_EQ(inboxes.serve_at(false), Time::max());  // SYNCs that wait for another bus are not served
+  EXPECT_EQ(inboxes.serve_at(false), Time::max());  // SYNCs waiting for another bus are not served
   inboxes.receive(1, kSync, 4ms);
   EXPECT_TRUE(inboxes.cycle_ready());
   for (std::size_t bus = 0; bus < 3; ++bus) EXPECT_TRUE(is_sync(inboxes.take_sync(bus)));
@@ -78,13 +78,13 @@ TEST(LockstepInboxes, ServesWhatNoSyncFollowsAfterTenMillisecondsOfQuiet) {
   LockstepInboxes inboxes(2, 5ms);
   inboxes.receive(0, kRequest, 100ms);
   EXPECT_EQ(inboxes.serve_at(false), 110ms);
-  inboxes.receive(1, kRequest, 107ms);  // any arrival begins the quiet anew
+  inboxes.receive(1, kRequest, 107ms);  // any arrival restarts the quiet period
   EXPECT_EQ(inboxes.serve_at(false), 117ms);
   can::Frame out;
   EXPECT_TRUE(inboxes.take_before_sync(0, out));
   EXPECT_TRUE(inboxes.take_before_sync(1, out));
   EXPECT_EQ(inboxes.serve_at(false), Time::max());
-  EXPECT_EQ(inboxes.serve_at(true), 117ms);  // frames still on their way on the bus
+  EXPECT_EQ(inboxes.serve_at(true), 117ms);  // frames still in transit on the bus
 }
 
 TEST(LockstepInboxes, SyncsLieOnTheGridOfThePeriod) {
@@ -94,7 +94,7 @@ TEST(LockstepInboxes, SyncsLieOnTheGridOfThePeriod) {
   EXPECT_EQ(inboxes.next_sync(5ms), 5ms);
   EXPECT_EQ(inboxes.cycle_end(1ms), Time::max());
   inboxes.note_sync(5ms);
-  EXPECT_EQ(inboxes.next_sync(5ms), 10ms);  // never two at one instant
+  EXPECT_EQ(inboxes.next_sync(5ms), 10ms);  // never two at the same instant
   EXPECT_EQ(inboxes.next_sync(7300us), 10ms);
   EXPECT_EQ(inboxes.cycle_end(7300us), 10ms);
   EXPECT_EQ(inboxes.cycle_end(10ms), Time::max());

@@ -15,7 +15,7 @@ using test::SmallWorld;
 const can::Frame kSync(0x080, {});
 const can::Frame kStart(0x000, {0x01, 0x00});
 
-/// Hands over what programs have sent and lets the pacer act.
+/// Hands over the frames that programs have sent and lets the pacer act.
 void service(LockstepPacer& pacer, Time wall) {
   for (std::size_t i = 0; i < 2; ++i) pacer.receive(i, wall);
   pacer.run(wall);
@@ -44,10 +44,10 @@ TEST(LockstepPacer, TheClockStandsUntilSyncIsOnBothBuses) {
   service(pacer, 2ms);
   EXPECT_EQ(pacer.cycles(), 1U);
   EXPECT_GT(world.emulator->buses_now(), stands);
-  // Started before SYNC, so every drive has answered it, on both buses.
+  // Started before SYNC, so every drive has answered SYNC, on both buses.
   EXPECT_EQ(count(world.rarm.handed, 0x18B), 1U);
   EXPECT_EQ(count(world.larm.handed, 0x195), 1U);
-  // SYNC was sent at 5 ms: complete 47 bits and a stuff bit or more later.
+  // SYNC was sent at 5 ms: it is complete 47 bits and one or more stuff bits later.
   const auto sync = std::find_if(world.log.begin(), world.log.end(), [](const std::string& line) {
     return line.find("can_rarm 080#") != std::string::npos;
   });
@@ -55,8 +55,8 @@ TEST(LockstepPacer, TheClockStandsUntilSyncIsOnBothBuses) {
   EXPECT_EQ(sync->substr(0, 17), "(0000000000.00504");
 }
 
-/// A master whose right arm's bus is broken goes on with the other one, and nothing is left over when it is
-/// back.
+/// A master whose right arm's bus is broken carries on with the other one, and nothing is left over when that
+/// bus is back.
 TEST(LockstepPacer, ABusWithoutSyncDoesNotHoldUpTheOthersForMoreThanASecond) {
   SmallWorld world;
   LockstepPacer pacer(*world.emulator, world.plugged(), 5ms);
@@ -126,7 +126,8 @@ TEST(LockstepPacer, FramesWaitInOrderWhileTheKernelsQueueIsFull) {
   for (std::uint32_t i = 0; i < 9; ++i) EXPECT_EQ(count(world.rarm.handed, 0x70B + i), 1U);
 }
 
-/// A run of twenty cycles with requests behind the SYNCs, in which the program pauses where told.
+/// Returns the log of a run of twenty cycles with requests behind the SYNCs, in which the program pauses in
+/// the given cycles.
 std::vector<std::string> log_of(const std::vector<int>& pauses) {
   SmallWorld world;
   LockstepPacer pacer(*world.emulator, world.plugged(), 5ms);
@@ -143,7 +144,8 @@ std::vector<std::string> log_of(const std::vector<int>& pauses) {
   }
   service(pacer, wall += 1ms);
   pacer.finish();
-  // As a log is written: in order of time, whatever pieces the buses were advanced in.
+  // In the order in which a log is written: by time, regardless of the pieces in which the buses were
+  // advanced.
   std::sort(world.log.begin(), world.log.end());
   return world.log;
 }

@@ -12,9 +12,9 @@ using test::count;
 using test::kReadType;
 using test::SmallWorld;
 
-constexpr Time kOrigin = 100s;  // of the host's clock
+constexpr Time kOrigin = 100s;  // on the host's clock
 
-/// Runs the host's clock in steps of a millisecond up to `until` after the origin.
+/// Advances the host's clock in steps of a millisecond up to `until` after the origin.
 void run_to(RealTimePacer& pacer, Time& host, Time until) {
   while (host + 1ms <= kOrigin + until) pacer.run(host += 1ms);
 }
@@ -70,7 +70,7 @@ TEST(RealTimePacer, LateStepsAreAllRunAndCounted) {
   EXPECT_EQ(runs, 20);
   EXPECT_EQ(world.emulator->now(), 25ms);
   EXPECT_EQ(pacer.lateness().steps, 25U);
-  EXPECT_EQ(pacer.lateness().late, 18U);  // the last two were due just now and a step ago
+  EXPECT_EQ(pacer.lateness().late, 18U);  // the last two were due just now and one step ago
   EXPECT_EQ(pacer.lateness().worst, 19ms);
   EXPECT_EQ(pacer.behind(host), 0ms);
 }
@@ -83,14 +83,15 @@ TEST(RealTimePacer, AFrameDoesNotWaitForStepsThatAreOverdue) {
   run_to(pacer, host, 5ms);
   world.rarm.sent = {kReadType};
   pacer.note_arrival(0);
-  pacer.run(kOrigin + 25ms);  // twenty steps behind: one is run, and the answer is out
+  pacer.run(kOrigin + 25ms);  // twenty steps behind: one is run, and the answer is sent
   EXPECT_EQ(count(world.rarm.handed, 0x58B), 1U);
   EXPECT_EQ(world.emulator->now(), 6ms);
 }
 
 TEST(RealTimePacer, PunctualHeartbeatsOutliveAStall) {
-  // A master that beats every 100 ms, nodes that miss it after 250 ms, a host that stands still for 2 s and
-  // afterwards runs ten steps of a millisecond in each: replayed, the beats would be a second apart.
+  // A master that sends a heartbeat every 100 ms, nodes that time out after 250 ms, a host that stalls for 2
+  // s and afterwards runs ten steps in every millisecond: if the stall were replayed, the heartbeats would be
+  // a second apart.
   for (const Stalls stalls : {Stalls::kDrop, Stalls::kReplay}) {
     SmallWorld world(false);
     RealTimePacer pacer(*world.emulator, world.plugged(), {.bus_timing = false, .stalls = stalls});

@@ -28,7 +28,7 @@ TEST(RealTimeSchedule, CountsLateStepsAndTheWorstAndSkipsNone) {
   EXPECT_EQ(schedule.lateness().steps, 5U);
   EXPECT_EQ(schedule.lateness().late, 3U);
   EXPECT_EQ(schedule.lateness().worst, 5ms);
-  // A host that stood still for long leaves every step due, one after the other.
+  // After a long stall of the host, every step is due, one after the other.
   int steps = 0;
   for (Time emulated = 5ms; schedule.due(emulated, 51s); emulated += 1ms) ++steps;
   EXPECT_EQ(steps, 995);
@@ -37,11 +37,11 @@ TEST(RealTimeSchedule, CountsLateStepsAndTheWorstAndSkipsNone) {
 TEST(RealTimeSchedule, ALongStallIsLeftOutAndCounted) {
   RealTimeSchedule schedule(1ms, Stalls::kDrop);
   schedule.start(50s, 0ms);
-  // 75 ms late: made good, step by step.
+  // 75 ms late: caught up, step by step.
   schedule.skip_stall(0ms, 50s + 76ms);
   EXPECT_EQ(schedule.host(1ms), 50s + 1ms);
   EXPECT_EQ(schedule.lateness().stalls, 0U);
-  // Three seconds: the step is due just now, and the next one a step later.
+  // Three seconds: this step is due just now, and the next one a step later.
   schedule.skip_stall(76ms, 53s + 77ms);
   EXPECT_EQ(schedule.host(77ms), 53s + 77ms);
   schedule.begin_step(76ms, 53s + 77ms);

@@ -12,7 +12,7 @@ namespace walkman::test {
 
 inline const can::Frame kReadType(0x60B, {0x40, 0x00, 0x10, 0x00, 0, 0, 0, 0});  // 1000h of node 11
 
-/// A network interface that is two queues: what programs have sent, and what they would receive.
+/// A network interface made of two queues: what programs have sent, and what they would receive.
 class QueueInterface final : public can::Interface {
  public:
   explicit QueueInterface(std::string name) : name_(std::move(name)) {}
@@ -42,7 +42,7 @@ class QueueInterface final : public can::Interface {
   std::string name_;
 };
 
-/// The robot of Experiment 1 with its two arms plugged into queues.
+/// The robot of Experiment 1 with its two arms connected to queues.
 struct SmallWorld {
   explicit SmallWorld(bool bus_timing = true);
 
@@ -57,7 +57,7 @@ struct SmallWorld {
   [[nodiscard]] std::vector<bus::Bridge*> plugged() const { return {bridges[0].get(), bridges[1].get()}; }
 };
 
-/// How many of the frames have this identifier.
+/// Returns how many of the frames have this identifier.
 [[nodiscard]] std::size_t count(const std::vector<can::Frame>& frames, std::uint32_t id);
 
 }  // namespace walkman::test

@@ -27,7 +27,7 @@ TEST(Locate, FindsTheBarInANoiseFreeCloud) {
   EXPECT_NEAR(handle.from, -bar.length() / 2, 0.006);
   EXPECT_NEAR(handle.to, bar.length() / 2, 0.006);
   EXPECT_GE(coverage(handle, bar, 0), 0.95);
-  // Only the upper side is seen: the visual CoM lies between axis and surface, midway along the bar.
+  // Only the upper side is visible: the visual CoM lies between axis and surface, midway along the bar.
   EXPECT_NEAR((result.object().p_CCm - bar.start).dot(bar.axis()), bar.length() / 2, 0.02);
   EXPECT_LT((result.object().p_CCm - bar.start).cross(bar.axis()).norm(), bar.radius);
 }

@@ -13,7 +13,7 @@ constexpr double kCameraHeight = 0.7;
 constexpr double kBarAway = 0.5;  // horizontal distance of the bar, m
 constexpr double kLength = 1.05, kRadius = 0.035;
 
-// Columns: right, away, up of the table in the camera's optical frame, looking at the bar.
+// Columns: the table's right, away and up in the camera's optical frame, looking at the bar.
 Eigen::Matrix3d table_axes() {
   const double pitch = std::atan2(kCameraHeight - kRadius, kBarAway);
   const double s = std::sin(pitch), c = std::cos(pitch);
@@ -59,7 +59,7 @@ double meet_box(const Box& box, const Eigen::Vector3d& o, const Eigen::Vector3d&
   return enter > 0 && enter <= leave ? enter : kInfinity;
 }
 
-// A Gaussian random field of unit variance, wrapped at its edges.
+// A Gaussian random field of unit variance, periodic at its edges.
 std::vector<float> gaussian_field(int size, double correlation, std::mt19937_64& random) {
   const auto n = static_cast<std::size_t>(size);
   std::normal_distribution<float> normal;
@@ -97,7 +97,7 @@ void fatten(std::vector<float>& disparity, int size, int width) {
   for (int row = 0; row < size; ++row)
     for (int column = 0; column < size; ++column) {
       float nearest = at(row, column);
-      // Smooth surroundings have no edge to leak over.
+      // Smooth surroundings have no edge that could be fattened.
       if (std::max({at(row - width, column), at(row + width, column), at(row, column - width),
                     at(row, column + width)}) <= nearest + 0.2F)
         continue;
@@ -162,7 +162,7 @@ std::vector<float> with_noise(const std::vector<float>& disparity, const TestCam
   const auto correlated = gaussian_field(camera.size, noise.correlation, random);
   const auto texture = gaussian_field(camera.size, 8, random);
   std::normal_distribution<double> normal;
-  // The share of a unit Gaussian above the limit is the share of dropouts; bisection inverts it.
+  // The share of a unit Gaussian above the limit is the share of dropouts; inverted by bisection.
   double low = -5, high = 5;
   while (high - low > 1e-6)
     (std::erfc((low + high) / 2 / std::sqrt(2.0)) / 2 > noise.dropout_share ? low : high) = (low + high) / 2;

@@ -31,7 +31,7 @@ TEST(Circle, ExactOnAnArcFarFromTheOrigin) {
 }
 
 TEST(Circle, SolvesTheAlgebraicLeastSquares) {
-  // Against the normal equations of Σ(x² + y² + a x + b y + c)², solved by QR.
+  // Compared with the normal equations of Σ(x² + y² + a x + b y + c)², solved by QR.
   std::mt19937_64 random(5);
   std::normal_distribution<double> normal(0, 0.05);
   std::vector<Eigen::Vector2d> points;
@@ -57,7 +57,7 @@ TEST(Circle, NoneForPointsOnALine) {
   EXPECT_FALSE(fit_circle(std::span(line).first(2)).has_value());
 }
 
-// Points a sensor at the origin sees of a cylinder, with noise in inverse range.
+// Points of a cylinder seen by a sensor at the origin, with noise in inverse range.
 std::vector<Eigen::Vector3f> seen(const test::Bar& bar, double noise, std::uint64_t seed) {
   test::AnalyticScene scene;
   scene.bars = {bar};
@@ -100,8 +100,8 @@ TEST(RefineCylinder, NoiseAlongTheRaysLeavesNoRadiusBias) {
   double bias = 0;
   constexpr int kRuns = 8;
   for (std::uint64_t seed = 1; seed <= kRuns; ++seed) {
-    // 0.2 px of disparity at f b = 41.2 px m, where a fit square to the surface reads about half a millimetre
-    // more.
+    // 0.2 px of disparity at f b = 41.2 px m, at which a fit of distances normal to the surface gives a
+    // radius about half a millimetre larger.
     const auto fitted = refine_cylinder(seen(bar, 0.2 / 41.2, seed), off_by_some(bar), {}, 2);
     ASSERT_TRUE(fitted.has_value());
     EXPECT_LT(fitted->axis_C.cross(bar.axis()).norm(), 2e-3);

@@ -1,4 +1,4 @@
-// Two views of a corner, the second a little off, and of a bar of which a half is seen.
+// Two views of a corner, the second slightly displaced, and of a bar of which half is visible.
 
 #include "adaptation/perception/fusion.h"
 
@@ -15,7 +15,7 @@
 namespace walkman::perception {
 namespace {
 
-/// Three walls x, y and z = 0 of 20 cm, 1 mm of noise.
+/// Three walls x, y and z = 0 of 20 cm with 1 mm of noise.
 std::vector<Eigen::Vector3f> corner(unsigned seed) {
   std::mt19937 generator(seed);
   std::uniform_real_distribution<float> along(0, 0.2F);
@@ -56,9 +56,9 @@ TEST(Fusion, LeavesOutWhatDoesNotLieOnTheFirst) {
 }
 
 constexpr double kRadius = 0.035, kLength = 0.6;  // m, of a bar along x
-constexpr double kCell = 0.01, kUnseen = 0.02;    // m; what is lower over the table is not told from it
+constexpr double kCell = 0.01, kUnseen = 0.02;    // m; anything lower is not distinguished from the table
 
-/// The bar on a table seen from above at 45°, C; `with_box`: a box leans on its near side.
+/// The bar on a table seen from above at 45°, in C; `with_box`: a box leans against its near side.
 struct Table {
   explicit Table(bool with_box) {
     plane.n_C = up;

@@ -8,7 +8,7 @@
 namespace walkman::perception {
 namespace {
 
-// A camera looking 50° down at a plane, and a handle across its image.
+// A camera looking down at a plane at 50°, and a handle across its image.
 StageOneResult one_handle(const Eigen::Vector3d& axis) {
   StageOneResult result;
   result.plane.n_C = Eigen::Vector3d(0, -std::cos(50 * M_PI / 180), -std::sin(50 * M_PI / 180)).normalized();

@@ -7,7 +7,8 @@
 #include "adaptation/perception/stage_one.h"
 #include "tests/unit/perception/analytic_scene.h"
 
-// What Stage I says of handles of many sizes, against the surfaces that the clouds were cast from.
+// Results of Stage I for handles of many sizes, compared with the surfaces that the clouds were generated
+// from.
 
 namespace walkman::perception {
 namespace {
@@ -27,7 +28,7 @@ StageOneResult seen(const test::AnalyticScene& scene, double sigma, std::uint64_
                 parameters);
 }
 
-// A tube on the table, turned by `yaw`, its middle at (right, away).
+// A tube on the table, turned by `yaw`, with its middle at (right, away).
 test::AnalyticScene tube(double radius, double length, double yaw, double right = 0, double away = 0.5) {
   test::AnalyticScene scene = test::bar_on_table(0, 0);
   const double c = length / 2 * std::cos(yaw), s = length / 2 * std::sin(yaw);
@@ -65,7 +66,7 @@ TEST(TubeOfTheHandsSize, IsTakenWithItsRadius) {
     }
 }
 
-// Twice the noise in mm and a quarter of the points.
+// Half the resolution: twice the noise in mm and a quarter of the points.
 TEST(Resolution, HalfOfItCoversAsMuch) {
   double covered[2] = {0, 0};
   constexpr int kRuns = 6;
@@ -103,8 +104,8 @@ TEST(HandleFigures, DeviationsAreThoseOfManySeeds) {
     EXPECT_GT(h.residual, 1e-3);
     EXPECT_LT(h.residual, 5e-3);
   }
-  // One within the scatter of 20 runs, and what fattened rims add. Position and direction have two
-  // components; the deviation is that of the worse one.
+  // Should be one, within the scatter of 20 runs and the effect of fattened rims. Position and direction have
+  // two components; the deviation is that of the worse one.
   for (const double square : {radius, angle / 2, offset / 2}) {
     EXPECT_GT(std::sqrt(square), 0.4);
     EXPECT_LT(std::sqrt(square), 1.6);
@@ -117,8 +118,8 @@ TEST(HandleFigures, ArcIsTheOneTheSensorSees) {
     const auto result = seen(scene, 0, 1);
     ASSERT_EQ(result.object().handles.size(), 1U);
     const Handle& handle = result.object().handles.front();
-    // From tangent to tangent, less what the last pixel and a half at either rim stand for. All of it is
-    // higher above the table than points have to be.
+    // From tangent to tangent, minus the last pixel and a half at either rim. The whole arc is higher above
+    // the table than points have to be.
     const Eigen::Vector3d middle = (scene.bars.front().start + scene.bars.front().end) / 2;
     const double pixel = middle.norm() / 588.8 * middle.z() / middle.norm();
     const double expected = 2 * std::asin(1 - 1.5 * pixel / radius) - 2 * std::asin(radius / middle.norm());
@@ -128,7 +129,7 @@ TEST(HandleFigures, ArcIsTheOneTheSensorSees) {
   }
 }
 
-// Neck and body lie on one axis, a shoulder of rings between them.
+// Neck and body share one axis; between them is a shoulder made of rings.
 TEST(Bottle, NeckAndBodyAreTwoHandles) {
   int two = 0, bottles = 0;
   std::uint64_t seed = 0;
@@ -240,7 +241,7 @@ TEST(ImageBorder, FlagsWhatGoesOnBeyondIt) {
     for (const Case& c : cases) {
       const auto scene = tube(0.03, 0.5, c.yaw, c.right, c.away);
       const auto camera = test::camera_of(1024);
-      // The truth: whether both ends are seen by both cameras.
+      // Ground truth: whether both cameras see both ends.
       bool inside = true;
       for (const Eigen::Vector3d& end : {scene.bars[0].start, scene.bars[0].end}) {
         const double u = camera.focal * end.x() / end.z() + camera.centre;
@@ -252,7 +253,7 @@ TEST(ImageBorder, FlagsWhatGoesOnBeyondIt) {
       const auto result = seen(scene, sigma, 3);
       SCOPED_TRACE(testing::Message() << c.right << " " << c.away << " " << c.yaw << " " << sigma);
       EXPECT_EQ(result.object().cut_by_image, c.cut);
-      // Along the row, as the pinhole has it; what is cut ends at the border.
+      // Along the row, by the pinhole model; an object that is cut off ends at the border.
       double left = 10, right = 10;
       for (const Eigen::Vector3d& end : {scene.bars[0].start, scene.bars[0].end}) {
         const double tangent = end.x() / end.z();

@@ -48,7 +48,7 @@ class PcdFile : public testing::Test {
     return text;
   }
 
-  // A header with one entry replaced.
+  // Returns a header with one entry replaced.
   static std::string header(const std::string& points, const std::string& data, const std::string& width = "",
                             const std::string& fields = "x y z") {
     return "# .PCD v0.7\nVERSION 0.7\nFIELDS " + fields + "\nSIZE 4 4 4\nTYPE F F F\nCOUNT 1 1 1\nWIDTH " +
@@ -162,7 +162,7 @@ TEST_F(PcdFile, TruncatedCompressed) {
 
 TEST_F(PcdFile, DamagedCompressedDataIsAnError) {
   std::string body(8 + 40, '\xff');
-  body.replace(0, 8, std::string("\x28\0\0\0\x24\0\0\0", 8));  // 40 bytes that promise 36
+  body.replace(0, 8, std::string("\x28\0\0\0\x24\0\0\0", 8));  // 40 bytes that claim to be 36
   write(header("3", "binary_compressed") + body);
   EXPECT_NE(error(), "none");
 }
@@ -193,7 +193,7 @@ TEST_F(PcdFile, MissingFieldsAndForeignFiles) {
   EXPECT_THAT(error(), HasSubstr("DATA 'base64'"));
 }
 
-// A library's parser that goes on looking for header lines behind DATA takes these for its own.
+// A library's parser that keeps looking for header lines behind DATA would take these for its own.
 TEST_F(PcdFile, LinesThatLookLikeAHeaderBehindDataAreNoHeader) {
   const std::string foreign = "POINTS 67108864\nWIDTH 67108864\nHEIGHT 1\nFIELDS a b c d\nDATA binary\n";
   write(header("2", "ascii") + foreign + "0 0 1\n0 1 1\n");
@@ -212,7 +212,7 @@ TEST_F(PcdFile, LinesThatLookLikeAHeaderBehindDataAreNoHeader) {
 
 TEST_F(PcdFile, FewBytesDoNotStandForManyPoints) {
   std::string body(64, '\0');
-  body.replace(0, 8, std::string("\x38\0\0\0\0\0\0\x30", 8));  // 56 bytes that promise 768 MiB
+  body.replace(0, 8, std::string("\x38\0\0\0\0\0\0\x30", 8));  // 56 bytes that claim to be 768 MiB
   write(header("67108864", "binary_compressed") + body);
   EXPECT_THAT(error(), HasSubstr("too few"));
 }
@@ -230,7 +230,7 @@ TEST_F(PcdFile, ValuesThatAreNoNumbersAndFilesThatAreNone) {
   EXPECT_THAT(error(), HasSubstr("not a regular file"));  // and does not wait for a writer
 }
 
-// Whatever is changed in a file: points as its header says, or one sentence.
+// Whatever is changed in a file, the result is points as its header says, or an error of one sentence.
 TEST_F(PcdFile, ChangedFilesAreReadOrRefused) {
   pcl::PointCloud<pcl::PointXYZRGBNormal> points;
   for (int i = 0; i < 40; ++i) {
@@ -253,7 +253,7 @@ TEST_F(PcdFile, ChangedFilesAreReadOrRefused) {
       std::string bytes = whole.str();
       for (unsigned changes = 1 + random() % 3; changes > 0; --changes) {
         if (bytes.empty()) break;
-        // Half of them in the header and just behind it.
+        // Half of the changes are in the header and just behind it.
         const std::size_t at =
             random() % (random() % 2 == 0 ? std::min<std::size_t>(400, bytes.size()) : bytes.size());
         switch (random() % 4) {
@@ -287,7 +287,7 @@ TEST_F(PcdFile, ChangedFilesAreReadOrRefused) {
   EXPECT_GT(refused, 100);
 }
 
-// A tilted plane as a pinhole camera's image, in the camera's frame.
+// Returns a tilted plane as a pinhole camera's image, in the camera's frame.
 std::vector<Eigen::Vector3d> pinhole_image(int width, int height) {
   std::vector<Eigen::Vector3d> points;
   for (int row = 0; row < height; ++row)
@@ -336,7 +336,7 @@ TEST_F(PcdFile, ViewpointIsTheSensorsPoseInTheFilesFrame) {
       for (std::size_t k = 0; k < image.size(); ++k)
         EXPECT_LT((recorded.cloud.points[k].cast<double>() - image[k]).norm(), 1e-5);
     }
-    // A grabber's file: the sensor's own coordinates, wherever it was. Its pixels' rays are straight.
+    // A grabber's file: the sensor's own coordinates, regardless of its pose. Its pixels' rays are straight.
     write(ascii_pcd(image, 48, viewpoint_of(X_FC)));
     const RecordedCloud grabbed = read_pcd(file_);
     EXPECT_TRUE(grabbed.X_FC.isApprox(Eigen::Isometry3d::Identity()));

@@ -39,8 +39,8 @@ Eigen::Isometry3d some_pose() {
   return X;
 }
 
-// The part of a unit-free paraboloid z = -(k1 x² + k2 y²)/2 around its apex, where its curvatures are k1 and
-// k2.
+// The part of a dimensionless paraboloid z = -(k1 x² + k2 y²)/2 around its apex, where its curvatures are k1
+// and k2.
 Surface paraboloid(double k1, double k2, double size) {
   return [=](double u, double v) {
     const double x = size * u, y = size * v;

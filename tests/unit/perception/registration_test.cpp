@@ -1,4 +1,4 @@
-// A bar with two collars that moves in front of the camera, from points on its analytic surface.
+// A bar with two collars moving in front of the camera, sampled from its analytic surface.
 
 #include "adaptation/perception/registration.h"
 
@@ -12,7 +12,7 @@
 namespace walkman::perception {
 namespace {
 
-/// The half of its surface that is seen, 2 mm of noise; another seed, other points.
+/// Points on the visible half of its surface with 2 mm of noise; another seed gives other points.
 std::vector<Eigen::Vector3f> bar(const Eigen::Isometry3d& X, unsigned seed) {
   std::mt19937 generator(seed);
   std::uniform_real_distribution<double> along(-0.5, 0.4), angle(0, std::numbers::pi);

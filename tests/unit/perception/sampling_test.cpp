@@ -10,8 +10,8 @@
 namespace walkman::perception {
 namespace {
 
-// Disparity noise σ is noise σ / (f b) of the inverse depth; of the inverse range less by the ray's cosine,
-// which over the image is 0.9 in the mean.
+// Disparity noise σ is noise σ / (f b) of the inverse depth; that of the inverse range is smaller by the
+// ray's cosine, whose mean over the image is 0.9.
 TEST(Sampling, FollowsNoiseAndResolutionOfAStereoCamera) {
   for (const int size : {512, 1024}) {
     const test::TestCamera camera = test::camera_of(size);
@@ -22,7 +22,7 @@ TEST(Sampling, FollowsNoiseAndResolutionOfAStereoCamera) {
       const auto sampling =
           measure_sampling(test::to_cloud(test::with_noise(disparity, camera, noise), camera), 1.5);
       const double expected = sigma / (camera.focal * camera.baseline);
-      // Rounding to 1/16 px and mismatches add to it.
+      // Rounding to 1/16 px and mismatches increase it.
       EXPECT_NEAR(sampling.noise, 0.95 * expected, 0.2 * expected) << size << " px, " << sigma;
       EXPECT_NEAR(sampling.step, 0.9 / camera.focal, 0.12 / camera.focal);
     }
@@ -41,7 +41,7 @@ TEST(Sampling, UnorganizedCloudTellsItsOwn) {
   for (const double deviation : {0.001, 0.004}) {
     std::normal_distribution<double> noise(0, deviation);
     camera::OrganizedCloud cloud;
-    // 40 000 points on 0.64 m², 1 m in front: 4 mm apart.
+    // 40 000 points on 0.64 m² at a distance of 1 m: 4 mm apart.
     for (int i = 0; i < 40000; ++i) {
       const Eigen::Vector3d p(side(random), side(random), 1);
       cloud.points.push_back((p * (1 + noise(random) / p.norm())).cast<float>());

@@ -50,7 +50,7 @@ TEST(Normals, FollowASphereInAnUnorganizedCloud) {
   EXPECT_GT(worst, 0.97);
 }
 
-// Points on a plane with the given normals, and as many on others.
+// Points on a plane, with `point_normal` as their normals.
 OrientedPoints patch(const Eigen::Vector3d& normal, double offset, const Eigen::Vector3d& point_normal,
                      int count, std::mt19937_64& random) {
   std::uniform_real_distribution<double> side(-0.4, 0.4), noise(-0.002, 0.002);
@@ -74,7 +74,7 @@ TEST(DominantPlane, NormalsDecideBetweenTwoPlanes) {
   const Eigen::Vector3d table = Eigen::Vector3d(0.1, -0.7, -0.7).normalized();
   const Eigen::Vector3d wall = Eigen::Vector3d(0, 0.3, -0.95).normalized();
   OrientedPoints points = patch(table, 0.8, table, 3000, random);
-  // More points, but their normals say that they are no plane.
+  // More points, but their normals show that they are not a plane.
   append(points, patch(wall, 1.2, Eigen::Vector3d(0.9, 0, -0.44), 5000, random));
   const auto plane = fit_dominant_plane(points, points.points_C.size(), {}, {});
   ASSERT_TRUE(plane.has_value());

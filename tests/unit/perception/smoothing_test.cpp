@@ -55,7 +55,7 @@ pcl::PointCloud<pcl::PointXYZ>::Ptr to_pcl(const std::vector<Eigen::Vector3f>& p
 
 TEST(MovingLeastSquares, ProjectsAsPclDoes) {
   const auto points = noisy_cylinder(0.003, 6000);
-  // Voxels so small that each point is one's only: all are projected, in another order.
+  // Voxels so small that each contains only one point: all points are projected, in another order.
   auto ours = smooth(points, 0.02, 1e-6, 2);
   pcl::MovingLeastSquares<pcl::PointXYZ, pcl::PointXYZ> filter;
   filter.setPolynomialOrder(2);
@@ -99,7 +99,7 @@ TEST(OutlierRemoval, KeepsWhatPclKeeps) {
   }
 }
 
-// CPU time of the process beyond that of this thread: what others took over.
+// CPU time of the process minus that of this thread: work done by other threads.
 double seconds_of_others() {
   const auto seconds = [](int who) {
     rusage usage{};
@@ -109,7 +109,7 @@ double seconds_of_others() {
   return seconds(RUSAGE_SELF) - seconds(RUSAGE_THREAD);
 }
 
-// Repeats `work` until other threads have done a part of it; false when they never do.
+// Repeats `work` until other threads have done a part of it; returns false if they never do.
 template <typename Work>
 bool shares_work(const Work& work) {
   const double before = seconds_of_others();

@@ -1,4 +1,4 @@
-// Pictures of scenes whose silhouettes and shadows follow from geometry.
+// Pictures of scenes with silhouettes and shadows known from geometry.
 
 #include <algorithm>
 #include <cmath>
@@ -40,7 +40,7 @@ PictureCamera camera_beside() {
   return camera_around(corners({-0.6, -0.6, -0.1}, {0.6, 0.6, 1.1}), 0.7, 0.4, 0.5, 320, 240);
 }
 
-/// A sun straight above, without a disc.
+/// A sun vertically above, without a disc.
 Lighting sun_above() {
   Lighting lighting;
   lighting.p_to_sun = {0, 0, 1};
@@ -83,7 +83,7 @@ TEST(Pictures, SphereHasItsAnalyticSilhouette) {
     for (int column = 0; column < picture.width; ++column) {
       const Eigen::Vector3d direction = direction_W(camera, column + 0.5, row + 0.5);
       const double angle = std::acos(direction.dot(to_sphere.normalized()));
-      const double inside = (half_angle - angle) * camera.focal_px;  // px, about
+      const double inside = (half_angle - angle) * camera.focal_px;  // px, approximately
       const std::array<std::uint8_t, 3> pixel = at(picture, column, row);
       if (inside > 1.5) {
         ASSERT_TRUE(is_red(pixel)) << column << ", " << row;
@@ -136,7 +136,7 @@ TEST(Pictures, CameraSeesAllPointsAndIsNoFartherThanItMust) {
     for (const double elevation : {-0.3, 0.0, 0.6, 1.4}) {
       for (const auto& [width, height] : {std::pair(400, 300), std::pair(300, 500)}) {
         const PictureCamera camera = camera_around(points, azimuth, elevation, 0.5, width, height);
-        Eigen::Array2d least(1, 1), most(-1, -1);  // of the picture's half width and height
+        Eigen::Array2d least(1, 1), most(-1, -1);  // relative to the picture's half width and height
         for (const Eigen::Vector3d& p_W : points) {
           const Eigen::Vector3d p = camera.X_WC.inverse() * p_W;
           ASSERT_GT(p.z(), 0);
@@ -146,7 +146,7 @@ TEST(Pictures, CameraSeesAllPointsAndIsNoFartherThanItMust) {
           most = most.max(seen);
         }
         EXPECT_LE(std::max(-least.minCoeff(), most.maxCoeff()), 0.9201);
-        // One of the two directions is filled from margin to margin.
+        // In one of the two directions the picture is filled from margin to margin.
         const Eigen::Array2d filled = (-least).min(most);
         EXPECT_NEAR(filled.maxCoeff(), 0.92, 1e-9);
         const Eigen::Vector3d towards = camera.X_WC.linear().col(2);

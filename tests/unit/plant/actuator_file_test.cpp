@@ -11,7 +11,7 @@ namespace {
 
 using ::testing::HasSubstr;
 
-/// The folder of the product's classes with one file changed.
+/// The folder of the product's actuator classes with one file changed.
 class ActuatorFiles : public ::testing::Test {
  protected:
   ActuatorFiles() {
@@ -23,7 +23,7 @@ class ActuatorFiles : public ::testing::Test {
   static std::filesystem::path shipped() {
     return std::filesystem::path(WALKMAN_URDF_DIR) / "../emulator/plant/actuators";
   }
-  /// `small.yaml` with the line of `key` replaced (or, without a key, `line` added).
+  /// Returns the error for `small.yaml` with the line of `key` replaced (or, without a key, `line` added).
   std::string refusal(const std::string& key, const std::string& line) {
     std::ifstream in(shipped() / "small.yaml");
     std::ofstream out(folder_ / "small.yaml");

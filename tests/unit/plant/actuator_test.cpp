@@ -1,4 +1,4 @@
-// The series elastic actuator against the equations of motion of its parts.
+// The series elastic actuator compared with the equations of motion of its parts.
 
 #include <algorithm>
 #include <cmath>
@@ -57,13 +57,13 @@ TEST(SeriesElasticActuator, GearErrorsComeTwicePerTurnOfTheMotor) {
   ActuatorParameters p = plain();
   p.gear_ratio = 100;
   const double amplitude = 1.5e-4;
-  // A held motor against a held link: what the spring is bent by beyond the ratio is the gear's error.
+  // Motor and link are held: the spring's deflection beyond the ratio is the gear's error.
   for (const double angle : {0.0, 0.001, 0.004, 0.0123, 0.2}) {
     SeriesElasticActuator actuator(p, {p.spring_constant, 0, 0}, {0.6 * amplitude, 0.8 * amplitude});
     actuator.reset(angle, 0);
     const double motor = actuator.motor().position();
     const double torque = actuator.advance(angle, 0, 0, true, kStep);
-    EXPECT_NEAR(torque, 0, 1300 * amplitude * 0.04) << angle;  // it starts at rest, but for the error's slope
+    EXPECT_NEAR(torque, 0, 1300 * amplitude * 0.04) << angle;  // starts at rest, except for the error's slope
     const double error = 0.6 * amplitude * std::sin(200 * motor) + 0.8 * amplitude * std::cos(200 * motor);
     EXPECT_NEAR(actuator.advance(motor, 0, 0, true, kStep), 1300 * error, 1e-9) << angle;
   }
@@ -74,7 +74,7 @@ TEST(SeriesElasticActuator, GearErrorsTakeNoEnergyAndGiveNone) {
   p.gear_ratio = 100;
   const double sine = 1e-4, cosine = -5e-5;
   SeriesElasticActuator actuator(p, {p.spring_constant, 0, 0}, {sine, cosine});
-  actuator.reset(0, 65);  // swings over ten waves of the error
+  actuator.reset(0, 65);  // swings over ten periods of the error
   const auto energy = [&] {
     const double x = actuator.motor().position(), v = actuator.motor().velocity();
     const double bent = x + sine * std::sin(200 * x) + cosine * std::cos(200 * x);
@@ -109,7 +109,7 @@ TEST(SeriesElasticActuator, CoulombFrictionStopsButNeverReverses) {
   SeriesElasticActuator actuator(p);
   actuator.reset(0, 0);
   for (int i = 0; i < 1000; ++i) actuator.advance(0, 0, 1.1, false, kStep);
-  EXPECT_EQ(actuator.motor().position(), 0);  // below break-away
+  EXPECT_EQ(actuator.motor().position(), 0);  // below the break-away torque
   actuator.advance(0, 0, 100, false, kStep);
   EXPECT_GT(actuator.motor().position(), 0);
   double previous = actuator.motor().position();

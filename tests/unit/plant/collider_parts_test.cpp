@@ -59,7 +59,7 @@ TEST(ColliderParts, HasTravelledNoLessThanAnyCornerOfItsBoxes) {
     travelled += step;
     before = now;
   }
-  EXPECT_GT(tightest, 0.8);  // and not much more
+  EXPECT_GT(tightest, 0.8);  // the bound is not much larger than the distance
 }
 
 TEST(ColliderParts, OfABodyThatStandsStillHasTravelledNowhere) {

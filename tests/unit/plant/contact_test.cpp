@@ -1,4 +1,4 @@
-// Contacts by the row-space solver: against Coulomb's law, and against Bullet's own solver.
+// Contacts of the row-space solver compared with Coulomb's law and with Bullet's own solver.
 
 #include <cmath>
 #include <memory>
@@ -79,7 +79,7 @@ struct BlockOnFloor {
   std::unique_ptr<Multibody> block;
 };
 
-/// The same block where Bullet does all of it.
+/// The same block simulated entirely by Bullet.
 Eigen::Vector3d where_bullets_block_stops(const btVector3& velocity) {
   btDefaultCollisionConfiguration configuration;
   btCollisionDispatcher dispatcher(&configuration);
@@ -170,12 +170,12 @@ TEST(Contact, OfTwoBodiesThatCannotMoveDoesNothing) {
   BlockOnFloor scene;
   const RobotModel model = box("post", {0.1, 0.1, 0.1}, 2);
   Eigen::Isometry3d X_WP = Eigen::Isometry3d::Identity();
-  X_WP.translation() = Eigen::Vector3d(0.5, 0, 0.0499);  // in the floor by 0.1 mm
+  X_WP.translation() = Eigen::Vector3d(0.5, 0, 0.0499);  // penetrates the floor by 0.1 mm
   const Multibody post(scene.world, model, RigidTree(model, {}, {}), true, X_WP, kObjectGroup,
                        kObjectGroup | kFixedGroup);
   scene.run(0.5);
   EXPECT_EQ(post.X_WL(0).translation(), X_WP.translation());
-  EXPECT_NEAR(scene.normal_force(), 2 * kGravity, 1e-3 * 2 * kGravity);  // the block's alone
+  EXPECT_NEAR(scene.normal_force(), 2 * kGravity, 1e-3 * 2 * kGravity);  // only the block's weight
 }
 
 TEST(PlantWorld, RefusesWhatItsSolverWouldPassOver) {

@@ -8,7 +8,7 @@
 namespace walkman::plant {
 namespace {
 
-/// Moments of inertia about the shape's axes, for each kilogram, m².
+/// Moments of inertia about the shape's axes, per kilogram, m².
 struct UnitInertia {
   Eigen::Vector3d operator()(const BoxShape& box) const {
     const Eigen::Vector3d squares = box.size.cwiseAbs2();
@@ -21,7 +21,7 @@ struct UnitInertia {
   Eigen::Vector3d operator()(const SphereShape& s) const {
     return Eigen::Vector3d::Constant(0.4 * s.radius * s.radius);
   }
-  /// Of a closed one about its centre, by tetrahedra from there.
+  /// For a closed mesh about its centre, from tetrahedra with their apex there.
   Eigen::Vector3d operator()(const MeshShape& mesh) const {
     double volume = 0;
     Eigen::Vector3d squares = Eigen::Vector3d::Zero();

@@ -1,4 +1,4 @@
-// What happens to the world by itself: pushes, weights that move or are taken off.
+// Events in the world: pushes, weights that move or are removed.
 
 #include <cmath>
 
@@ -53,7 +53,7 @@ TEST_F(Events, AWristSensorReadsAPushBeyondIt) {
   run(*calm, 1);
   run(*pushed, 1);
   EXPECT_NE(calm->state_hash(), pushed->state_hash());
-  // The arm comes to a new balance, and the whole push is in the reading.
+  // The arm reaches a new equilibrium, and the sensor reads the whole push.
   run(*calm, 1500);
   run(*pushed, 1500);
   const auto reading = [&](const Plant& plant) { return plant.F_So_S(0); };
@@ -64,7 +64,7 @@ TEST_F(Events, AWristSensorReadsAPushBeyondIt) {
   const Eigen::Vector3d extra_torque = reading(*pushed).torque - reading(*calm).torque;
   EXPECT_NEAR((extra - R_SW * force_W).norm(), 0, 0.3);
   EXPECT_NEAR((extra_torque - R_SW * (p_WP - X_WS.translation()).cross(force_W)).norm(), 0, 0.08);
-  // The other wrist feels none of it but the shaking.
+  // The other wrist measures only the shaking.
   EXPECT_NEAR((pushed->F_So_S(1).force - calm->F_So_S(1).force).norm(), 0, 0.3);
 }
 
@@ -79,7 +79,7 @@ TEST_F(Events, AWeightThatMovesTakesTheCentreOfMassAlong) {
   EXPECT_NEAR((plant->X_WO(0).translation() - before.translation()).norm(), 0, 1e-4);
   run(*plant, 1000);
   EXPECT_NEAR(held_up_by_table(*plant), 1.2 * kGravity, 0.02 * 1.2 * kGravity);
-  // Where its weights press: the table's force balances about the new centre of mass.
+  // The table supports it where its weights press: the table's force balances about the new centre of mass.
   double force = 0, moment = 0;
   for (const Contact& contact : plant->contacts()) {
     const double along = (plant->X_WO(0).inverse() * contact.p_WC).x();
@@ -132,7 +132,7 @@ TEST_F(Events, AMovingObjectGoesOnAsItMoved) {
   const double before = plant->X_WO(0).translation().z();
   run(*plant, 1);
   const double after = plant->X_WO(0).translation().z();
-  EXPECT_NEAR((after - before) / Plant::kStep, -kGravity * 0.101, 1e-9);  // it falls on
+  EXPECT_NEAR((after - before) / Plant::kStep, -kGravity * 0.101, 1e-9);  // it keeps falling
 }
 
 TEST_F(Events, APushOnALinkThatIsNotThereIsRefused) {

@@ -1,4 +1,4 @@
-// The robot let go: landing, and joints driven against their stops.
+// The robot released: landing, and joints driven against their stops.
 
 #include <algorithm>
 #include <cmath>
@@ -54,7 +54,7 @@ TEST_F(Fall, LandsFromTwentyCentimetresWithItsBrakesClosed) {
   EXPECT_LT(worst.joint_speed, 30);
   EXPECT_LT(worst.finger_speed, 60);
   EXPECT_GT(worst.lowest, -0.005);
-  EXPECT_LT(worst.last_speed, 0.1);  // it stands and still sways a little
+  EXPECT_LT(worst.last_speed, 0.1);  // it stands and still sways slightly
   EXPECT_NEAR(worst.height, 1.05, 0.02);
 }
 
@@ -86,14 +86,14 @@ TEST_F(WholePlant, AJointAtPeakTorqueStopsAtItsStopAndStays) {
     EXPECT_LT(beyond, 1e-4) << name;
     EXPECT_NEAR(plant->joint_position(joint), stop, 1e-6) << name;
     EXPECT_NEAR(plant->joint_velocity(joint), 0, 1e-6) << name;
-    run(*plant, 1000, drive(name), -torque);  // and lets go
+    run(*plant, 1000, drive(name), -torque);  // and releases the joint
     EXPECT_LT(plant->joint_position(joint), stop - 0.1) << name;
   }
 }
 
 TEST_F(WholePlant, EveryJointIsHeldByItsStopsAtPeakTorque) {
   stand_alone(BaseKind::kFixed, 0.5);
-  for (Link& link : robot_.links) link.collisions.clear();  // nothing but the stops is in the way
+  for (Link& link : robot_.links) link.collisions.clear();  // only the stops limit the motion
   for (const double sign : {-1.0, 1.0}) {
     const auto plant = build();
     std::map<int, double> torques;
@@ -116,7 +116,7 @@ TEST_F(WholePlant, EveryJointIsHeldByItsStopsAtPeakTorque) {
     }
     for (const auto& [joint, stop] : stops) {
       const std::string& name = robot_.joints[static_cast<std::size_t>(joint)].name;
-      // All at once the solver's sweeps do not converge to the end: half a degree.
+      // With all joints at once, the solver's sweeps do not converge fully: half a degree.
       EXPECT_LT(beyond[joint], 9e-3) << name;
       EXPECT_NEAR(plant->joint_position(joint), stop, 9e-3) << name;
       EXPECT_NEAR(plant->joint_velocity(joint), 0, 0.2) << name;

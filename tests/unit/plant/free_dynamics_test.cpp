@@ -1,4 +1,4 @@
-// What no force touches: energy of a swinging limb, momentum of a body in free flight.
+// Motion without external forces: energy of a swinging limb, momentum of a body in free flight.
 
 #include <algorithm>
 #include <cmath>
@@ -18,7 +18,7 @@ namespace {
 constexpr double kStep = Plant::kStep;
 constexpr double kGravity = Plant::kGravity;
 
-/// A model in the product's world, without anything on its joints.
+/// A model in the product's world, with nothing acting on its joints.
 class Limp {
  public:
   Limp(RobotModel model, const std::vector<std::string>& free, bool held,
@@ -61,8 +61,8 @@ class Limp {
   std::unique_ptr<Multibody> body_;
 };
 
-/// Change of a swinging limb's energy over `seconds`, mean of the last second less mean of the first, as a
-/// share of what it swings with above `bottom`, its lowest potential energy. `most` gets the largest
+/// Change of a swinging limb's energy over `seconds`, mean of the last second minus mean of the first, as a
+/// share of its swing energy above `bottom`, its lowest potential energy. `most` receives the largest
 /// deviation of any step from the first.
 double energy_drift(Limp& limb, double seconds, double bottom, double& most) {
   std::vector<double> energy;
@@ -110,7 +110,7 @@ TEST(FreeSwing, EnergyOfTheRobotsArmStays) {
   const RobotModel robot = load_robot_model(WALKMAN_URDF_DIR "/walkman.urdf");
   const std::vector<std::string> arm = {"RShSag", "RShLat", "RShYaw", "RElbj"};
   Limp hanging(robot, arm, true);
-  const double bottom = hanging.step().potential;  // near enough the lowest, to know the swing's size
+  const double bottom = hanging.step().potential;  // near enough to the minimum for the size of the swing
   Limp limb(robot, arm, true);
   limb.set("RShSag", 1);
   limb.set("RElbj", -1);

@@ -1,4 +1,4 @@
-// Both hands close round cylinders by contact and hold them by friction.
+// Both hands close around cylinders by contact and hold them by friction.
 
 #include <algorithm>
 #include <array>
@@ -34,13 +34,14 @@ TEST_P(BothHands, CloseRoundCylindersAndHoldThem) {
     EXPECT_TRUE(any("Thumb"));
     for (const char* finger : {"Finger1", "Finger2", "Finger3", "Finger4"})
       EXPECT_TRUE(any(finger)) << finger;
-    // The thinner, the further the hand closes; the tendon's stretch taken off, within the motor's travel.
+    // The thinner the cylinder, the further the hand closes; without the tendon's stretch, this is within the
+    // motor's travel.
     const double stretch = world.tension() * kPulley / 8.0;
     EXPECT_LT(world.motor_position() - stretch, kHandTravel);
     EXPECT_LT(world.motor_position(), last_closure - 0.2);
     last_closure = world.motor_position();
 
-    world.switch_gravity_on();  // the palm faces down: nothing is below the cylinder but the fingers
+    world.switch_gravity_on();  // the palm faces down: only the fingers are below the cylinder
     world.run(3, kGripTorque);  // the motor rings on its tendon at 3 Hz, and a thin rod rolls with it
     const double slipped = world.slip().travel;
     const Eigen::Isometry3d before = world.X_PO();
@@ -63,13 +64,14 @@ TEST_P(BothHands, GripFollowsTheMotorsTorque) {
       world.step(kTensions[i] * kPulley);
       grips[i] += world.grip() / 200;
     }
-    // Less or more by what the motor's dry friction holds, 0.026 N·m.
+    // Off by no more than the motor's dry friction holds, 0.026 N·m.
     EXPECT_NEAR(world.tension(), kTensions[i], 0.026 / kPulley + 0.1);
     if (i > 0) {
       EXPECT_GT(grips[i], grips[i - 1]);
     }
   }
-  // A straight line through the points; its zero is where the tendon just overcomes the ligaments.
+  // A straight line through the points; its zero is the tension at which the tendon just overcomes the
+  // ligaments.
   double x = 0, y = 0, xx = 0, xy = 0, yy = 0;
   for (std::size_t i = 0; i < kTensions.size(); ++i) {
     x += kTensions[i] / 3;

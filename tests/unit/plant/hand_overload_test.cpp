@@ -1,4 +1,4 @@
-// What it takes to pull a bar out of the hand: a force or a moment that rises slowly until the bar is lost.
+// The load that pulls a bar out of the hand: a force or a moment that rises slowly until the bar is lost.
 
 #include <algorithm>
 #include <cmath>
@@ -22,15 +22,15 @@ enum class Load {
   kTilt,          ///< moment that tilts one end of the bar away from the palm, as an off-centre weight does
 };
 
-/// What happened to a bar that was loaded until it was lost.
+/// Result of loading a bar until it is lost.
 struct Overload {
   double grip = 0;  ///< mean sum of normal forces while it slid, over 10 to 20 mm, N
   double friction =
-      0;  ///< mean of what held it back along its axis then: load less mass times acceleration, N
+      0;  ///< mean friction along its axis over that range: load minus mass times acceleration, N
   double at_slip = 0;    ///< load when it had moved by 20 mm, or turned by 0.4 rad; N or N·m
-  double displaced = 0;  ///< then, from poses, m or rad
-  double counted = 0;    ///< the plant's count of slip over the same time, m or rad
-  bool lost = false;     ///< in the end the hand did not touch it any more
+  double displaced = 0;  ///< displacement at that time, from poses, m or rad
+  double counted = 0;    ///< slip counted by the plant over the same time, m or rad
+  bool lost = false;     ///< the hand finally lost contact with it
 };
 
 Overload overload(Load kind, double tension, double friction) {
@@ -48,7 +48,7 @@ Overload overload(Load kind, double tension, double friction) {
   int sliding = 0;
   double x = start.translation().x();
   double speed = 0;  // along the bar's axis, m/s
-  // About 1 s to the limit.
+  // Reaches the limit in about 1 s.
   const double rate = 5 * tension * friction * (moment ? 0.06 : 1);
   for (int i = 0; i < 6000 && !result.lost; ++i) {
     const double load = rate * i * HandWorld::kStep;
@@ -83,7 +83,7 @@ Overload overload(Load kind, double tension, double friction) {
   return result;
 }
 
-/// Overloads over all tensions and frictions, printed.
+/// Overloads for all tensions and frictions, printed.
 std::map<std::pair<int, int>, Overload> sweep(Load kind, const char* title) {
   std::map<std::pair<int, int>, Overload> table;
   std::printf("%s\n  tendon N  friction  slips at  grip N  lost\n", title);
@@ -117,25 +117,27 @@ TEST(Overload, AlongTheBarItIsCoulombs) {
   expect_the_trend(table);
   for (const auto& [at, o] : table) {
     SCOPED_TRACE(testing::Message() << kTensions[at.first] << " N, friction " << kFrictions[at.second]);
-    // Every contact slides along the bar, so what holds it is the coefficient times the sum of normal forces.
+    // Every contact slides along the bar, so the holding force is the coefficient times the sum of normal
+    // forces.
     EXPECT_NEAR(o.friction / (kFrictions[at.second] * o.grip), 1, 0.1);
-    // What the plant counts is how far the bar went.
+    // The plant's count is the distance that the bar slid.
     EXPECT_GT(o.counted, 0.9 * o.displaced);
-    EXPECT_LT(o.counted, 1.3 * o.displaced);  // it is a path's length: a detour counts
+    EXPECT_LT(o.counted, 1.3 * o.displaced);  // it is a path length: a detour counts
   }
   for (int t = 0; t < 3; ++t) {
     EXPECT_NEAR(table.at({t, 2}).at_slip / table.at({t, 0}).at_slip, 1.0 / 0.4, 0.25 / 0.4);
   }
   for (int m = 0; m < 3; ++m) {
-    // A straight line over the tension: the ligaments and the tendon's losses take the first newtons of each.
+    // A straight line over the tension: the ligaments and the tendon's losses take up the first newtons of
+    // each tension.
     const double lower = table.at({1, m}).at_slip - table.at({0, m}).at_slip;
     const double upper = table.at({2, m}).at_slip - table.at({1, m}).at_slip;
     EXPECT_NEAR(upper / lower, 1, 0.35);
   }
 }
 
-// WALK-MAN's design document has 130 N of grasp force at the motor's peak: fingers and palm press with as
-// much from either side.
+// WALK-MAN's design document states a grasp force of 130 N at the motor's peak: fingers and palm each press
+// with that force, from either side.
 TEST(Overload, AtTheMotorsPeakABarIsHeldAsThePublishedForceHoldsIt) {
   const Overload o = overload(Load::kAlongTheBar, 5 / kPulley, 0.7);
   std::printf("at 5 N·m and friction 0.7 a bar slips along the fingers at %.0f N\n", o.at_slip);

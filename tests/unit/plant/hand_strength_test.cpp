@@ -1,8 +1,9 @@
-// How strong and how firm the hand is. Strength beside what is published of SoftHands: 20 and 28 N on a
-// cylinder of 45 mm with the first motors (Catalano et al., IJRR 33(5), 2014), 62 N of qb robotics' hand, 130
-// N at its peak in WALK-MAN's design document; and beside the paper's robot, which held 1.7 N·m at the wrist.
-// Nobody has measured how soft a held object sits: that is beside the springs of pads, ligaments and tendon
-// in parallel and in series, computed for the places where the hand touches.
+// Strength and stiffness of the hand. The strength is compared with published values for SoftHands: 20 and 28
+// N on a cylinder of 45 mm with the first motors (Catalano et al., IJRR 33(5), 2014), 62 N for qb robotics'
+// hand, 130 N at its peak in WALK-MAN's design document; and with the paper's robot, which held 1.7 N·m at
+// the wrist. The stiffness with which a held object sits has never been measured: it is compared with the
+// springs of pads, ligaments and tendon in parallel and in series, computed for the points where the hand
+// touches.
 
 #include <algorithm>
 #include <array>
@@ -19,7 +20,7 @@ namespace {
 
 constexpr double kRatedTorque = 5;  // N·m, of the motor
 
-/// What a force sensor between the halves of a cylinder of 45 mm reads.
+/// Reading of a force sensor between the halves of a cylinder of 45 mm.
 double squeeze(double torque) {
   Grasp grasp;
   grasp.diameter = 0.045;
@@ -41,8 +42,8 @@ TEST(Strength, IsThatOfTheWalkManHandAtItsPeakAndOfOthersBelow) {
   EXPECT_LT(half, 62);
 }
 
-/// Where a bar lies in a hand that has closed with a torque, taken its weight over and turned by half a
-/// radian either way: into the palm (x) and towards the wrist (y), m.
+/// Position of a bar in a hand that has closed with a torque, has taken up its weight and been turned by half
+/// a radian either way: into the palm (x) and towards the wrist (y), m.
 Eigen::Vector2d seat_of(double diameter, double torque, double friction) {
   Grasp grasp;
   grasp.diameter = diameter;
@@ -69,9 +70,9 @@ Eigen::Vector2d seat_of(double diameter, double torque, double friction) {
   return {diameter / 2 - p_PO.y(), p_PO.z()};
 }
 
-// What the method takes handles to do (adaptation/motion/grip.h). A hand that begins to close moves a bar,
-// the farther the rougher it is; the hand frame is 7 mm in front of the palm's middle. Then its pads give
-// way.
+// Compared with what the method assumes of handles (adaptation/motion/grip.h). A hand that begins to close
+// moves a bar, farther the rougher it is; the hand frame is 7 mm in front of the palm's middle. Then its pads
+// yield.
 TEST(Seat, IsWhereTheMethodHasBars) {
   constexpr double kFrame = -0.007;   // m towards the wrist from the palm's middle
   constexpr double kUsualTorque = 1;  // N·m, adaptation/parameters.yaml
@@ -95,11 +96,12 @@ TEST(Seat, IsWhereTheMethodHasBars) {
   EXPECT_NEAR(depth, motion::Grip::kDepth, 0.0015);
 }
 
-/// A bar of 7 cm in the closed hand, and how far a small load moves it.
+/// A bar of 7 cm in the closed hand, to measure how far a small load moves it.
 class HeldBar {
  public:
   HeldBar() : world_(bar()) { world_.run(3, kTorque); }
-  /// Of 1.5 s under force (N) and torque (N·m), world axes, after 1.5 s without; in the bar's frame before.
+  /// Motion during 1.5 s under force (N) and torque (N·m), world axes, after 1.5 s without load; in the bar's
+  /// frame before the load.
   Eigen::Isometry3d moved_by(const Eigen::Vector3d& f_W, const Eigen::Vector3d& t_W) {
     load(Eigen::Vector3d::Zero(), Eigen::Vector3d::Zero());
     const Eigen::Isometry3d before = world_.X_PO();
@@ -107,7 +109,7 @@ class HeldBar {
     return before.inverse() * world_.X_PO();
   }
 
-  /// By the springs of its seat, in (m, rad) for (N, N·m), world axes.
+  /// Compliance of its seat's springs, (m, rad) per (N, N·m), world axes.
   Eigen::Matrix<double, 6, 6> give(bool tendon_sticks) { return world_.stiffness(tendon_sticks).inverse(); }
 
  private:
@@ -124,8 +126,9 @@ class HeldBar {
   HandWorld world_;
 };
 
-/// Expects `moved` per unit of load of a bar to lie between what its seat's springs give with every tendon
-/// sticking to its pulleys and with every one sliding. 5 % are left for the load's own change of the touch.
+/// Expects `moved` per unit of load of a bar to lie between the values for its seat's springs with every
+/// tendon sticking to its pulleys and with every one sliding. 5 % are allowed for the change of contact by
+/// the load itself.
 void expect_between(double moved, double sticking, double sliding, const char* unit, double per_unit) {
   std::printf("%.1f %s, by its springs %.1f to %.1f\n", per_unit / moved, unit, per_unit / sliding,
               per_unit / sticking);
@@ -159,7 +162,7 @@ TEST(Firmness, ABarTurnsByDegreesUnderTheMomentThePapersRobotHeld) {
     };
     expect_between(angle / 1.7, by_springs(true), by_springs(false), "N·m/rad", 1);
     EXPECT_LT(angle, 0.2) << axis.transpose();
-    // It is held there, and comes back.
+    // It is held there and returns.
     EXPECT_LT(X.translation().norm(), 0.02) << axis.transpose();
   }
 }

@@ -10,7 +10,7 @@
 namespace walkman::tests {
 namespace {
 
-/// The part of a model from `root` on, as a model of its own.
+/// Returns the part of a model below `root` as a separate model.
 RobotModel part_of(const RobotModel& whole, const std::string& root) {
   RobotModel part;
   part.file = whole.file;
@@ -64,7 +64,7 @@ HandWorld::HandWorld(const Grasp& grasp)
   using plant::kObjectGroup;
   using plant::kRobotGroup;
   const std::string synergy = grasp.side == 'R' ? "r_handj_synergy" : "l_handj_synergy";
-  const double outwards = grasp.side == 'R' ? 1 : -1;  // of the palm, along its link's y
+  const double outwards = grasp.side == 'R' ? 1 : -1;  // out of the palm, along its link's y
   world_.setGravity(btVector3(0, 0, 0));
   world_.getSolverInfo().m_numIterations = 50;
   world_.getSolverInfo().m_linearSlop = 1e-5;
@@ -128,7 +128,7 @@ double HandWorld::grip() {
 }
 
 double HandWorld::squeeze() {
-  // On the half away from the palm; in both hands the palm faces down, and world z is its normal.
+  // Force on the half away from the palm; in both hands the palm faces down, and world z is its normal.
   const double middle = cylinder_->X_WL(0).translation().z();
   double sum = 0;
   for (int i = 0; i < dispatcher_.getNumManifolds(); ++i) {
@@ -162,7 +162,7 @@ Eigen::Matrix<double, 6, 6> HandWorld::stiffness(bool tendon_sticks) {
     const Eigen::Vector3d p_W(middle.x(), middle.y(), middle.z());
     const Eigen::Vector3d normal_W(point.m_normalWorldOnB.x(), point.m_normalWorldOnB.y(),
                                    point.m_normalWorldOnB.z());
-    // Of the cylinder against the hand.
+    // Of the cylinder relative to the hand.
     Eigen::MatrixXd J = Eigen::MatrixXd::Zero(3, 6 + n);
     J.leftCols<3>().setIdentity();
     for (int k = 0; k < 3; ++k) J.col(3 + k) = Eigen::Vector3d::Unit(k).cross(p_W - p_WC);
@@ -180,7 +180,7 @@ Eigen::Matrix<double, 6, 6> HandWorld::stiffness(bool tendon_sticks) {
       link = hand_model_.joints[static_cast<std::size_t>(joint)].parent_link;
     }
     const Eigen::Matrix3d across = normal_W * normal_W.transpose();
-    constexpr double kMindlin = 2.0 / 3;  // 2 (1 − ν) / (2 − ν) of an incompressible pad, 1949
+    constexpr double kMindlin = 2.0 / 3;  // 2 (1 − ν) / (2 − ν) for an incompressible pad, 1949
     K += pad * J.transpose() * (across + kMindlin * (Eigen::Matrix3d::Identity() - across)) * J;
   });
   const plant::SoftHandParameters parameters;

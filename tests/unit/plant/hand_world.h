@@ -14,7 +14,7 @@ namespace walkman::tests {
 
 inline constexpr double kPulley = 0.04;  // m
 
-/// What a test of a hand holds, and how.
+/// The object that a test's hand holds, and how.
 struct Grasp {
   char side = 'R';         ///< R or L
   double diameter = 0.07;  ///< of the cylinder, m
@@ -34,25 +34,26 @@ class HandWorld {
 
   /// Lets the motor pull with `torque` (N·m) for `seconds`.
   void run(double seconds, double torque);
-  /// One step, with a force (N, at the centre of mass) and a torque (N·m) on the cylinder, world axes.
+  /// Runs one step, with a force (N, at the centre of mass) and a torque (N·m) on the cylinder, world axes.
   void step(double torque, const Eigen::Vector3d& f_W = Eigen::Vector3d::Zero(),
             const Eigen::Vector3d& t_W = Eigen::Vector3d::Zero());
   void switch_gravity_on() { world_.setGravity(btVector3(0, 0, -kGravity)); }
 
   /// Sum of the normal forces on the cylinder, N.
   [[nodiscard]] double grip();
-  /// Force through the cylinder's middle plane, which is parallel to the palm's face: what a force sensor
-  /// between its halves reads along the palm's normal, N.
+  /// Force through the cylinder's middle plane, which is parallel to the palm's face, N: what a force sensor
+  /// between its halves measures along the palm's normal.
   [[nodiscard]] double squeeze();
-  /// Stiffness of the cylinder's seat against a small movement of its centre of mass and about it, (m, rad)
-  /// to (N, N·m), world axes: the pads' springs where the hand touches now, each along its normal and by
-  /// Mindlin's share along its face, in series with the joints of the fingers they are on. A joint's springs
-  /// are its ligament, the tendon between joints where it sticks to its pulleys, and its run to the motor.
+  /// Stiffness of the cylinder's seat for small displacements of its centre of mass and rotations about it,
+  /// (m, rad) to (N, N·m), world axes: the pads' springs at the present contacts, each along its normal and,
+  /// by Mindlin's ratio, along its face, in series with the joints of the fingers that they are on. A joint's
+  /// springs are its ligament, the tendon between joints if it sticks to its pulleys, and its run to the
+  /// motor.
   [[nodiscard]] Eigen::Matrix<double, 6, 6> stiffness(bool tendon_sticks);
   /// Links that press on the cylinder.
   [[nodiscard]] std::set<std::string> touching();
-  /// The cylinder in the frame of the palm's face: x along its axis when it is not turned, y out of the palm
-  /// (right hand; into it, left), z towards the wrist.
+  /// Pose of the cylinder in the frame of the palm's face: x along its axis when it is not turned, y out of
+  /// the palm (right hand; into it, left), z towards the wrist.
   [[nodiscard]] Eigen::Isometry3d X_PO() const;
   [[nodiscard]] double motor_position() const { return hand_->readings().motor_position; }
   [[nodiscard]] double tension() const { return hand_->tension(); }
@@ -72,7 +73,7 @@ class HandWorld {
   plant::ActuatorParameters actuator_;
   std::unique_ptr<plant::SoftHand> hand_;
   std::unique_ptr<plant::SlipMeter> meter_;
-  int palm_face_ = 0;  // link in the middle of the palm's face
+  int palm_face_ = 0;  // link at the centre of the palm's face
 };
 
 }  // namespace walkman::tests

@@ -8,7 +8,7 @@ namespace {
 class Hoisted : public WholePlant {
  protected:
   Hoisted() { stand_alone(BaseKind::kHoisted); }
-  /// A step without power on any drive.
+  /// Runs a step without power on any drive.
   static void hang(Plant& plant) {
     std::map<int, double> limp;
     for (int d = 0; d < plant.drive_count(); ++d) limp[d] = 0;
@@ -17,7 +17,7 @@ class Hoisted : public WholePlant {
 };
 
 TEST_F(Hoisted, ARopeCarriesTheRobotThatHasNoPower) {
-  stand_alone(BaseKind::kHoisted, 0.50);  // off the floor: the rope is all there is
+  stand_alone(BaseKind::kHoisted, 0.50);  // off the floor: only the rope holds it
   scene_.rope.length = 1.5;               // taut from the start, by default 1.5 m below its anchor
   const auto plant = build();
   double mean = 0;
@@ -55,7 +55,7 @@ TEST_F(Hoisted, RobotWithoutPowerSinksUntilTheRopeHoldsIt) {
   }
   EXPECT_GT(plant->hoist_tension(), 0.3 * robot_.total_mass() * kGravity);
   EXPECT_GT(before - lowest, 0.04);
-  EXPECT_LT(before - lowest, 0.05 + 0.04);  // the slack, and what the rope gives when it catches the fall
+  EXPECT_LT(before - lowest, 0.05 + 0.04);  // the slack, and the rope's stretch when it catches the fall
 }
 
 TEST_F(Hoisted, ARopeOnALinkThatIsNotThereIsRefused) {

@@ -1,5 +1,5 @@
-// Mobilities of contact points by the factorised joint-space inertia, against Bullet's articulated-body
-// recursion over the whole tree.
+// Mobilities of contact points from the factorised joint-space inertia, compared with Bullet's
+// articulated-body recursion over the whole tree.
 
 #include "emulator/plant/dynamics/joint_space_inertia.h"
 
@@ -31,7 +31,7 @@ class OfTheRobot : public ::testing::TestWithParam<bool> {
     body.setBaseWorldTransform(
         btTransform(btQuaternion(btVector3(0.6, -0.3, 0.74).normalized(), 0.8), btVector3(3, -2, 1)));
     body_.update_poses();
-    // Leaves behind what the recursion for impulses starts from.
+    // Leaves the data from which the recursion for impulses starts.
     body.computeAccelerationsArticulatedBodyAlgorithmMultiDof(1e-3, scratch_r_, scratch_v_, scratch_m_, false,
                                                               false, false);
     inertia_.update(body);
@@ -68,7 +68,7 @@ class OfTheRobot : public ::testing::TestWithParam<bool> {
     inertia_.whiten(push.link, row.data());
     return row;
   }
-  /// Our change of the velocity vector by a unit impulse.
+  /// Our change of the velocity vector for a unit impulse.
   std::vector<double> response(const Push& push) {
     std::vector<double> change(velocities(), 0);
     const std::vector<double> row = whitened(push);
@@ -109,7 +109,8 @@ TEST_P(OfTheRobot, JacobiansAreBullets) {
       EXPECT_NEAR(ours[k], entry, 1e-12);
       entry = 0;
     }
-    // Nothing else moves the link; Bullet fills the base's six for a fixed base, too, and leaves them unused.
+    // Nothing else moves the link; Bullet fills the base's six entries for a fixed base, too, and leaves them
+    // unused.
     for (std::size_t v = fixed_base_ ? 6 : 0; v < theirs.size(); ++v) EXPECT_EQ(theirs[v], 0);
   }
 }

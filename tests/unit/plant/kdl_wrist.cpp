@@ -20,7 +20,7 @@ KDL::RigidBodyInertia inertia(const Link& link) {
                                KDL::RotationalInertia(I(0, 0), I(1, 1), I(2, 2), I(0, 1), I(0, 2), I(1, 2)));
 }
 
-/// Inertia of a link and all it carries with every joint at zero, in the link's frame.
+/// Inertia of a link and everything it carries with every joint at zero, in the link's frame.
 KDL::RigidBodyInertia inertia_below(const RobotModel& model, int link) {
   KDL::RigidBodyInertia sum = inertia(model.links[static_cast<std::size_t>(link)]);
   for (const Joint& joint : model.joints) {
@@ -33,7 +33,7 @@ KDL::RigidBodyInertia inertia_below(const RobotModel& model, int link) {
 
 KDL::Chain sensor_chain(const RobotModel& model, const std::string& sensor_frame,
                         const std::string& first_carried, std::vector<int>& moving) {
-  Eigen::Isometry3d X_CS = Eigen::Isometry3d::Identity();  // the sensor in what it carries
+  Eigen::Isometry3d X_CS = Eigen::Isometry3d::Identity();  // the sensor in the frame of what it carries
   const int carried = model.link_index(first_carried);
   std::vector<int> path;  // joints from the sensor back to the root
   for (int link = model.link_index(sensor_frame);
@@ -57,7 +57,7 @@ KDL::Chain sensor_chain(const RobotModel& model, const std::string& sensor_frame
       continue;
     }
     moving.push_back(index);
-    // KDL turns a joint before a segment's own frame, so the joint sits in a segment of its own.
+    // KDL rotates a joint before its segment's own frame, so the joint gets a segment of its own.
     chain.addSegment(KDL::Segment(KDL::Joint(KDL::Joint::None), frame(joint.X_PJ)));
     chain.addSegment(KDL::Segment(KDL::Joint(KDL::Vector::Zero(), vector(joint.axis), KDL::Joint::RotAxis)));
   }

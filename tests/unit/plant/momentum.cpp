@@ -14,7 +14,7 @@ Mechanics mechanics_between(const RobotModel& model, const std::vector<Eigen::Is
     const Eigen::Vector3d v = (p1 - p0) / dt;
     const Eigen::Vector3d p = (p0 + p1) / 2;
     const Eigen::AngleAxisd turn(Eigen::Matrix3d(before[i].linear().transpose() * after[i].linear()));
-    // The axis of a turn is the same in the axes of both ends and of the middle.
+    // The axis of a rotation is the same in the axes of both ends and of the midpoint.
     const Eigen::Matrix3d R =
         before[i].linear() * Eigen::AngleAxisd(turn.angle() / 2, turn.axis()).toRotationMatrix();
     const Eigen::Vector3d w_L = turn.angle() / dt * turn.axis();

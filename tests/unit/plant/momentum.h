@@ -8,8 +8,8 @@
 
 namespace walkman::tests {
 
-/// Mechanics of a tree halfway between two instants, from nothing but the poses of its links at both and the
-/// masses of its URDF: accurate to second order in the time between them, whatever integrated the motion.
+/// Mechanics of a tree midway between two instants, computed only from the poses of its links at both and the
+/// masses of its URDF: accurate to second order in the time between them, however the motion was integrated.
 struct Mechanics {
   double mass = 0;                                     ///< kg
   Eigen::Vector3d com = Eigen::Vector3d::Zero();       ///< centre of mass, m

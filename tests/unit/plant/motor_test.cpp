@@ -1,4 +1,4 @@
-// Every actuator class of the robot against the analytic model of its motor.
+// Every actuator class of the robot compared with the analytic model of its motor.
 
 #include <cmath>
 
@@ -16,7 +16,7 @@ class EveryClass : public ::testing::TestWithParam<const char*> {
   ActuatorParameters p_ =
       load_actuators(std::string(WALKMAN_URDF_DIR) + "/../emulator/plant/actuators").at(GetParam());
 
-  /// Torque that sliding friction takes at `speed`.
+  /// Torque lost to sliding friction at `speed`.
   [[nodiscard]] double friction(double speed) const {
     return p_.coulomb_friction + p_.viscous_friction * speed;
   }
@@ -31,7 +31,7 @@ TEST_P(EveryClass, StallsAtThePeakTorqueAndTheWindingGivesNoMore) {
 }
 
 TEST_P(EveryClass, NoLoadSpeedIsWhereBackEmfAndFrictionLeaveNoCurrent) {
-  p_.peak_time = 1e9;  // the power stage does not tire
+  p_.peak_time = 1e9;  // the power stage is not derated
   Motor motor(p_);
   for (int i = 0; i < 400'000; ++i) motor.advance(p_.peak_torque, 0, false, kMotorStep);
   // k (U - k w) / R = coulomb + viscous w
@@ -62,7 +62,7 @@ TEST_P(EveryClass, StepOfTorqueMovesTheInertia) {
   const double duration = 0.02;
   for (int i = 0; i < 80; ++i) motor.advance(torque, 0, false, kMotorStep);
   EXPECT_NEAR(motor.velocity(), torque / p_.motor_inertia * duration, 1e-9);
-  // Semi-implicit steps: half a step ahead of t²/2.
+  // Semi-implicit steps are half a step ahead of t²/2.
   EXPECT_NEAR(motor.position(), torque / p_.motor_inertia * duration * (duration + kMotorStep) / 2, 1e-9);
 }
 
@@ -73,7 +73,7 @@ TEST_P(EveryClass, StribeckFrictionHoldsUntilBreakAwayThenSlides) {
   EXPECT_EQ(motor.position(), 0);
   for (int i = 0; i < 400; ++i) motor.advance(1.5 * p_.static_friction, 0, false, kMotorStep);
   EXPECT_GT(motor.velocity(), 0);
-  // Once it slides, what did not break it away keeps it going, at the speed viscous friction allows.
+  // Once it slides, a torque below break-away keeps it going, at the speed that viscous friction allows.
   for (int i = 0; i < 400'000; ++i) motor.advance(between, 0, false, kMotorStep);
   const double speed = (between - p_.coulomb_friction) / p_.viscous_friction;
   const double stribeck = speed / p_.stribeck_speed;
@@ -84,7 +84,7 @@ TEST_P(EveryClass, StribeckFrictionHoldsUntilBreakAwayThenSlides) {
 }
 
 TEST_P(EveryClass, SpringTracksATorqueThroughTheMotor) {
-  // Link held: the spring settles at the motor's torque, within what friction holds back.
+  // Link held: the spring settles at the motor's torque, up to the friction.
   p_.backlash = 0;
   SeriesElasticActuator actuator(p_);
   actuator.reset(0, 0);
@@ -146,7 +146,7 @@ TEST_P(ClassWithOverload, PeakTorqueLastsThePeakTimeThenDeratesToTheContinuousOn
     motor.advance(p_.peak_torque, p_.peak_torque, false, kMotorStep);
   EXPECT_NEAR(motor.torque(), p_.continuous_torque, 0.01 * p_.continuous_torque);
   EXPECT_GT(motor.overload(), 0.99);
-  // At rest the allowance comes back at the rate of the continuous current's square.
+  // At rest, the allowance recovers at the rate of the continuous current's square.
   for (int i = 0; i < 4'000'000 && motor.overload() > 0; ++i) motor.advance(0, 0, false, kMotorStep);
   EXPECT_EQ(motor.overload(), 0);
   EXPECT_DOUBLE_EQ(motor.available_torque(1), p_.peak_torque);

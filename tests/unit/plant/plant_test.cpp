@@ -21,7 +21,7 @@ TEST_F(WholePlant, TableCarriesTheBarAndNothingElseDoes) {
   EXPECT_TRUE(plant->object_touches_fixed(0));
 }
 
-// Bullet would throw it out at metres a second.
+// Bullet would eject it at several metres per second.
 TEST_F(WholePlant, NothingStartsInsideSomethingElse) {
   scene_.objects[0].X_WO.translation().z() -= 0.012;
   try {
@@ -32,7 +32,7 @@ TEST_F(WholePlant, NothingStartsInsideSomethingElse) {
                 testing::AllOf(testing::HasSubstr("experiment_1.yaml: "), testing::HasSubstr("bar"),
                                testing::HasSubstr("starts 12.0 mm inside"), testing::HasSubstr("table")));
   }
-  scene_.objects[0].X_WO.translation().z() += 0.0105;  // 1.5 mm are a mesh's or a measurement's
+  scene_.objects[0].X_WO.translation().z() += 0.0105;  // 1.5 mm can come from a mesh or a measurement
   EXPECT_NO_THROW(static_cast<void>(build()));
 }
 
@@ -60,7 +60,7 @@ TEST_F(WholePlant, TheInertialUnitOfAPelvisThatStandsStillFeelsGravity) {
   const auto plant = build();
   run(*plant, 20, drive("RElbj"), 5);
   const InertialMotion& motion = plant->inertial_motion(0);
-  // The scene's pelvis is upright; the unit lies in its axes.
+  // The scene's pelvis is upright; the unit is aligned with its axes.
   EXPECT_NEAR((motion.specific_force_S - Eigen::Vector3d(0, 0, kGravity)).norm(), 0, 1e-9);
   EXPECT_NEAR(motion.angular_velocity_S.norm(), 0, 1e-12);
   const Eigen::Matrix3d R_WS = plant->X_WL(robot_.link_index("imu_link")).linear();
@@ -79,7 +79,7 @@ TEST_F(WholePlant, AnInertialUnitOnAMovingHandFeelsWhatItsPathSays) {
   std::vector<Eigen::Isometry3d> path;
   std::vector<InertialMotion> felt;
   for (int i = 0; i < 100; ++i) {
-    path.push_back(plant->X_WL(link));  // a step's readings are those of its start
+    path.push_back(plant->X_WL(link));  // a step's readings are those at its start
     run(*plant, 1, drive("RElbj"), 30);
     felt.push_back(plant->inertial_motion(1));
   }
@@ -100,7 +100,7 @@ TEST_F(WholePlant, AnInertialUnitOnAMovingHandFeelsWhatItsPathSays) {
   }
   EXPECT_GT(fastest, 2);   // rad/s
   EXPECT_GT(hardest, 10);  // m/s^2
-  // First order in the step.
+  // First order in the step size.
   EXPECT_LT(worst_force, 0.01 * hardest);
   EXPECT_LT(worst_rate, 0.001 * fastest);
 }

@@ -1,4 +1,4 @@
-// Contacts in closed form against Bullet's GJK, and against what geometry says of resting solids.
+// Contacts in closed form compared with Bullet's GJK and with the geometry of resting solids.
 
 #include "emulator/plant/contact/primitive.h"
 
@@ -20,7 +20,7 @@ namespace {
 
 using Kind = Primitive::Kind;
 
-/// Solids and poses, drawn.
+/// Random solids and poses.
 class Draws {
  public:
   explicit Draws(std::uint64_t seed) : random_(seed) {}
@@ -54,7 +54,7 @@ double bullets_distance(const Primitive& a, const btTransform& X_WA, const Primi
                         const btTransform& X_WB) {
   const auto shape_a = make_shape({Eigen::Isometry3d::Identity(), a, nullptr});
   const auto shape_b = make_shape({Eigen::Isometry3d::Identity(), b, nullptr});
-  // A margin would round edges; that of a sphere is its radius.
+  // A margin would round edges; a sphere's margin is its radius.
   for (const auto& [solid, shape] : {std::pair{&a, &shape_a}, std::pair{&b, &shape_b}}) {
     if (solid->kind == Kind::kCylinder || solid->kind == Kind::kBox) (*shape)->setMargin(0);
   }
@@ -81,7 +81,7 @@ double least(const Touches& touches) {
 class Pairs : public testing::TestWithParam<std::pair<Kind, Kind>> {};
 class RoundOnes : public testing::TestWithParam<std::pair<Kind, Kind>> {};
 
-// At any distance: what is swept by a sphere has one nearest point.
+// At any distance: a shape swept by a sphere has a single nearest point.
 TEST_P(RoundOnes, AreAsFarApartAsGjkSays) {
   Draws draws(7);
   int apart = 0;
@@ -120,7 +120,7 @@ INSTANTIATE_TEST_SUITE_P(
                     std::pair{Kind::kCapsule, Kind::kBox}, std::pair{Kind::kBox, Kind::kCapsule}));
 
 TEST_P(Pairs, WithinAMillimetreTheDistanceIsGjks) {
-  // As the world has them: what is moved towards each other until it nearly touches, or just does.
+  // As in the world: shapes are moved towards each other until they nearly or just touch.
   Draws draws(8);
   int met = 0;
   int off_by_much = 0;
@@ -139,8 +139,8 @@ TEST_P(Pairs, WithinAMillimetreTheDistanceIsGjks) {
     if (std::abs(theirs) > 9e-4) continue;
     const Touches touches = touches_of(a, X_WA, b, X_WB, 1e-3);
     ASSERT_GT(touches.count, 0) << i << ": " << theirs;
-    // Where an edge has gone into a rim, it is as deep as the edge is in the cylinder: a little less than the
-    // way that would part the two.
+    // Where an edge has entered a rim, the depth is that of the edge in the cylinder: slightly less than the
+    // distance that would separate the two.
     const double off = std::abs(least(touches) - theirs);
     EXPECT_LT(off, 6e-4) << i;
     ++met;
@@ -191,7 +191,7 @@ TEST(Resting, ACylinderLiesOnTheLineBelowItsAxisUpToTheEdge) {
   std::array<double, 2> x = {touches.at[0].p_WB.x(), touches.at[1].p_WB.x()};
   std::sort(x.begin(), x.end());
   EXPECT_NEAR(x[0], 0.3, 1e-9);
-  EXPECT_NEAR(x[1], 0.6, 1e-9);  // beyond it there is no table
+  EXPECT_NEAR(x[1], 0.6, 1e-9);  // there is no table beyond it
   for (int i = 0; i < 2; ++i) {
     EXPECT_NEAR(touches.at[static_cast<std::size_t>(i)].distance, -1e-4, 1e-9);
     EXPECT_NEAR(touches.at[static_cast<std::size_t>(i)].p_WB.y(), 0, 1e-9);
@@ -223,7 +223,7 @@ TEST(Resting, ACylinderStandsOnItsRim) {
 }
 
 TEST(Resting, ABoxStandsOnAPost) {
-  // All that carries is within the post's end.
+  // All contact points are within the post's end.
   const Touches touches =
       touches_of(box(0.3, 0.3, 0.05), at(0.02, 0, 0.05), cylinder(0.1, 0.5), at(0, 0, -0.5), 1e-3);
   ASSERT_GE(touches.count, 3);

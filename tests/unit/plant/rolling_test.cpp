@@ -1,5 +1,5 @@
-// What rolls, against Newton: it keeps its speed on a level floor, gains g sin α / (1 + I/mr²) on an incline,
-// stays where it rests, and slows down as rolling friction says.
+// Rolling bodies compared with Newton's laws: they keep their speed on a level floor, gain g sin α / (1 +
+// I/mr²) on an incline, stay where they rest, and slow down by their rolling friction.
 
 #include <cmath>
 #include <memory>
@@ -22,7 +22,7 @@ constexpr double kMass = 1.2;
 
 enum class Round { kCylinder, kTube, kSphere };
 
-/// A body of one link, its axis along y.
+/// A body with a single link, its axis along y.
 RobotModel round_body(Round kind, double radius, double length, const Surface& surface) {
   RobotModel model;
   Link link;
@@ -50,7 +50,8 @@ RobotModel round_body(Round kind, double radius, double length, const Surface& s
   return model;
 }
 
-/// A round body on a plate whose top goes through the origin, tilted by `slope` about y: it falls along x.
+/// A round body on a plate whose top passes through the origin, tilted by `slope` about y: the slope descends
+/// along x.
 class RoundOnPlate {
  public:
   RoundOnPlate(Round kind, double radius, double length, double slope = 0, const Surface& surface = {1.0})
@@ -77,7 +78,7 @@ class RoundOnPlate {
     body_ = std::make_unique<Multibody>(world_, model_, RigidTree(model_, {}, {}), false, X_WB, kObjectGroup,
                                         kObjectGroup | kFixedGroup);
   }
-  /// As if it had rolled up to now with that speed along x.
+  /// Sets the state of a body that has been rolling with this speed along x.
   void roll(double speed, double radius) {
     body_->bullet().setBaseVel(btVector3(speed, 0, 0));
     body_->bullet().setBaseOmega(btVector3(0, speed / radius, 0));
@@ -87,7 +88,7 @@ class RoundOnPlate {
   void run(double seconds) {
     for (int i = 0; i < std::lround(seconds / kPeriod); ++i) world_.stepSimulation(kPeriod, 0);
   }
-  /// Down the plate, m/s.
+  /// Speed down the plate, m/s.
   [[nodiscard]] double speed() const {
     return from_bullet(body_->bullet().getBaseVel())
         .dot(Eigen::Vector3d(std::cos(slope_), 0, -std::sin(slope_)));
@@ -154,7 +155,7 @@ TEST_P(RoundThings, SlowDownByRollingFriction) {
   scene.run(0.2);
   scene.roll(0.5, radius);
   scene.run(1);
-  // The moment δ m g about the contact, against I + m r².
+  // The moment δ m g about the contact acts against I + m r².
   const double slowing = surface.rolling_friction * kStandardGravity / (radius * (1 + share));
   EXPECT_NEAR(scene.speed(), 0.5 - slowing, 0.01 * slowing + 0.002);
 }
@@ -171,7 +172,7 @@ TEST(Spinning, StopsAsItsFrictionSays) {
   scene.run(0.2);
   scene.spin(20);
   scene.run(0.5);
-  // The moment δ m g about the normal, against 2/5 m r².
+  // The moment δ m g about the normal acts against 2/5 m r².
   const double slowing = surface.spinning_friction * kStandardGravity / (0.4 * 0.05 * 0.05);
   EXPECT_NEAR(scene.spinning(), 20 - slowing * 0.5, 0.02 * slowing * 0.5);
   scene.run(2);

@@ -1,4 +1,4 @@
-// What the camera sees of a weight that moves or is taken off.
+// The camera's view of a weight that moves or is removed.
 
 #include <cmath>
 
@@ -11,15 +11,15 @@ namespace {
 
 class SeenEvents : public WholePlant {
  protected:
-  /// Points of a noise-free frame near `position` m from the bar's left end, so far from its axis: by default
-  /// beyond the bar's own radius and within a clamp's edges.
+  /// Number of points of a noise-free frame near `position` m from the bar's left end, within these distances
+  /// of its axis: by default beyond the bar's own radius and within a clamp's edges.
   static int points_at(MultiSense& camera, const Plant& plant, double position, double beyond = 0.038,
                        double within = 0.066) {
     MultiSense::Frame frame;
     camera.render(camera.exposure(), false, frame);
     const multisense::Disparity& image = frame.disparity;
     const std::vector<float> disparity(image.pixels.begin(), image.pixels.end());
-    sensors::StereoOptions in_steps = camera.optics();  // of 1/16 px
+    sensors::StereoOptions in_steps = camera.optics();  // steps of 1/16 px
     in_steps.baseline /= multisense::Disparity::kStep;
     const Eigen::Isometry3d X_OC = plant.X_WO(0).inverse() * camera.exposure().X_WC;
     int count = 0;

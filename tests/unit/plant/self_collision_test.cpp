@@ -1,4 +1,4 @@
-// Which bodies of the robot meet each other, and that they do.
+// Which bodies of the robot can collide, and that they do.
 
 #include <random>
 #include <set>
@@ -15,7 +15,8 @@ class SelfCollisionOfTheRobot : public WholePlant {
  protected:
   SelfCollisionOfTheRobot() { stand_alone(BaseKind::kFixed, 0.5); }
 
-  /// Pushes one joint with `torque` for `seconds` and tells where it came to and what met what at the end.
+  /// Pushes one joint with `torque` for `seconds` and returns its final position and what is in contact at
+  /// the end.
   struct Outcome {
     double position = 0;
     std::set<Pair> met;
@@ -28,7 +29,7 @@ class SelfCollisionOfTheRobot : public WholePlant {
       outcome.met.insert(std::minmax(std::string(contact.body_a), std::string(contact.body_b)));
     return outcome;
   }
-  /// The same without anything in the way.
+  /// The same without any obstruction.
   [[nodiscard]] double unhindered(const std::string& name, double torque, double seconds) const {
     RobotModel bare = robot_;
     for (Link& link : bare.links) link.collisions.clear();
@@ -70,10 +71,10 @@ TEST(BoxSeparation, IsNoMoreThanTheDistanceOfSampledBoxes) {
     const btVector3 a(0.05 + 0.05 * std::abs(draw(random)), 0.1, 0.15), b(0.12, 0.06, 0.1);
     const double distance = sampled_distance(A, a, B, b);
     if (const double separation = box_separation(A, a, B, b); separation > 0) {
-      EXPECT_LE(separation, distance) << n;  // never apart when a point of one is in the other
+      EXPECT_LE(separation, distance) << n;  // never apart if a point of one is in the other
       ++apart;
     } else {
-      EXPECT_LT(distance, 0.04) << n;  // the sampling's own step
+      EXPECT_LT(distance, 0.04) << n;  // the sampling step
       ++together;
     }
   }
@@ -95,13 +96,13 @@ TEST_F(SelfCollisionOfTheRobot, ExcusesNeighboursAndOverlapsOnly) {
         Pair{"RThumbDistal", "LThumbDistal"}, Pair{"r_arm_ft", "RThighUpLeg"}}) {
     EXPECT_FALSE(excused.contains(std::minmax(a, b))) << a << " " << b;
   }
-  // At home nothing may be pressed against anything of the robot's own.
+  // In the home posture, no part of the robot may press against another.
   auto still = build();
   run(*still, 200);
   EXPECT_TRUE(still->contacts().empty());
 }
 
-// What the motions are told not to watch must be what cannot meet here: anything else is a blind spot.
+// Pairs that motions do not monitor must be pairs that cannot collide here: anything else is a blind spot.
 TEST_F(SelfCollisionOfTheRobot, TheSrdfExcusesNothingThatCollides) {
   const auto plant = build();
   std::set<Pair> excused;
@@ -125,7 +126,7 @@ TEST_F(SelfCollisionOfTheRobot, TheUpperArmStopsAtTheTorso) {
   const Outcome stopped = drive_joint("RShSag", 40, 2.5);
   EXPECT_TRUE(stopped.met.contains(std::minmax<std::string>("DWYTorso", "RShy")));
   EXPECT_GT(unhindered("RShSag", 40, 2.5), stopped.position + 0.3);
-  // Twice the torque bends the springs further, no more.
+  // Twice the torque only bends the springs further.
   EXPECT_NEAR(drive_joint("RShSag", 80, 2.5).position, stopped.position, 0.05);
 }
 

@@ -41,7 +41,7 @@ Eigen::Vector3d RollingBalls::p_WBall(int index) {
 Eigen::Vector3d RollingBalls::force_W() const { return force * Eigen::Vector3d(1, 1, 0).normalized(); }
 
 void RollingBalls::build(ContactWorld& world) const {
-  // A pair has the product of both.
+  // A pair has the product of both coefficients.
   add_floor(world, 0.5);
   world.add(BoxShape{{kBoxSide, kBoxSide, kBoxHeight}}, kBoxMass,
             at(0, 0, kBoxHeight / 2 - kFirstPenetration), surface(kFloorFriction / 0.5));

@@ -1,5 +1,5 @@
-// SimBenchmark's two tests of contacts, against Newton and Coulomb: balls on a box that is pushed over a
-// floor, and a cube of balls that falls apart.
+// SimBenchmark's two contact tests, compared with Newton's and Coulomb's laws: balls on a box that is pushed
+// over a floor, and a cube of balls that falls apart.
 
 #include "tests/unit/plant/simbenchmark.h"
 
@@ -15,7 +15,7 @@ namespace {
 struct RollingCase {
   const char* name;
   double force;    // N
-  double seconds;  // until the balls would be off the box
+  double seconds;  // until the balls would fall off the box
 };
 
 class BallsOnABox : public testing::TestWithParam<RollingCase> {};
@@ -53,7 +53,7 @@ INSTANTIATE_TEST_SUITE_P(Regimes, BallsOnABox,
                                          RollingCase{"box slides, balls slide", 900, 0.4}),
                          [](const auto& one) { return std::to_string(static_cast<int>(one.param.force)); });
 
-/// Nothing on a floor without friction pushes sideways, and nothing that does not bounce adds energy.
+/// A frictionless floor exerts no sideways force, and contacts without restitution add no energy.
 TEST(CubeOfBalls, FallsApartWithoutPenetrationOrGain) {
   const std::vector<Eigen::Vector3d> first = BallCube::centres(42);
   ContactWorld world;
@@ -86,7 +86,7 @@ TEST(CubeOfBalls, FallsApartWithoutPenetrationOrGain) {
       squares, 1e3 * deepest, gained, before, momentum.head<2>().norm());
   EXPECT_LT(squares, 1e-6);  // 216 balls, 0.07 mm each
   EXPECT_LT(deepest, 1e-3);
-  EXPECT_LT(gained, 1e-5 * before);  // what pushes balls out of each other
+  EXPECT_LT(gained, 1e-5 * before);  // from pushing balls out of each other
   EXPECT_LT(momentum.head<2>().norm(), 1e-9 * BallCube::kBalls * BallCube::kMass);
   EXPECT_LT(last, before - 1);  // it has fallen
 }

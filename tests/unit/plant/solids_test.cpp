@@ -1,5 +1,5 @@
-// Solids on a plate, against Coulomb and Newton: where a block begins to slip and how fast it then goes, at
-// what push it tips, what a drop leaves of its energy, and whether a stack stands.
+// Solids on a plate, compared with Coulomb's and Newton's laws: the slope at which a block begins to slip and
+// its speed then, the push at which it tips, the energy left after a drop, and whether a stack stands.
 
 #include <algorithm>
 #include <cmath>
@@ -22,7 +22,7 @@ Surface surface(double friction, double restitution = 0) {
   return out;
 }
 
-/// A plate whose top goes through the origin, tilted by `slope` about y: down is along x.
+/// A plate whose top passes through the origin, tilted by `slope` about y: down is along x.
 Eigen::Isometry3d tilted(double slope) {
   return Eigen::Isometry3d(Eigen::AngleAxisd(slope, Eigen::Vector3d::UnitY()));
 }
@@ -34,13 +34,13 @@ void add_plate(ContactWorld& world, double slope, const Surface& top) {
 struct InclineCase {
   const char* name;
   Shape shape;
-  double height;  // of its middle above the plate, m
+  double height;  // of its centre above the plate, m
   double yaw;     // about the plate's normal
 };
 
 class Incline : public testing::TestWithParam<InclineCase> {};
 
-/// A block at rest on a slope, its middle at the origin's normal.
+/// A block at rest on a slope, its centre on the normal through the origin.
 class BlockOnSlope {
  public:
   BlockOnSlope(const InclineCase& given, double friction, double slope) : slope_(slope) {
@@ -50,7 +50,7 @@ class BlockOnSlope {
     world_.add(given.shape, 2, X_WB, surface(friction));
     world_.run(0.2);
   }
-  /// How far it goes, m.
+  /// Returns how far it moves, m.
   double run(double seconds) {
     const Eigen::Vector3d before = world_.X_WB(0).translation();
     world_.run(seconds);
@@ -63,8 +63,8 @@ class BlockOnSlope {
   double slope_;
 };
 
-/// A block slips where the slope's tangent is the friction, to a tenth of a degree, whichever way it is
-/// turned; well below it does not creep.
+/// A block slips where the slope's tangent equals the friction, to a tenth of a degree, in any orientation;
+/// well below that it does not creep.
 TEST_P(Incline, SlipsWhereCoulombSays) {
   for (const double friction : {0.3, 0.6, 1.0}) {
     constexpr double kSeconds = 5;
@@ -88,7 +88,7 @@ INSTANTIATE_TEST_SUITE_P(Blocks, Incline,
                                          InclineCase{"turned_mesh", prism(6, 0.12, 0.05), 0.025, 0.4}),
                          [](const auto& one) { return one.param.name; });
 
-/// A push at the middle of a block on a rough floor tips it about its edge when F h/2 is more than m g w/2.
+/// A push at the centre of a block on a rough floor tips it about its edge if F h/2 exceeds m g w/2.
 TEST(Tipping, BeginsWhereTheMomentsAreEqual) {
   constexpr double kMass = 2, kWidth = 0.1, kHeight = 0.3;
   constexpr double kLimit = kMass * kGravity * kWidth / kHeight;  // N
@@ -113,13 +113,13 @@ TEST(Tipping, BeginsWhereTheMomentsAreEqual) {
 struct DropCase {
   const char* name;
   Shape shape;
-  double height;  // of the middle when it rests, m
+  double height;  // of the centre when it rests, m
   Eigen::Vector3d turned;
 };
 
 class Drop : public testing::TestWithParam<DropCase> {};
 
-/// Energy only goes; what does not bounce rests where it should.
+/// Energy only decreases; a body that does not bounce comes to rest where it should.
 TEST_P(Drop, NeverGainsEnergy) {
   const DropCase& given = GetParam();
   ContactWorld world;
@@ -149,8 +149,8 @@ INSTANTIATE_TEST_SUITE_P(
                     DropCase{"tilted_mesh", prism(4, 0.1 * std::numbers::sqrt2, 0.2), 0.1, {0.3, 0.2, 0.1}}),
     [](const auto& one) { return one.param.name; });
 
-/// A bar of a mesh on four balls lies where it was put, and slips off none of them under less than its
-/// friction.
+/// A bar made of a mesh lies on four balls where it was put, and does not slip off any of them under less
+/// than its friction.
 TEST(Mesh, RestsOnBalls) {
   constexpr double kRadius = 0.01, kMass = 1.5, kFriction = 0.6;
   ContactWorld world;
@@ -175,7 +175,7 @@ TEST(Mesh, RestsOnBalls) {
   EXPECT_GT(world.v_WB(0).x(), 0.4 * 0.1 * kFriction * kGravity);
 }
 
-/// The height of a bounce is e² of the drop.
+/// The height of a bounce is e² times the drop.
 TEST(Bounce, ComesBackWithItsRestitution) {
   for (const double restitution : {0.3, 0.6, 0.9}) {
     ContactWorld world;
@@ -188,14 +188,14 @@ TEST(Bounce, ComesBackWithItsRestitution) {
       bounced = bounced || world.v_WB(0).z() > 0;
       if (bounced) highest = std::max(highest, world.X_WB(0).translation().z() - 0.05);
     }
-    // The instant of the impact is known to a step, in which it falls 4 mm.
+    // The instant of the impact is known to within a step, in which it falls 4 mm.
     EXPECT_NEAR(highest, restitution * restitution, 0.01);
   }
 }
 
 class Stack : public testing::TestWithParam<double> {};
 
-/// Ten boxes, the uppermost so many times as heavy as the lowest: they stand where they were put.
+/// Ten boxes, the top one heavier than the bottom one by the given ratio: they stand where they were put.
 TEST_P(Stack, Stands) {
   constexpr double kEdge = 0.1;
   constexpr int kBoxes = 10;
@@ -219,7 +219,7 @@ INSTANTIATE_TEST_SUITE_P(HeaviestOverLightest, Stack, testing::Values(1.0, 10.0,
   return "times_" + std::to_string(static_cast<int>(std::lround(10 * one.param))) + "_tenths";
 });
 
-/// One heavy box on a light one.
+/// One heavy box on top of a light one.
 TEST(Stack, OfAHundredTimesTheWeightStands) {
   ContactWorld world;
   add_plate(world, 0, surface(0.8));

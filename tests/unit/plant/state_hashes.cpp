@@ -1,6 +1,6 @@
-// state_hashes SECONDS WORLDS: the standing robot's state hash after each step of so many emulated seconds, a
-// line each, of a world built WORLDS times in this process. Exit code 1 when the worlds differ, or when what
-// they show is not a standing robot.
+// state_hashes SECONDS WORLDS: prints the standing robot's state hash after each step of that many emulated
+// seconds, one per line, for a world built WORLDS times in this process. Exits with code 1 if the worlds
+// differ, or if the state is not that of a standing robot.
 
 #include <cinttypes>
 #include <cstdio>

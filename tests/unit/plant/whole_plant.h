@@ -10,12 +10,12 @@
 
 namespace walkman::plant {
 
-/// The plant of the first experiment with its base held; a test may change the scene before it builds.
+/// The plant of the first experiment with its base held; a test may change the scene before it is built.
 class WholePlant : public ::testing::Test {
  protected:
   static Scene with_held_base(Scene scene) {
     scene.base = BaseKind::kFixed;
-    scene.X_WB.translation().z() += 0.002;  // the soles are free of the floor
+    scene.X_WB.translation().z() += 0.002;  // the soles are clear of the floor
     return scene;
   }
   static constexpr double kGravity = Plant::kGravity;
@@ -29,18 +29,18 @@ class WholePlant : public ::testing::Test {
   [[nodiscard]] std::unique_ptr<Plant> build() const {
     return std::make_unique<Plant>(robot_, scene_, devices_, actuators_);
   }
-  /// The robot alone with the room, its soles `above` the floor.
+  /// Leaves only the robot and the room, with the robot's soles `above` the floor.
   void stand_alone(BaseKind base, double above = 0) {
     scene_.base = base;
     scene_.X_WB.translation().z() = 1.0478 + above;
     scene_.objects.clear();
     std::erase_if(scene_.fixed, [](const FixedBody& body) { return body.name != "room"; });
   }
-  /// Steps with every brake closed but that of drive `free`, whose motor gets `torque`.
+  /// Steps with every brake closed except that of drive `free`, whose motor applies `torque`.
   static void run(Plant& plant, int steps, int free = -1, double torque = 0) {
     for (int i = 0; i < steps; ++i) step(plant, {{free, torque}});
   }
-  /// One step with every brake closed but those of the drives in `torques` (N·m of the motor).
+  /// Runs one step with every brake closed except those of the drives in `torques` (N·m of the motor).
   static void step(Plant& plant, const std::map<int, double>& torques) {
     for (int s = 0; s < Plant::kSubSteps; ++s) {
       for (int d = 0; d < plant.drive_count(); ++d) {

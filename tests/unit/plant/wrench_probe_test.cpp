@@ -1,4 +1,5 @@
-// What the sensors of wrists and ankles read, against KDL's recursive Newton–Euler on the same motion.
+// Readings of the sensors of wrists and ankles, compared with KDL's recursive Newton–Euler on the same
+// motion.
 
 #include "emulator/plant/probes/wrench_probe.h"
 
@@ -80,8 +81,8 @@ class SensorWrench : public ::testing::TestWithParam<SensorCase> {
     for (int i = 0; i < body_->bullet().getNumLinks(); ++i) home_.push_back(body_->bullet().getJointPos(i));
   }
 
-  /// One step with joint torques that hold the home posture, plus `extra` times a sine on every joint.
-  /// Returns the largest difference to KDL, N or N·m.
+  /// Runs one step with joint torques that hold the home posture, plus `extra` times a sine on every joint.
+  /// Returns the largest difference from KDL, N or N·m.
   double step(double time, double extra) {
     btMultiBody& mb = body_->bullet();
     for (int i = 0; i < mb.getNumLinks(); ++i) {
@@ -121,7 +122,7 @@ class SensorWrench : public ::testing::TestWithParam<SensorCase> {
     double worst = 0;
     for (unsigned axis = 0; axis < 3; ++axis) {
       const unsigned first = n - 6;
-      // The solver gives what the arm exerts on the hand; the sensor reads the reaction.
+      // The solver returns what the arm exerts on the hand; the sensor reads the reaction.
       worst = std::max(worst, std::abs(probe_->F_So_S().force[axis] + torque(first + axis)));
       worst = std::max(worst, std::abs(probe_->F_So_S().torque[axis] + torque(first + 3 + axis)));
     }
@@ -155,8 +156,8 @@ TEST_P(SensorWrench, InMotionIsKdls) {
     least = std::min(least, force_);
   }
   EXPECT_LT(std::sqrt(squares / kSteps), 1e-9);
-  EXPECT_GT(fastest_, 1.0);     // rad/s: there was motion
-  EXPECT_GT(most - least, 10);  // N: and it loaded the sensor
+  EXPECT_GT(fastest_, 1.0);     // rad/s: the joints moved
+  EXPECT_GT(most - least, 10);  // N: and the motion loaded the sensor
   if (GetParam().free_base) {
     EXPECT_GT(turned_, 0.5);
   }  // rad/s
@@ -178,7 +179,7 @@ TEST_P(WristWrench, OfALoadHeldStillIsKdls) {
   double worst = 0;
   for (int i = 0; i < 8000; ++i) worst = std::max(worst, step(i * kStep, 0));
   EXPECT_LT(worst, 1e-9);
-  EXPECT_NEAR(force_, 2.7 * kGravity, 0.2);  // hand 1.2 kg and load 1.5 kg, nearly at rest by now
+  EXPECT_NEAR(force_, 2.7 * kGravity, 0.2);  // hand 1.2 kg and load 1.5 kg, almost at rest by now
 }
 
 INSTANTIATE_TEST_SUITE_P(FixedBase, WristWrench,

@@ -9,8 +9,8 @@ namespace {
 
 constexpr StageTwoParameters kPaper{};  // τ_thres 0.02 N·m, d_thres 2 cm, three regrasps
 
-/// Of the paper's bar of 12 N, held `displacement` (m) beside its centre of mass, weighed as well as the data
-/// sheet lets it be unless said otherwise.
+/// Returns the weighing of the paper's bar of 12 N, held `displacement` (m) beside its centre of mass, by
+/// default as accurate as the data sheet allows.
 Weighing held(double displacement, double torque_deviation = 0.005, double displacement_deviation = 0.001) {
   Weighing out;
   out.f_g = 12;
@@ -48,10 +48,11 @@ TEST(EndingAfter, WhatTheWeighingsErrorsCanMakeIsNoReasonToGraspAnew) {
 
 TEST(EndingAfter, ARegraspThatLeftMuchIsFollowedByAnotherThoughItIsNear) {
   EXPECT_EQ(after({held(0.3), held(0.018)}), std::nullopt);
-  // A twentieth of the first is what regrasps leave; more cannot be told where it is not known better.
+  // Regrasps leave a twentieth of the first displacement; a larger remainder cannot be detected if it is not
+  // known more accurately.
   EXPECT_EQ(after({held(0.3), held(0.014)}), Ending::kMinimumDisplacement);
   EXPECT_EQ(after({held(0.3), held(0.018, 0.005, 0.01)}), Ending::kMinimumDisplacement);
-  // What no place along the handle takes away is no gain.
+  // A torque that no place along the handle takes away is no gain.
   Weighing beside = held(0.018);
   beside.torque_about_handle = beside.torque;
   EXPECT_EQ(after({held(0.3), beside}), Ending::kMinimumDisplacement);

@@ -14,10 +14,11 @@
 namespace walkman::regrasp {
 namespace {
 
-constexpr double kTable = -0.15;         // m, its top in T, the base's frame
+constexpr double kTable = -0.15;         // m, height of its top in T, the base's frame
 constexpr double kPlaceDistance = 0.01;  // m
 
-/// A robot whose base is held, at home, and a round bar across a table in front of it.
+/// A robot whose base is held, in its home posture, and a round bar on a table in front of it, across its
+/// view.
 class GraspPlannerTest : public testing::Test {
  protected:
   GraspPlannerTest()
@@ -59,7 +60,7 @@ class GraspPlannerTest : public testing::Test {
     bar.handles = {handle};
   }
 
-  /// A wall of points on the table, along x.
+  /// Adds a wall of points on the table, along x.
   void put_wall(double y, double height) {
     perception::SeenObject& wall = seen.objects.emplace_back();
     for (int i = 0; i < 20; ++i)
@@ -67,7 +68,7 @@ class GraspPlannerTest : public testing::Test {
         wall.surface_C.push_back(in_C({0.60 + 0.01 * i, y, kTable + 0.01 * k}).cast<float>());
   }
 
-  /// At the bar's place nearest to y.
+  /// Plans a grasp at the place on the bar nearest to y.
   PlannedGrasp plan(double y, double nearer_than = std::numeric_limits<double>::infinity(),
                     const std::vector<GraspPlanner::Blocked>& blocked = {}) {
     GraspPlanner::View view{&seen, X_TC, {}, home.q_home, home.q_home, blocked};
@@ -130,7 +131,7 @@ TEST_F(GraspPlannerTest, KeepsTheWholeHandOffWhatStandsBesideTheHandle) {
   put_bar(0.65, -0.3, 0.035);
   put_wall(-0.3, 0.15);
   const PlannedGrasp grasp = plan(-0.3);
-  // The palm is some 10 cm wide: beside the wall there is room for half of it.
+  // The palm is about 10 cm wide: beside the wall there is room for half of it.
   EXPECT_GT(grasp.cost, 0.03);
   EXPECT_LT(grasp.cost, 0.15);
   EXPECT_LT(grasp.least_cost, 0.002);
@@ -139,7 +140,7 @@ TEST_F(GraspPlannerTest, KeepsTheWholeHandOffWhatStandsBesideTheHandle) {
                   "right hand: R.* and what lies beside the handle would touch, [0-9.]+ mm too near"));
 }
 
-/// Against places tried one by one, each as the wanted one.
+/// Compared with places tried one by one, each as the wanted one.
 TEST_F(GraspPlannerTest, IsAsNearToTheWantedPlaceAsTheHandFits) {
   put_bar(0.65, -0.3, 0.035);
   put_wall(-0.3, 0.15);
@@ -150,11 +151,11 @@ TEST_F(GraspPlannerTest, IsAsNearToTheWantedPlaceAsTheHandFits) {
   EXPECT_NEAR(std::abs(found), nearest, 1.5 * kStep);
 }
 
-/// Between walls the palm of 11 cm has what is left of their distance; the next place with more is beyond one
-/// of them.
+/// Between walls, the palm of 11 cm has only the rest of their distance as clearance; the next place with
+/// more clearance is beyond one of them.
 TEST_F(GraspPlannerTest, TakesLittleRoomWhereMoreWouldBeFarOff) {
   put_bar(0.65, -0.3, 0.035);
-  constexpr double kBetween = 0.1185;  // 4 mm at both sides
+  constexpr double kBetween = 0.1185;  // 4 mm on both sides
   put_wall(-0.3 - kBetween / 2, 0.15);
   put_wall(-0.3 + kBetween / 2, 0.15);
   EXPECT_LT(plan(-0.3).cost, 0.004);

@@ -26,7 +26,7 @@ class RouteTest : public testing::TestWithParam<double> {
                                                                                      {1.3, 0.9, height},
                                                                                      {0.5, 0.9, height}})}});
   }
-  /// Follows the route and says how near it came to the table.
+  /// Follows the route and returns its minimum distance from the table.
   double follow(const Route& route) {
     double nearest = hand.obstacle_clearance();
     for (const Eigen::Isometry3d& X_WV : route.way) {
@@ -67,7 +67,7 @@ TEST_P(RouteTest, GoesRoundTheEdgeOfATable) {
   }
 }
 
-// A detour is found or missed by millimetres; what led to a place leads to its neighbour too.
+// Whether a detour is found depends on millimetres; the one that led to a place leads to its neighbour too.
 TEST_P(RouteTest, TakesTheWayThatLedNearbyBefore) {
   put_table(0.97);
   const Eigen::Isometry3d goal = palm_down(0.657, side() * 0.3, 1.17);

@@ -16,7 +16,7 @@ class SelfFilterTest : public testing::Test {
     X_TC = posed.X_WL(robot.model.link_index("multisense/left_camera_optical_frame"));
   }
 
-  /// Whether the filter leaves a point of T.
+  /// Returns whether the filter keeps a point of T.
   bool stays(const Eigen::Vector3d& p_T) {
     camera::OrganizedCloud cloud;
     cloud.width = cloud.height = 1;

@@ -9,11 +9,11 @@ namespace walkman::regrasp {
 namespace {
 
 constexpr double kTableHeight = 0.9, kCameraHeight = 1.6;  // m
-constexpr double kNear = 0.5, kFar = 1.1;                  // m, the table's edges in front of the camera
+constexpr double kNear = 0.5, kFar = 1.1;                  // m, edges of the table in front of the camera
 constexpr double kHalfWidth = 0.5;                         // m
 constexpr double kDown = 0.7;                              // rad, the camera's pitch
 
-/// A camera over a floor, looking down on a table; T is on the floor below it.
+/// A camera above a floor, looking down on a table; T is on the floor below it.
 class SurroundingsTest : public testing::Test {
  protected:
   SurroundingsTest() {
@@ -31,7 +31,8 @@ class SurroundingsTest : public testing::Test {
     cloud.width = cloud.height = 400;
   }
 
-  /// What the camera sees between two directions, of the plane at 1 m to its right.
+  /// Fills the cloud with the camera's view between two directions, given as distances to its right in the
+  /// plane at 1 m.
   void look(double left, double right) {
     for (int row = 0; row < cloud.height; ++row) {
       for (int column = 0; column < cloud.width; ++column) {
@@ -74,7 +75,7 @@ TEST_F(SurroundingsTest, ATableWithFloorAroundItEndsWhereItEnds) {
 
 TEST_F(SurroundingsTest, ATableGoesOnBeyondTheImagesSide) {
   look(-1.5, 0.5);
-  // At y < 0 its near corner is beyond the image and the far one is not.
+  // At y < 0 the table's near corner is beyond the image and the far one is not.
   EXPECT_LT(distance(0.55, -kHalfWidth - 0.3), 0);
   EXPECT_GT(distance(0.7, kHalfWidth + 0.02), 0);
   EXPECT_GT(distance(kNear - 0.03, -kHalfWidth), 0);
@@ -88,13 +89,14 @@ TEST_F(SurroundingsTest, ATableGoesOnBehindTheRobotsOwnHand) {
   EXPECT_GT(distance(0.7, -kHalfWidth - 0.02), 0);
 }
 
-// A head that looks to the right sees the table's left go on along the table, not along its own image.
+// If the head looks to the right, the table's left side continues along the table's edge, not along the
+// image's.
 TEST_F(SurroundingsTest, ATurnedCameraKnowsWhereTheTablesEdgeRunsTo) {
   const Eigen::Isometry3d X_CT_before = X_TC.inverse();
   X_TC.linear() = Eigen::AngleAxisd(-0.4, Eigen::Vector3d::UnitZ()).toRotationMatrix() * X_TC.linear();
   const Eigen::Isometry3d X_CC = X_TC.inverse() * X_CT_before.inverse();
   seen.plane.n_C = X_CC.linear() * seen.plane.n_C;
-  // In order around the table, as Stage I has them.
+  // In order around the table, as Stage I gives them.
   seen.plane.hull_C.clear();
   for (const auto& [x, y] :
        {std::pair{kNear, kHalfWidth}, {kNear, -kHalfWidth}, {kFar, -kHalfWidth}, {kFar, kHalfWidth}})
@@ -143,7 +145,7 @@ TEST_F(SurroundingsTest, WhatStandsHighOnTheObjectIsInTheWayAndWhatIsLowIsNot) {
   ASSERT_EQ(parts.size(), 1);
   EXPECT_EQ(parts[0].name, "a part of the object, 12 cm high");
   EXPECT_NEAR(parts[0].prism.distance({0.7, -0.26, kTableHeight + 0.05}), 0.05, 1e-5);
-  // Not within a hand's room of where it grasps.
+  // Leaves out what lies within the hand's room around its grasp.
   EXPECT_TRUE(rest_of_object(seen, 0, 0.3, X_TC).empty());
 }
 

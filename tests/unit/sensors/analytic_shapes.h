@@ -10,8 +10,8 @@
 
 namespace walkman::sensors {
 
-/// Ray parameter of the nearest intersection at t >= t_min of o + t·d with a shape in its own frame, by its
-/// equation; infinity without one. Shapes as of robot_model.h.
+/// Ray parameter of the nearest intersection at t >= t_min of o + t·d with a shape in its own frame, from its
+/// equation; infinity if there is none. Shapes as in robot_model.h.
 inline double cast_box(const Eigen::Vector3d& size, const Eigen::Vector3d& o, const Eigen::Vector3d& d,
                        double t_min) {
   double enter = -std::numeric_limits<double>::infinity();

@@ -1,4 +1,4 @@
-// Images of the pair against the pair's own geometry, the imager's data sheet, and each other.
+// Images of the camera pair compared with the pair's own geometry, the imager's data sheet, and each other.
 
 #include <cmath>
 #include <vector>
@@ -24,7 +24,7 @@ StereoOptions small_camera() {
   return options;
 }
 
-/// A room with a box and a rod in it: a surface behind every pixel of either image.
+/// A room with a box and a rod in it: there is a surface behind every pixel of both images.
 struct Room {
   RayScene scene;
   Eigen::Isometry3d X_WB = pose(0.1, 0, 1.0, 0.2, 0.5, 0.1);
@@ -48,7 +48,7 @@ Shot shoot(const StereoOptions& options, Room& room, const Eigen::Isometry3d& X_
   return shot;
 }
 
-/// Linear between columns.
+/// Interpolates linearly between columns.
 double at(const std::vector<std::uint8_t>& image, int width, double u, int v) {
   const int left = static_cast<int>(u);
   const std::size_t i =
@@ -60,7 +60,8 @@ TEST(LumaImages, ShowTheSamePointsTheirDisparityApart) {
   const StereoOptions options = small_camera();
   Room room;
   const Shot shot = shoot(options, room, pose(0, 0, -0.2, 0, 0, 0));
-  // Mean difference of left pixels from the right ones `off` px beside where their disparity says.
+  // Mean difference of left pixels from the right ones `off` px away from the position given by their
+  // disparity.
   const auto difference = [&](double off) {
     double sum = 0;
     int count = 0;
@@ -77,7 +78,7 @@ TEST(LumaImages, ShowTheSamePointsTheirDisparityApart) {
     EXPECT_GT(count, 150'000);
     return sum / count;
   };
-  // Two images' noise of 1.5 steps or so.
+  // Noise of two images, about 1.5 steps.
   EXPECT_LT(difference(0), 2.5);
   EXPECT_GT(difference(-3), 1.5 * difference(0));
   EXPECT_GT(difference(3), 1.5 * difference(0));
@@ -96,7 +97,7 @@ TEST(LumaImages, MoveWithTheirBodies) {
   Room room;
   const Eigen::Isometry3d X_WC = pose(0, 0, -0.2, 0, 0, 0);
   const Shot before = shoot(options, room, X_WC);
-  // Camera and body move alike: what shows the body looks as before, up to light and noise.
+  // Camera and body move together: the body's pixels look as before, except for light and noise.
   const Eigen::Isometry3d X_WM = pose(0.2, 0.1, 0.05, 0, 0, 0);
   room.scene.update(std::vector{X_WM * room.X_WB});
   const Shot after = shoot(options, room, X_WM * X_WC);
@@ -119,7 +120,8 @@ TEST(LumaImages, MoveWithTheirBodies) {
   EXPECT_GT(stayed / on_room, 1.5 * moved / on_body);
 }
 
-// The variance of the difference of two frames is twice a frame's: photons, one electron each, and the dark.
+// The variance of the difference of two frames is twice that of one: photons, one electron each, and the dark
+// noise.
 TEST(LumaImages, HaveTheImagersNoise) {
   const StereoOptions options = small_camera();
   Room room;

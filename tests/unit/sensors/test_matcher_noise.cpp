@@ -14,7 +14,7 @@ namespace {
 
 using Points = std::vector<Eigen::Vector3f>;
 
-/// A wall at 1.2 m, alone or with a box 0.6 m before the camera.
+/// A wall at 1.2 m, alone or with a box 0.6 m in front of the camera.
 struct Wall {
   RayScene scene;
   explicit Wall(bool with_box = false) {
@@ -65,8 +65,8 @@ TEST(MatcherNoise, HasTheStatedDeviationAndCorrelation) {
   }
 }
 
-/// Of a wall that leans a little, so that every fraction of a pixel is there: what a depth is off by, at six
-/// distances. z = f b / d, so that a deviation of d is one of z by z² / (f b).
+/// Depth error at six distances for a wall that is slightly inclined, so that every fraction of a pixel
+/// occurs. z = f b / d, so that a deviation of d is one of z by z² / (f b).
 TEST(MatcherNoise, OfDepthGrowsWithItsSquare) {
   StereoOptions options;
   options.spike_fraction = options.dropout_fraction = 0;
@@ -91,7 +91,7 @@ TEST(MatcherNoise, OfDepthGrowsWithItsSquare) {
     }
     ASSERT_GT(n, 850'000);
     const double deviation = std::sqrt(square / n);
-    // The lattice adds its step's twelfth, the locking half of its amplitude's square.
+    // The lattice adds a twelfth of its squared step, the locking half of its squared amplitude.
     const double sigma = std::sqrt(0.04 + 1.0 / 256 / 12 + 0.05 * 0.05 / 2);
     EXPECT_NEAR(deviation, sigma * z / d, 0.05 * sigma * z / d) << z;
     logs_of_z.push_back(std::log(z));
@@ -110,11 +110,11 @@ TEST(MatcherNoise, OfDepthGrowsWithItsSquare) {
   EXPECT_NEAR(xy / xx, 2, 0.05);
 }
 
-/// Matches gather at whole disparities: what is found is off by a sine of what is there.
+/// Matches cluster at whole disparities: the measured value is off by a sine of the true one.
 TEST(MatcherNoise, LocksToWholeDisparities) {
   StereoOptions options = StereoOptions().noise_free();
   options.locking = 0.05;
-  RayScene scene;  // a floor: another disparity in every row
+  RayScene scene;  // a floor: a different disparity in every row
   scene.add_fixed({box({20, 0.02, 20}, pose(0, 0.71, 5))}, Eigen::Isometry3d::Identity());
   StereoCamera camera(options);
   const Points points = captured_points(camera, scene, Eigen::Isometry3d::Identity(), 1, 0);
@@ -162,7 +162,7 @@ TEST(MatcherNoise, SpikesAndDropoutsTakeTheirFractions) {
   dropouts.dropout_fraction = 0.03;
   const double true_disparity = disparity(spikes, 1.2);
   std::size_t wrong = 0, far = 0, lost = 0, moved = 0, n = 0;
-  constexpr std::uint64_t kWalls = 60;  // of other patterns: a part of one has more or less of what is blank
+  constexpr std::uint64_t kWalls = 60;  // with different patterns: one may have more or less blank area
   for (std::uint64_t seed = 0; seed < kWalls; ++seed) {
     const Points a = wall.capture(spikes, seed, 0);
     const Points b = wall.capture(dropouts, seed, 0);
@@ -214,7 +214,8 @@ Agreement agreement(const StereoOptions& options, const Points& a, const Points&
 }
 
 TEST(MatcherNoise, StaysOnAStillScene) {
-  // The part of 0.8 is the surface's, so that of two frames 0.64 is common, as is what has no match.
+  // The part of weight 0.8 belongs to the surface, so two frames have a correlation of 0.64, and share the
+  // pixels without a match.
   StereoOptions options = StereoOptions().noise_free();
   options.sigma_d = 0.2;
   options.dropout_fraction = 0.03;
@@ -228,8 +229,8 @@ TEST(MatcherNoise, StaysOnAStillScene) {
 }
 
 TEST(MatcherNoise, GoesWithTheSurface) {
-  // The camera ten pixels further left: at a pixel there is another place, and ten pixels right of it the
-  // same.
+  // The camera is ten pixels further left: a pixel shows another point, and the pixel ten to its right shows
+  // the same.
   StereoOptions options = StereoOptions().noise_free();
   options.sigma_d = 0.2;
   options.dropout_fraction = 0.03;
@@ -298,7 +299,8 @@ TEST(MatcherNoise, ForegroundGrowsByHalfTheWindow) {
     EXPECT_EQ(is_front(fat, 512, left + shift), shift >= -3) << shift;  // the box and the image are square
     EXPECT_EQ(is_front(fat, left + shift, left + shift), shift >= -3) << shift;
   }
-  // Left of the box lies what it hides from the right camera, as wide as the difference of the disparities.
+  // To the left of the box is the area that it hides from the right camera, as wide as the difference of the
+  // disparities.
   const double shadow = disparity(options, 0.6) - disparity(options, 1.2);
   EXPECT_TRUE(std::isnan(fat[static_cast<std::size_t>(512 * 1024 + left - 5)].z()));
   EXPECT_TRUE(std::isnan(fat[static_cast<std::size_t>(512 * 1024 + left - static_cast<int>(shadow))].z()));
@@ -324,7 +326,7 @@ TEST(MatcherNoise, IsReproducibleWhateverTheThreads) {
   EXPECT_FALSE(same_bytes(reference, wall.capture(options, 12, 3)));
   EXPECT_FALSE(same_bytes(reference, wall.capture(options, 11, 4)));
 
-  // A camera that has captured other frames before gives the same one.
+  // A camera that has captured other frames before produces the same frame.
   StereoCamera camera(options);
   Points points;
   for (const std::uint64_t frame : {0, 1, 2, 3}) {
@@ -334,7 +336,7 @@ TEST(MatcherNoise, IsReproducibleWhateverTheThreads) {
 }
 
 TEST(MatcherNoise, TermsDoNotDisturbEachOther) {
-  // With the same seed, switching dropout on removes points and leaves the others' noise as it was.
+  // With the same seed, enabling dropout removes points and leaves the noise of the others unchanged.
   const Wall wall;
   StereoOptions options;
   options.dropout_fraction = 0;

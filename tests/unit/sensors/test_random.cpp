@@ -24,7 +24,7 @@ TEST(RandomStream, IsAFunctionOfKeyAndIndex) {
         RandomStream(1, 2, 3, 5), RandomStream(2, 1, 3, 4), RandomStream(1, 2, 4, 3)}) {
     for (std::uint64_t i = 0; i < 1000; ++i) seen.insert(other.bits(i));
   }
-  EXPECT_EQ(seen.size(), 7000U);  // no value twice, so no sequence is a shift of another
+  EXPECT_EQ(seen.size(), 7000U);  // no value occurs twice, so no sequence is a shift of another
 }
 
 TEST(RandomStream, UniformFillsTheUnitIntervalEvenly) {

@@ -16,7 +16,7 @@ using Points = std::vector<Eigen::Vector3f>;
 
 StereoOptions small_camera() {
   StereoOptions options;
-  options.width = 200;  // neither is a multiple of the tile
+  options.width = 200;  // neither is a multiple of the tile size
   options.height = 150;
   options.focal_px = 120;
   options.cx = 99.5;
@@ -96,7 +96,7 @@ TEST(RayScene, RefusesWhatItCannotUse) {
   scene.add_fixed({box({4, 4, 0.1})}, pose(0, 0, 2));
   EXPECT_THROW(scene.add_fixed({box({1, 1, 1})}, pose(0, INFINITY, 0)), std::invalid_argument);
   EXPECT_THROW(scene.add_fixed({box({1, 1, 1}), box({1, 1, -1})}, pose(0, 0, 1)), std::invalid_argument);
-  EXPECT_EQ(scene.triangle_count(), 12U);  // what was refused left nothing behind
+  EXPECT_EQ(scene.triangle_count(), 12U);  // rejected shapes leave nothing behind
   EXPECT_EQ(scene.add_movable(arm_link()), 0);
   EXPECT_THROW(capture(scene), std::logic_error);
 

@@ -1,4 +1,4 @@
-// Beams against surfaces in closed form, errors against the data sheet.
+// Beams compared with surfaces in closed form, errors with the data sheet.
 
 #include <cmath>
 #include <numbers>
@@ -14,7 +14,7 @@ namespace {
 
 const Eigen::Isometry3d kStill = Eigen::Isometry3d::Identity();
 
-/// Direction of a beam, by the vendor's convention.
+/// Direction of a beam in the vendor's convention.
 Eigen::Vector3d beam(int i) {
   const double mirror = (i - 540) * 2 * std::numbers::pi / 1440;
   return {std::sin(mirror), 0, std::cos(mirror)};
@@ -29,7 +29,7 @@ LidarScan scan_of(SpinningLidar& lidar, RayScene& scene, const Eigen::Isometry3d
   return scan;
 }
 
-/// A wall of 40 m by 40 m squarely in front of the middle beam.
+/// A wall of 40 m by 40 m, perpendicular to the middle beam.
 void add_wall(RayScene& scene, double distance) {
   scene.add_fixed({box({40, 40, 0.1})}, pose(0, 0, distance + 0.05));
 }
@@ -44,7 +44,7 @@ TEST(SpinningLidar, WithoutErrorsEveryBeamEndsOnTheSurfaceThatItMeetsAtItsOwnTim
   EXPECT_EQ(scene.add_movable({box(size)}), 1);
   SpinningLidar lidar(LidarOptions().noise_free(), 1);
   EXPECT_NEAR(lidar.options().beam_period * 1080, 0.01875, 1e-9);
-  // It flies and turns: 3 m/s, 5 rad/s about its middle beam.
+  // It moves and rotates: 3 m/s, 5 rad/s about its middle beam.
   const auto X_WL = [](double t) {
     return Eigen::Isometry3d(pose(-1 + 3 * t, 0.2, 0.1, 0, 1.2, 0) *
                              Eigen::AngleAxisd(5 * t, Eigen::Vector3d::UnitZ()));
@@ -77,7 +77,7 @@ TEST(SpinningLidar, ItsResidualsAreThoseOfTheDataSheet) {
     double squares = 0;
     for (int device = 0; device < 20; ++device) {
       LidarOptions options;
-      options.least_reflectance = 0;  // whatever the wall's albedo is
+      options.least_reflectance = 0;  // so that the wall's albedo does not matter
       SpinningLidar lidar(options, static_cast<std::uint64_t>(device));
       std::vector<double> residuals;
       double mean = 0;
@@ -102,7 +102,7 @@ TEST(SpinningLidar, ItsResidualsAreThoseOfTheDataSheet) {
       EXPECT_GT(deviation, 0.006) << distance;
       EXPECT_LT(deviation, 0.008) << distance;
     } else {
-      EXPECT_LT(deviation, 0.030) << distance;  // the data sheet's limit of its repeatability
+      EXPECT_LT(deviation, 0.030) << distance;  // the data sheet's limit for repeatability
     }
   }
 }
@@ -110,7 +110,7 @@ TEST(SpinningLidar, ItsResidualsAreThoseOfTheDataSheet) {
 TEST(SpinningLidar, AnEdgeLessThanAPulseInFrontOfASurfaceIsMixedWithIt) {
   const auto middle = [](double behind) {
     RayScene scene;
-    // Its edge runs through the middle beam.
+    // Its edge passes through the middle beam.
     scene.add_fixed({box({1, 1, 0.01})}, pose(-0.5, 0, 3.005));
     scene.add_fixed({box({40, 40, 0.1})}, pose(0, 0, 3 + behind + 0.05));
     LidarOptions options;
@@ -132,8 +132,8 @@ TEST(SpinningLidar, WhatIsTooFarOrTooDarkDoesNotReturn) {
   SpinningLidar white(LidarOptions().noise_free(), 1);
   EXPECT_TRUE(std::isinf(scan_of(white, far, kStill).ranges[540]));
   EXPECT_EQ(scan_of(white, far, kStill).intensities[540], 0);
-  // At 20 m what throws back 0.4 of the light is seen, 0.9 (20/30)²; walls of many bodies' tones are on both
-  // sides.
+  // At 20 m, surfaces that reflect 0.4 of the light are seen, 0.9 (20/30)²; walls with the tones of many
+  // bodies lie on both sides of that.
   int seen = 0;
   constexpr int kWalls = 60;
   for (std::uint64_t seed = 0; seed < kWalls; ++seed) {

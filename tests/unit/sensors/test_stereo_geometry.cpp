@@ -25,13 +25,13 @@ Eigen::Vector3d ray(const StereoOptions& o, int u, int v) {
 
 struct Comparison {
   std::size_t compared = 0;
-  std::size_t missing = 0;         ///< surface in both views by the equation, no point in the cloud
+  std::size_t missing = 0;         ///< surface in both views by its equation, no point in the cloud
   double worst = 0;                ///< relative error of the depth
-  double worst_lateral = 0;        ///< distance of the point from its pixel's ray over its depth
-  std::size_t off_silhouette = 0;  ///< pixels that hit one and miss the other
+  double worst_lateral = 0;        ///< distance of the point from its pixel's ray divided by its depth
+  std::size_t off_silhouette = 0;  ///< pixels that hit in one and miss in the other
 };
 
-/// `clear` says whether the pixel is far enough from a silhouette to be compared.
+/// `clear`: whether the pixel is far enough from a silhouette to be compared.
 Comparison compare(const LinkGeometry& geometry, const Eigen::Isometry3d& X_CL, const Depth& depth) {
   const StereoOptions options = StereoOptions().noise_free();
   RayScene scene;
@@ -90,7 +90,8 @@ TEST(StereoGeometry, BoxAtEveryPixel) {
 }
 
 TEST(StereoGeometry, SphereWithinTheChordTolerance) {
-  // Depth errors grow at the rim as 1/cos of the incidence; 84 degrees is the limit of the comparison.
+  // Depth errors grow towards the rim as 1/cos of the incidence angle; 84 degrees is the limit of the
+  // comparison.
   const double radius = 0.1;
   const Eigen::Isometry3d X_CL = pose(-0.05, 0.08, 0.8);
   const Comparison c = compare({Eigen::Isometry3d::Identity(), SphereShape{radius}, "sphere"}, X_CL,
@@ -120,7 +121,7 @@ TEST(StereoGeometry, CylinderWithinTheChordTolerance) {
       const double z = cast_cylinder(0.035, 1.05, X_LC.translation(), X_LC.linear() * ray(options, u, v), 0);
       const Eigen::Vector3f& p = point_at(points, options.width, u, v);
       if (!std::isfinite(z) || std::isnan(p.z())) continue;
-      // Distance from the curved surface, whichever way the pixel looks at it.
+      // Distance from the curved surface, from whichever direction the pixel sees it.
       const Eigen::Vector3d p_L = X_LC * p.cast<double>();
       if (std::abs(p_L.z()) > 0.52) continue;
       const double error = p_L.head<2>().norm() - 0.035;
@@ -161,7 +162,7 @@ TEST(StereoGeometry, SearchRangeAndHousingLimitTheDepth) {
   const double nearest = options.focal_px * options.baseline / options.max_disparity;  // 0.322 m
   EXPECT_NEAR(centre_depth(nearest + 0.001), nearest + 0.001, 1e-5);
   EXPECT_TRUE(std::isnan(centre_depth(nearest - 0.001)));
-  // Nearer than the housing's glass: both cameras look past it.
+  // Closer than the housing's glass: both cameras look past it.
   options.min_depth = 0.1;
   EXPECT_NEAR(centre_depth(0.05), 3.0, 1e-4);
 }

@@ -1,4 +1,4 @@
-// Torques of an arm against what the change of potential energy and virtual work say of the same posture.
+// Torques of an arm compared with the change of potential energy and with virtual work in the same posture.
 
 #include "adaptation/wrench/arm_check.h"
 
@@ -26,7 +26,7 @@ class ArmCheckTest : public testing::Test {
   [[nodiscard]] static std::vector<std::string> joints() {
     return {"RShSag", "RShLat", "RShYaw", "RElbj", "RForearmPlate", "RWrj1", "RWrj2"};
   }
-  /// Torques that keep still what `energy` (J) is the potential of, by central differences.
+  /// Torques that hold a system with the potential energy `energy` (J) at rest, by central differences.
   template <typename Energy>
   [[nodiscard]] Eigen::VectorXd held(const Energy& energy) {
     constexpr double kStep = 1e-5;
@@ -46,13 +46,13 @@ class ArmCheckTest : public testing::Test {
   [[nodiscard]] Eigen::VectorXd own_weight() {
     return held([&] { return kinematics.total_mass() * kGravity * kinematics.com().z(); });
   }
-  /// Of a force f_W on a point of a link.
+  /// Torques that hold against a force f_W on a point of a link.
   [[nodiscard]] Eigen::VectorXd against(const std::string& link, const Eigen::Vector3d& p_LP,
                                         const Eigen::Vector3d& f_W) {
     const int index = model.link_index(link);
     return held([&] { return -f_W.dot(kinematics.X_WL(index) * p_LP); });
   }
-  /// What the wrist's sensor reads of the hand and of a force f_W on a point of it.
+  /// Reading of the wrist's sensor for the hand and a force f_W on a point of it.
   [[nodiscard]] Wrench reading(const Eigen::Vector3d& p_SP, const Eigen::Vector3d& f_W) const {
     Wrench F = HandWeight(model, "r_arm_ft").F_So_S(kinematics);
     const Eigen::Vector3d f_S = kinematics.X_WL(model.link_index("r_arm_ft")).linear().transpose() * f_W;

@@ -1,4 +1,4 @@
-// The CoM line against a weight placed by hand.
+// The CoM line compared with a weight at a known position.
 
 #include "adaptation/wrench/carried_load.h"
 
@@ -64,7 +64,7 @@ TEST(ComLine, ItsDistanceFromABoxIsThatOfPlaneGeometry) {
   EXPECT_NEAR(distance_of({{0.7, 5, 0.01}, down}, box), 0.1, 1e-9);
   EXPECT_NEAR(distance_of({{0.63, -3, 0.09}, down}, box), 0.05, 1e-9);  // beside an edge: 3, 4, 5
   const Eigen::Vector3d leaning = Eigen::Vector3d(0, -1, 1).normalized();
-  // It meets the edge y = 0.02, z = 0.05 nearest, at (0.05 - z0 + y0 - 0.02) / sqrt 2.
+  // The edge y = 0.02, z = 0.05 is the nearest, at (0.05 - z0 + y0 - 0.02) / sqrt 2.
   EXPECT_NEAR(distance_of({{0, 0.5, 0}, leaning}, box), (0.5 + 0 - 0.02 - 0.05) / std::sqrt(2), 1e-9);
   EXPECT_NEAR(distance_of({{0, 0, 0}, Eigen::Vector3d::UnitX()}, box), 0, 1e-9);
 }
@@ -74,7 +74,7 @@ TEST(WrenchTrend, IsTheSlopeOfTheLineThatFitsBest) {
   WrenchTrend trend;
   std::mt19937 random(7);
   std::normal_distribution<double> noise(0, 0.01);
-  // Uncertainty of a slope: sigma over the root of the sum of squared times from their mean.
+  // Uncertainty of a slope: sigma over the root of the sum of squared times relative to their mean.
   const int count = 400;
   const double seconds = 2;
   for (int i = 0; i < count; ++i) {

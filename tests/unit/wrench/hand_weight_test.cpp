@@ -1,4 +1,4 @@
-// The hand's weight on the wrist against sums over the URDF's bodies posed by hand.
+// The hand's weight on the wrist compared with sums over the URDF's bodies at explicit poses.
 
 #include "adaptation/wrench/hand_weight.h"
 
@@ -41,7 +41,7 @@ TEST_F(HandWeightTest, LeverIsTheHandsCentreOfMassInEveryPosture) {
   const Wrench level = at(-M_PI / 2, 0, 0, 0);
   const Eigen::Vector3d a =
       lever_square_to_force(down);  // x and y of the centre of mass (force along −z of S)
-  const Eigen::Vector3d b = lever_square_to_force(level);  // y and z of it (force along x of S)
+  const Eigen::Vector3d b = lever_square_to_force(level);  // its y and z (force along x of S)
   const Eigen::Vector3d com(a.x(), a.y(), b.z());
   const Wrench other = at(-0.9, 0.5, 0.7, 0);
   EXPECT_NEAR((com.cross(other.force) - other.torque).norm(), 0, 1e-9);
@@ -52,12 +52,12 @@ TEST_F(HandWeightTest, MovesWithTheFingers) {
   const Wrench open = at(-M_PI / 2, 0, 0, 0);
   const Wrench closed = at(-M_PI / 2, 0, 0, 5);
   const double moved = (open.torque - closed.torque).norm();
-  EXPECT_GT(moved, 1e-4);  // ten phalanges of 12 g move by some centimetres
+  EXPECT_GT(moved, 1e-4);  // ten phalanges of 12 g move by a few centimetres
   EXPECT_LT(moved, 0.12 * 9.81 * 0.08);
   EXPECT_NEAR((open.force - closed.force).norm(), 0, 1e-9);
 }
 
-// Around a handle of 7 cm the phalanges' moment is what a plane model of rods has of it; 12 g each.
+// Around a handle of 7 cm the phalanges' moment is that of a planar model of rods, 12 g each.
 TEST_F(HandWeightTest, HoldsTheFingersAroundAHandle) {
   const Wrench open = at(-M_PI / 2, 0, 0, 0);
   const auto fingers = motion::Grip(model_, "r_hand_grasp", "r_handj_synergy").around(0.035);

@@ -1,4 +1,4 @@
-// Sensors with errors drawn here: what they read comes from their matrix, not from the code under test.
+// Sensors with errors drawn here: their readings come from their matrix, not from the code under test.
 
 #include "adaptation/wrench/load_estimator.h"
 
@@ -16,12 +16,12 @@ using Eigen::Vector3d;
 using Vector6 = Eigen::Matrix<double, 6, 1>;
 using Matrix6 = Eigen::Matrix<double, 6, 6>;
 
-constexpr double kWeight = 1.2 * 9.81;  // N, of the object and of the hand
+constexpr double kWeight = 1.2 * 9.81;  // N, of the object and also of the hand
 const Vector3d kHandCentre(0, 0.01, -0.12);
 const Vector3d kLevel = Vector3d(-0.1, 1, -0.06).normalized();  // gravity in S, the hand over the object
 const Vector3d kStart = Vector3d(-0.87, 0.27, -0.41).normalized();
 constexpr double kAsIs = 0.0;
-constexpr double kTilt = 0.007;  // rad, per axis: joints' zeros and mountings of a calibrated robot
+constexpr double kTilt = 0.007;  // rad, per axis: joint zeros and mounting of a calibrated robot
 
 Vector3d about(const Vector3d& axis, double angle, const Vector3d& v) {
   return Eigen::AngleAxisd(angle, axis) * v;
@@ -55,8 +55,8 @@ struct Sensor {
   }
 };
 
-/// A robot's wrist: what the sensor reads of the true hand and object, and what the model says of the hand
-/// and of where gravity points.
+/// A robot's wrist: the sensor's reading of the true hand and object, and the model's hand weight and gravity
+/// direction.
 struct Wrist {
   Sensor sensor;
   double hand_weight = kWeight;
@@ -98,14 +98,14 @@ TEST(LoadEstimator, APerfectSensorWeighsExactly) {
   EXPECT_LT(object.misfit, 0.01);
 }
 
-// Sensors and hands drawn as the data sheet and the model are taken to be: over many, errors are as large as
-// said.
+// Sensors and hands drawn with the deviations assumed for the data sheet and the model: over many draws, the
+// errors are as large as stated.
 TEST(LoadEstimator, SaysHowSureItIs) {
   std::mt19937 generator(2);
   std::normal_distribution<double> normal;
   const LoadEstimator::DataSheet sheet;
   constexpr int kSensors = 300;
-  double squares = 0;  // of torques about the hand, in their standard deviations
+  double squares = 0;  // of torques about the hand, in units of their standard deviations
   for (int n = 0; n < kSensors; ++n) {
     Wrist wrist;
     for (int i = 0; i < 6; ++i) {
@@ -121,10 +121,10 @@ TEST(LoadEstimator, SaysHowSureItIs) {
     wrist.tilt = Eigen::AngleAxisd(kTilt * turn.norm(), turn.normalized()).matrix();
     wrist.calibrate();
     const LoadEstimator::Object object = wrist.weigh(kAside);
-    Eigen::Matrix<double, 2, 3> level;  // torques about level axes, the only ones that weight has
+    Eigen::Matrix<double, 2, 3> level;  // torques about horizontal axes, the only ones that weight causes
     level.row(0) = kLevel.unitOrthogonal();
     level.row(1) = kLevel.cross(kLevel.unitOrthogonal());
-    Eigen::Matrix<double, 3, 4> slope;  // about where the hand holds, over weight and moment
+    Eigen::Matrix<double, 3, 4> slope;  // about the point where the hand holds, over weight and moment
     slope.col(0) = -kBelow.cross(kLevel);
     for (int i = 0; i < 3; ++i) slope.col(1 + i) = Vector3d::Unit(i).cross(kLevel);
     Eigen::Vector4d found;
@@ -134,8 +134,8 @@ TEST(LoadEstimator, SaysHowSureItIs) {
         level * slope * object.covariance * slope.transpose() * level.transpose();
     squares += error.dot(covariance.inverse() * error);
   }
-  // Two torques a sensor. The hand is as the model has it, and hangs as its joints say, which is not taken
-  // for granted.
+  // Two torques per sensor. Here the hand matches its model and hangs as its joints say, which the estimator
+  // does not take for granted.
   EXPECT_LT(squares / (2 * kSensors), 1.2);
   EXPECT_GT(squares / (2 * kSensors), 0.5);
 }
@@ -152,7 +152,7 @@ TEST(LoadEstimator, CrossTalkOfADataSheet) {
     wrist.sensor = Sensor::drawn(generator, 0.01);
     wrist.calibrate();
     const LoadEstimator::Object first = wrist.weigh(kAside);
-    wrist.sensor.residual += 0.3 * Vector6::Ones();  // it drifts between two grasps
+    wrist.sensor.residual += 0.3 * Vector6::Ones();  // drift between two grasps
     const LoadEstimator::Object second = wrist.weigh(kBelow);
 
     const Wrench hand = hung(kWeight, kHandCentre, kLevel);
@@ -172,8 +172,8 @@ TEST(LoadEstimator, CrossTalkOfADataSheet) {
   EXPECT_LT(rms(along), 0.002);  // m
 }
 
-/// The object in the hand tells where gravity points in the sensor: three orientations, and a tilt of three
-/// axes.
+/// The object in the hand shows where gravity points in the sensor: three orientations determine a tilt about
+/// three axes.
 TEST(LoadEstimator, ATiltOfTheSensorHardlyMatters) {
   Wrist upright, tilted;
   tilted.tilt = Eigen::AngleAxisd(0.012, Vector3d(1, 1, -1).normalized()).matrix();
@@ -182,11 +182,11 @@ TEST(LoadEstimator, ATiltOfTheSensorHardlyMatters) {
   const LoadEstimator::Object as_it_is = upright.weigh(kAside);
   const LoadEstimator::Object object = tilted.weigh(kAside);
   EXPECT_NEAR(object.weight, as_it_is.weight, 0.001 * kWeight);
-  // Of what the tilt makes of a weight 0.16 m from So, 1.9 mm.
+  // Part of the tilt's effect on a weight 0.16 m from So, 1.9 mm.
   EXPECT_LT((object.moment_S / object.weight - kAside).cross(kLevel).norm(), 0.0005);
 }
 
-/// What a hand heavier than its model may cost: no more than the weight that the model lacks.
+/// Maximum effect of a hand heavier than its model: the weight that the model lacks.
 TEST(LoadEstimator, AnErrorOfTheHandsMassIsNotMagnified) {
   Wrist wrist;
   wrist.hand_weight = 1.02 * kWeight;
@@ -211,8 +211,8 @@ TEST(LoadEstimator, ASensorThatIsNoneOfItsDataSheetContradictsItself) {
   EXPECT_GT(gain.weigh(kAside).misfit, 2);
 }
 
-// Off the plane by the object's readings with 3 mm of deviation, known to be on it within 4 mm: the weighted
-// mean of both goes 9/25 of the way back (two normal distributions).
+// Off the plane according to readings of the object with 3 mm of deviation, known to be on it within 4 mm:
+// the weighted mean of both goes 9/25 of the way back (two normal distributions).
 TEST(NearPlane, IsTheWeightedMeanOfReadingsAndOfWhatIsKnown) {
   const Vector3d n = Vector3d(1, 2, 2) / 3;
   constexpr double kOffset = -0.12, kOff = 0.005, kRead = 0.003, kKnown = 0.004;
