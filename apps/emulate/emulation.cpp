@@ -15,7 +15,6 @@
 namespace walkman::apps {
 namespace {
 
-constexpr Time kRestartAfter = std::chrono::milliseconds(100);
 constexpr Time kHousekeeping = std::chrono::milliseconds(200);
 
 double seconds(Time time) { return std::chrono::duration<double>(time).count(); }
@@ -99,11 +98,11 @@ void Emulation::Impl::open_ports() {
   for (const CanAssignment& assignment : parse_can_map(options.can, world.robot.devices)) {
     ports.push_back(std::make_unique<Port>(*buses[assignment.bus],
                                            open_can(assignment.interface_name, can::device_side_options())));
-    // Programs on a virtual interface see the controller's state, but have no `ip link` to restart it.
-    bus::ControllerOptions controller;
+    // Programs on a virtual interface see the controller's state.
+    bus::ComputerPort& port = buses[assignment.bus]->computer_port();
+    bus::ControllerOptions controller = port.options();
     controller.reports = bus::ErrorReports::kStates;
-    controller.restart_after = kRestartAfter;
-    buses[assignment.bus]->computer_port().configure(controller);
+    port.configure(controller);
     watch(*ports.back());
   }
 }

@@ -13,6 +13,10 @@
 namespace walkman::apps {
 namespace {
 
+/// Of the computer's controllers after bus-off: what `ip link set NAME type can restart-ms 100` sets on a
+/// robot.
+constexpr Time kRestartAfter = std::chrono::milliseconds(100);
+
 Scene chosen(const WorldOptions& options) {
   Scene scene = load_scene(options.scene, options.robot.packages);
   if (options.seed) scene.seed = *options.seed;
@@ -88,6 +92,9 @@ EmulatedWorld::EmulatedWorld(const WorldOptions& options)
     : DrawnWorld(options),
       emulator(truth.model, robot.devices, placed(scene, robot, truth, options),
                emulator_options(options, truth, scene.seed, robot.devices)) {
+  bus::ControllerOptions controller;
+  controller.restart_after = kRestartAfter;
+  for (bus::CanBus* bus : emulator.buses()) bus->computer_port().configure(controller);
   if (options.faults.empty()) return;
   for (const faults::Injection& injection : faults::load_fault_plan(options.faults))
     emulator.inject(injection);

@@ -1,5 +1,6 @@
 #!/usr/bin/env python3
-"""What becomes of faults that drivers cannot see: of camera, force/torque sensors and objects, in whole runs. Usage: PROGRAM SOURCE_TREE
+"""What becomes of faults that drivers cannot see (camera, force/torque sensors, objects), and of those it recovers from, in whole
+runs. Usage: PROGRAM SOURCE_TREE
 
 A small campaign, whose checker has ground truth: without a fault the task is done and nothing is shown; with one it is shown
 where and as docs/faults.md says, and the robot stands still with the object down, or the task is done and what is reported is
@@ -19,6 +20,7 @@ TREE = Path(sys.argv[2])
 SCENE = "extends: %s\nparameters: parameters.yaml\n"
 PARAMETERS = "stage_two:\n  torque_threshold: 50\n"
 STOPPED, DONE = {"safe-stop"}, {"masked", "degraded", "recovered"}
+RECOVERED = {"degraded", "recovered"}
 CLOUD_WAIT, CYCLE = 5.0, 0.005  # s: how long the method waits for a cloud
 # Fault as a plan has it, what may come of it, what is said, and by when: s from its beginning, or the phase in which a run ends.
 CASES = (
@@ -47,6 +49,16 @@ CASES = (
     ("fault: push, targets: [RForearm], z: 80, after_s: 4, lasts_s: 0.6, phases: [{phase: lift}]", STOPPED,
      "something touches the arm.*the object is being lowered", "lower"),
     ("fault: push, targets: [RForearm], y: 30, after_s: 3, lasts_s: 0.2, phases: [{phase: lift}]", DONE, None, "watch"),
+    ("fault: computer-bus-off, targets: [rarm], after_s: 1, lasts_s: 0.2, phases: [{phase: approach}]", RECOVERED,
+     "controller is bus-off", "watch"),
+    ("fault: frame-drop, targets: [rarm], share: 1, after_s: 1, lasts_s: 0.4, phases: [{phase: approach}]", RECOVERED,
+     "none of its .* devices is heard", "watch"),
+    ("fault: heartbeat-loss, targets: [RElbj], after_s: 1, lasts_s: 0.6, phases: [{phase: approach}]", RECOVERED,
+     "no heartbeat for", "watch"),
+    ("fault: nmt-preop-drop, targets: [RElbj], after_s: 1, phases: [{phase: approach}]", RECOVERED,
+     "no TPDO|NMT state pre-operational", "watch"),
+    ("fault: overcurrent-trip, targets: [RElbj], after_s: 1, lasts_s: 0.3, phases: [{phase: approach}]", RECOVERED,
+     "emergency 2310h", "watch"),
 )
 
 

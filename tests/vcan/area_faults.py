@@ -8,7 +8,7 @@ import time
 
 from can_socket import Bus
 from checks import equal, test, that
-from limb import JOINTS, START, Limb
+from limb import JOINTS, START, Limb, Process
 from robot import RIGHT_ARM, Robot, ip
 
 OWN_PROCESSES = True
@@ -91,6 +91,28 @@ def a_controller_that_is_bus_off_says_so_in_an_error_frame(limb):
         except AssertionError:
             pass
     equal(back, everybody, "nodes that answer when the controller is back")
+
+
+@test(seconds=120)
+def a_node_of_another_program_is_one_of_the_bus(under_test):
+    """The elbow is one emulator's, all other nodes are another's."""
+    program, scene = under_test
+    here = ("--realtime", "--timing", "none")
+    elbow = Process([program, "emulate", "--scene", scene, "--can", "rarm=vcan1", "--only", "RElbj", "--camera", "127.77.8.1",
+                     *here], "elbow")
+    limb = None
+    try:
+        limb = Limb(program, scene, options=(*here, "--without", "RElbj"))
+        limb.fresh()
+        limb.nmt(START)
+        everybody = answering(limb)
+        equal([node for node in everybody if node in JOINTS], list(JOINTS), "drives that answer, each once")
+        equal(elbow.stop(), 0, "exit status of the elbow's program at SIGINT")
+        equal(answering(limb), [node for node in everybody if node != ELBOW], "nodes that answer without it")
+    finally:
+        elbow.stop()
+        status = limb.stop() if limb else 0
+    equal(status, 0, "exit status of the emulator")
 
 
 @test(seconds=240)
