@@ -9,7 +9,7 @@ void PaintedSurfaces::begin(const RayScene& scene, std::uint64_t seed, Moved mov
   constexpr std::size_t kMostBodies = 65536;
   const auto [fixed, movable] = RaySceneAccess::triangles(scene);
   const std::size_t bodies = fixed.body_ends.size() + movable.body_ends.size();
-  if (bodies > kMostBodies) throw std::invalid_argument("sensors: more than 65536 bodies to see");
+  if (bodies > kMostBodies) throw std::invalid_argument("sensors: more than 65536 bodies in the scene");
   const bool placed = moved == Moved::kPlaced;
   scene_ = placed ? RaySceneAccess::placed_scene(scene) : RaySceneAccess::embree_scene(scene);
   if (scene_ == nullptr) throw std::logic_error("RayScene: used before its bodies were placed");

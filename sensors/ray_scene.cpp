@@ -164,7 +164,7 @@ struct RayScene::Impl {
     if (new_poses.size() != bodies()) {
       throw std::invalid_argument("RayScene: " + std::to_string(new_poses.size()) +
                                   " poses given, expected " + std::to_string(bodies()) +
-                                  ", one a movable body");
+                                  ", one per movable body");
     }
     for (std::size_t i = 0; i < new_poses.size(); ++i) {
       if (!new_poses[i].matrix().allFinite()) {

@@ -26,8 +26,8 @@ constexpr double kKnee = 10;            // m, up to which the noise is constant
 constexpr int kMostBeams = 100000;
 constexpr float kNoReturn = std::numeric_limits<float>::infinity();
 
-void require(bool good, const char* sentence) {
-  if (!good) throw std::invalid_argument(std::string("laser scanner: ") + sentence);
+void require(bool good, const char* expected) {
+  if (!good) throw std::invalid_argument(std::string("laser scanner: expected ") + expected);
 }
 
 /// Return of a ray.
@@ -54,7 +54,7 @@ SpinningLidar::SpinningLidar(const LidarOptions& options, std::uint64_t seed)
   const LidarOptions& o = options;
   require(o.beams >= 1 && o.beams <= kMostBeams, "1 to 100000 beams");
   require(o.step > 0 && o.step * o.beams <= 2 * std::numbers::pi + o.step, "beams within a turn");
-  require(o.beam_period >= 0 && std::isfinite(o.beam_period), "a beam's time of 0 s or more");
+  require(o.beam_period >= 0 && std::isfinite(o.beam_period), "a beam period of 0 s or more");
   require(o.least_range >= 0 && o.most_range > o.least_range && std::isfinite(o.most_range),
           "ranges from 0 m up");
   for (const double value : {o.beam_angle, o.beam_radius, o.noise, o.noise_far, o.noise_grazing, o.bias,

@@ -19,10 +19,10 @@ constexpr std::array kNames = {"forward",
                                "to the right",
                                "up",
                                "down",
-                               "leant forward",
-                               "leant back",
-                               "leant to the left",
-                               "leant to the right",
+                               "leaning forward",
+                               "leaning back",
+                               "leaning to the left",
+                               "leaning to the right",
                                "turned to the right",
                                "turned to the left"};
 
@@ -66,10 +66,9 @@ void BaseRoom::keep(WholeBodyIk& ik, int base_link, const Eigen::Isometry3d& X_W
 std::string BaseRoom::describe(int bound) const {
   const Bound& found = bounds_[static_cast<std::size_t>(bound)];
   const char* name = kNames[static_cast<std::size_t>(bound)];
-  return found.relative
-             ? fmt::format("the base is {} as far as it may, {:.1f} degrees", name,
-                           std::asin(found.room / kArm) * 180 / std::numbers::pi)
-             : fmt::format("the base is as far {} as it may go, {:.0f} mm", name, 1e3 * found.room);
+  return found.relative ? fmt::format("the base is {} to its limit of {:.1f} degrees", name,
+                                      std::asin(found.room / kArm) * 180 / std::numbers::pi)
+                        : fmt::format("the base is at its limit of {:.0f} mm {}", 1e3 * found.room, name);
 }
 
 }  // namespace walkman::motion

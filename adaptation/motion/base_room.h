@@ -31,7 +31,7 @@ class BaseRoom {
 
   /// Adds kBounds rows: each bound is approached at no more than `gain` (1/s) times the remaining distance.
   void keep(WholeBodyIk& ik, int base_link, const Eigen::Isometry3d& X_WB, double gain) const noexcept;
-  /// Describes the bound of the row with that index: "the base is as far forward as it may go, 150 mm".
+  /// Describes the bound of the row with that index: "the base is at its limit of 150 mm forward".
   [[nodiscard]] std::string describe(int bound) const;
 
  private:

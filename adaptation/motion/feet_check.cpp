@@ -76,9 +76,8 @@ std::optional<std::string> FeetCheck::contradiction(const KinematicTree& measure
   const double weight = (measured.total_mass() - feet_mass_) * kGravity;
   if (std::abs(sum - weight) > kWeightTolerance) {
     return fmt::format(
-        "the feet's force/torque sensors carry {:.0f} N, expected {:.0f} within {:.0f}, the weight above "
-        "them: "
-        "one of them is off, or something else carries or loads the robot",
+        "the feet's force/torque sensors measure {:.0f} N in total, expected the weight above them, {:.0f} ± "
+        "{:.0f} N: one of them is faulty, or something else supports or loads the robot",
         sum, weight, kWeightTolerance);
   }
   for (const Foot& foot : feet_) {
@@ -87,8 +86,8 @@ std::optional<std::string> FeetCheck::contradiction(const KinematicTree& measure
     const double beyond = foot.sole_F.exteriorDistance(p_FP);
     if (beyond <= kEdgeTolerance) continue;
     return fmt::format(
-        "F/T sensor {}: the ground's force would act {:.0f} mm beyond the sole's edge, expected within "
-        "{:.0f}: it is off",
+        "F/T sensor {}: its centre of pressure is {:.0f} mm outside the sole, expected at most {:.0f} mm: "
+        "the sensor is faulty",
         measured.model().links[static_cast<std::size_t>(foot.sensor_link)].name, beyond * 1000,
         kEdgeTolerance * 1000);
   }

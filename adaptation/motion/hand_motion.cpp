@@ -35,7 +35,7 @@ std::vector<int> active_dofs(const KinematicTree& kinematics, const std::vector<
   for (const std::string& joint_name : active_joints) {
     if (!kinematics.model().find_joint(joint_name) || kinematics.dof_of(joint_name) < 0)
       throw std::runtime_error("hand motion: active joint \"" + joint_name +
-                               "\" is not among the commanded joints, expected it there");
+                               "\" is not commanded, expected a commanded joint");
     dofs.push_back(kinematics.dof_of(joint_name));
   }
   return dofs;
@@ -170,8 +170,8 @@ std::vector<HandMotion::Target> HandMotion::targets(const std::map<std::string, 
 void HandMotion::reset(const Eigen::VectorXd& q, const Eigen::VectorXd& q_stood) {
   for (const Eigen::VectorXd* positions : {&q, &q_stood}) {
     if (positions->size() != kinematics_.dof() || !positions->allFinite())
-      throw std::runtime_error("hand motion: " + std::to_string(positions->size()) +
-                               " joint positions or one not finite, " + "expected " +
+      throw std::runtime_error("hand motion: found " + std::to_string(positions->size()) +
+                               " joint positions, or one that is not finite, expected " +
                                std::to_string(kinematics_.dof()) + " finite ones");
   }
   q_stood_ = q_stood;

@@ -48,8 +48,9 @@ KinematicTree::KinematicTree(const RobotModel& model, const std::vector<std::str
     if (state.master < 0) continue;
     const JointState& master = joints_[at(state.master)];
     if (master.master >= 0)
-      throw std::runtime_error(model.file.string() + ": joint \"" + model.joints[at(state.master)].name +
-                               "\" is mimicked and a mimic joint itself, expected an independent one");
+      throw std::runtime_error(
+          model.file.string() + ": joint \"" + model.joints[at(state.master)].name +
+          "\" is followed by a mimic joint but is a mimic joint itself, expected an independent one");
     state.dof = master.dof;
   }
   update(Eigen::VectorXd::Zero(dof()));
@@ -67,7 +68,7 @@ void KinematicTree::set_passive(const std::string& joint_name, double value) {
   JointState& state = joints_[at(model_->joint_index(joint_name))];
   if (!state.moves || state.dof >= 0 || state.master >= 0)
     throw std::runtime_error(model_->file.string() + ": joint \"" + joint_name +
-                             "\" is fixed, driven or a mimic, expected a passive joint");
+                             "\" is fixed, driven or a mimic joint, expected a passive joint");
   state.value = value;
 }
 

@@ -36,9 +36,10 @@ std::vector<Eigen::Vector2d> convex_hull(std::vector<Eigen::Vector2d> points) {
 
 ConvexPrism::ConvexPrism(const Eigen::Vector3d& normal_W, const std::vector<Eigen::Vector3d>& polygon_W) {
   const auto reject = [](const std::string& found) {
-    return std::runtime_error("obstacle: " + found + ", expected a normal and a polygon with an area");
+    return std::runtime_error("obstacle: " + found +
+                              ", expected a normal and a polygon with a non-zero area");
   };
-  if (!(normal_W.norm() > 0) || !normal_W.allFinite()) throw reject("a normal without direction");
+  if (!(normal_W.norm() > 0) || !normal_W.allFinite()) throw reject("a normal without a direction");
   if (polygon_W.size() < 3) throw reject(std::to_string(polygon_W.size()) + " points");
   Eigen::Vector3d centre = Eigen::Vector3d::Zero();
   for (const Eigen::Vector3d& p : polygon_W) centre += p / static_cast<double>(polygon_W.size());
@@ -53,7 +54,7 @@ ConvexPrism::ConvexPrism(const Eigen::Vector3d& normal_W, const std::vector<Eige
   const std::vector<Eigen::Vector2d> hull = convex_hull(std::move(points));
   double area = 0;
   for (std::size_t i = 1; i + 1 < hull.size(); ++i) area += 0.5 * turn(hull[0], hull[i], hull[i + 1]);
-  if (!(area > 1e-6)) throw reject("points on a line");
+  if (!(area > 1e-6)) throw reject("collinear points");
 
   faces_.push_back({n, n.dot(centre)});
   for (std::size_t i = 0; i < hull.size(); ++i) {

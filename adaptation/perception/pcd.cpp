@@ -289,10 +289,12 @@ class PcdReader {
     std::memcpy(sizes.data(), take(sizeof sizes).data(), sizeof sizes);
     const std::uintmax_t length = std::uintmax_t{header_.points} * header_.point_bytes;
     if (sizes[1] != length)
-      fail("promises " + std::to_string(sizes[1]) + " bytes of points, expected " + std::to_string(length));
+      fail("the compressed block states " + std::to_string(sizes[1]) + " bytes of points, expected " +
+           std::to_string(length));
     need(sizeof sizes + std::uintmax_t{sizes[0]});
     if (length > kMostCompression * sizes[0])
-      fail(std::to_string(sizes[0]) + " compressed bytes, too few for " + std::to_string(length));
+      fail(std::to_string(sizes[0]) + " compressed bytes, too few for " + std::to_string(length) +
+           " bytes of points");
     const std::vector<char> packed = take(sizes[0]);
     std::vector<char> bytes(length);
     const unsigned found = pcl::lzfDecompress(packed.data(), sizes[0], bytes.data(), sizes[1]);

@@ -350,9 +350,9 @@ StageOneResult locate(const camera::OrganizedCloud& cloud, const StageOneParamet
                       std::span<const Eigen::Vector3f> elsewhere_C) {
   if (cloud.width < 0 || cloud.height < 0 ||
       cloud.points.size() != static_cast<std::size_t>(cloud.width) * static_cast<std::size_t>(cloud.height))
-    throw std::invalid_argument("cloud: " + std::to_string(cloud.points.size()) + " points where width " +
+    throw std::invalid_argument("cloud: " + std::to_string(cloud.points.size()) + " points, expected width " +
                                 std::to_string(cloud.width) + " times height " +
-                                std::to_string(cloud.height) + " was expected");
+                                std::to_string(cloud.height));
   StageOne stage(cloud, parameters, elsewhere_C);
   std::optional<StageOneResult> best;
   double best_distance = std::numeric_limits<double>::infinity();
@@ -379,7 +379,7 @@ StageOneResult locate(const camera::OrganizedCloud& cloud, const StageOneParamet
                      rounded(1e4 * parameters.cluster_min_area) + " cm² above it");
   if (best_distance > parameters.asked_distance)
     throw NotLocated("cloud: no object within " + rounded(parameters.asked_distance) +
-                     " m of the point asked for; the nearest is " + rounded(best_distance) + " m away");
+                     " m of the requested point; the nearest is " + rounded(best_distance) + " m away");
   best->times = stage.take_times();
   return std::move(*best);
 }

@@ -336,7 +336,7 @@ std::string GraspPlanner::both_hands(const std::vector<std::string>& refusals) c
   std::string text;
   for (std::size_t hand = 0; hand < hands_.size(); ++hand) {
     text += fmt::format("{}the {} hand: {}", hand == 0 ? "" : "; ", known_.description.hands[hand].name,
-                        refusals[hand].empty() ? "no place is so near" : refusals[hand]);
+                        refusals[hand].empty() ? "no place is that close" : refusals[hand]);
   }
   return text;
 }

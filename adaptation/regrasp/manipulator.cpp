@@ -120,8 +120,8 @@ void Manipulator::require_untouched() {
   if (touched_for_ < kTouchedCycles) return;
   touched_for_ = 0;
   throw WayBlocked(fmt::format(
-      "at the wrist of the empty {} hand there are {:.1f} N beside its weight, expected at most {:g}: "
-      "it meets something that was not seen, or the sensor is wrong",
+      "the wrist sensor of the empty {} hand measures {:.1f} N besides the hand's weight, expected at most "
+      "{:g} N: the hand meets something that was not seen, or the sensor is faulty",
       session_.hand().name, force, parameters_.touch_force));
 }
 
@@ -131,10 +131,9 @@ void Manipulator::require_strength() const {
   const Wrench load = scale_.object_load();
   throw HeldTooFar(
       fmt::format(
-          "{} has to give {:.1f} N·m while the wrist carries {:.1f} N and {:.2f} N·m, expected at most "
-          "{:.1f} N·m, a tenth above what its motor can give for good: the object is too heavy or too far "
-          "beside "
-          "the hand",
+          "{} has to exert {:.1f} N·m while the wrist carries {:.1f} N and {:.2f} N·m, expected at most "
+          "{:.1f} N·m, a tenth above its motor's continuous torque: the object is too heavy or too far to "
+          "one side of the hand",
           overload->joint, overload->torque, load.force.norm(), load.torque.norm(), overload->most),
       load);
 }
@@ -145,9 +144,9 @@ void Manipulator::require_strength_for(const Route& route) const {
   if (!overload) return;
   throw HeldTooFar(
       fmt::format(
-          "{} would have to give {:.1f} N·m for {:.1f} N in the hand where that is to go, expected "
-          "at most {:.1f} N·m, a tenth above what its motor can give for good: the object is too heavy "
-          "or too far beside the hand",
+          "{} would have to exert {:.1f} N·m for {:.1f} N in the hand at its destination, expected at most "
+          "{:.1f} N·m, a tenth above its motor's continuous torque: the object is too heavy or too far to "
+          "one side of the hand",
           overload->joint, overload->torque, payload_.mass * motion::kGravity, overload->most),
       scale_.object_load());
 }
@@ -408,13 +407,12 @@ void Manipulator::lift() {
   while (true) {
     const double next = lifted_ + parameters_.lift_step;
     if (next > parameters_.lift_max + 1e-9) {
-      throw HeldTooFar(
-          fmt::format(
-              "at {:.2f} m the wrist carries {:.1f} N and {:.2f} N·m, {:.2f} N more or less than {:.0f} cm "
-              "below, expected at most {:g} N: {}",
-              lifted_, load.force.norm(), load.torque.norm(), change, 100 * parameters_.lift_step,
-              parameters_.lift_force_change, kNotFree),
-          load);
+      throw HeldTooFar(fmt::format("lifted by {:.2f} m, the wrist carries {:.1f} N and {:.2f} N·m, which "
+                                   "differs by {:.2f} N from the load {:.0f} cm lower, expected at most "
+                                   "{:g} N: {}",
+                                   lifted_, load.force.norm(), load.torque.norm(), change,
+                                   100 * parameters_.lift_step, parameters_.lift_force_change, kNotFree),
+                       load);
     }
     const Wrench higher = rise_to(next);
     change = std::abs(higher.force.norm() - load.force.norm());
@@ -424,7 +422,7 @@ void Manipulator::lift() {
   const double force = load.force.norm();
   if (force < parameters_.min_force) {
     throw Refused(
-        fmt::format("the wrist weighs {:.2f} N after the lift: the object is not in the hand", force));
+        fmt::format("the wrist sensor weighs {:.2f} N after the lift: the object is not in the hand", force));
   }
   if (std::abs(force - payload_.mass * motion::kGravity) > parameters_.lift_force_change) carry(load);
 }
@@ -510,9 +508,10 @@ void Manipulator::weigh_turned(const Eigen::Isometry3d& X_TH, double angle) {
     higher += parameters_.lift_step;
     if (higher > parameters_.lift_max || !go_straight(raised(X_TH, higher), carrying_limits())) {
       throw HeldTooFar(
-          fmt::format("turned by {:.2f} rad the wrist carries {:.1f} N and {:.2f} N·m, {:.2f} N more or less "
-                      "than expected, which is at most {:.2f} N: {}",
-                      angle, force, load.torque.norm(), std::abs(force - expected), most, kNotFree),
+          fmt::format(
+              "turned by {:.2f} rad, the wrist carries {:.1f} N and {:.2f} N·m, which differs by {:.2f} N "
+              "from the expected load, expected at most {:.2f} N: {}",
+              angle, force, load.torque.norm(), std::abs(force - expected), most, kNotFree),
           load);
     }
     expected = force;

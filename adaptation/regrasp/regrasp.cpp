@@ -549,7 +549,7 @@ void Regrasp::Impl::require_gain(const Weighing& first, const Weighing& last, co
       std::abs(last.torque) < std::abs(first.torque) - limits.torque_threshold)
     return;
   lower_again();
-  throw RunStopped(why + "; there the torque is no less than at first, and the object was lowered");
+  throw RunStopped(why + "; the torque there is no less than at first, so the object was lowered");
 }
 
 Regrasp::Regrasp(const KnownRobot& known, robot::Robot& robot, robot::Cycle& cycle,

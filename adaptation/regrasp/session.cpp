@@ -200,9 +200,9 @@ void Session::watch_tilt() const {
   if (!stance_) return;
   const double tilt = std::acos(std::clamp(up_by_unit_T().z(), -1.0, 1.0));
   if (tilt > kFallen) {
-    throw RunStopped(
-        fmt::format("the robot is falling: its base leans {:.0f} degrees away from what its legs say",
-                    tilt * 180 / std::numbers::pi));
+    throw RunStopped(fmt::format(
+        "the robot is falling: its base leans {:.0f} degrees away from the orientation given by its legs",
+        tilt * 180 / std::numbers::pi));
   }
 }
 
@@ -245,7 +245,7 @@ void Session::recover() {
   const robot::Fault fault = robot_.fault().value();
   if (reaction_to(fault.kind, holding_) == Reaction::kStop) throw RunStopped(fault.text);
   if (recoveries_ == kMostRecoveries) {
-    throw RunStopped(fmt::format("{}; it is the fault number {} of this run", fault.text, recoveries_ + 1));
+    throw RunStopped(fmt::format("{}; this is fault number {} of this run", fault.text, recoveries_ + 1));
   }
   ++recoveries_;
   int attempts = 0;
@@ -324,8 +324,8 @@ void Session::require_sound_encoders() const {
     const double off = (mean_torques_[i] - expected[i]) / spring;
     if (std::abs(off) <= kSoundEncoder) continue;
     throw RunStopped(fmt::format(
-        "joint {}: by its encoders its spring carries {:.1f} N·m, by the posture {:.1f}: one of them is off "
-        "by {:.3f} rad, expected at most {:g}",
+        "joint {}: according to its encoders its spring carries {:.1f} N·m, according to the posture {:.1f} "
+        "N·m: one of the encoders is off by {:.3f} rad, expected at most {:g} rad",
         joint_names()[static_cast<std::size_t>(i)], mean_torques_[i], expected[i], std::abs(off),
         kSoundEncoder));
   }

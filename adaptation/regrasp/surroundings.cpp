@@ -75,7 +75,7 @@ void add_column(std::vector<Eigen::Vector3d> points_T, const Eigen::Vector3d& up
   for (const Eigen::Vector3d& p : points_T) highest = std::max(highest, up_T.dot(p));
   for (Eigen::Vector3d& p : points_T) p += (highest - up_T.dot(p)) * up_T;
   try {
-    out.push_back({fmt::format("{}, {:.0f} cm high", name, 100 * (highest - ground)),
+    out.push_back({fmt::format("{} ({:.0f} cm high)", name, 100 * (highest - ground)),
                    motion::ConvexPrism(up_T, points_T)});
   } catch (const std::runtime_error&) {
   }

@@ -17,7 +17,7 @@ camera::OrganizedCloud Survey::sweep() {
   camera::OrganizedCloud cloud;
   if (!camera_.begin_sweep(kSpindleRate)) return cloud;
   for (double waited = 0; !camera_.swept(cloud.points); waited += kWait) {
-    if (waited > kSweepTimeout) throw RunStopped("the camera's laser has not come round in 15 s");
+    if (waited > kSweepTimeout) throw RunStopped("the camera's laser did not complete its sweep within 15 s");
     manipulator_.hold(kWait);
   }
   cloud.width = static_cast<int>(cloud.points.size());

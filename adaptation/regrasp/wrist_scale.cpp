@@ -77,9 +77,8 @@ void WristScale::require_sound() const {
   const double misfit = estimator_.object().misfit;
   if (misfit < kMostMisfit) return;
   throw Refused(
-      fmt::format("the wrist's readings of the empty hand contradict its weight: turned four ways, they are "
-                  "{:.1f} standard deviations away from what it would make, expected less than {:g}: the "
-                  "sensor is wrong",
+      fmt::format("the wrist sensor's readings of the empty hand contradict its weight: in four orientations "
+                  "they deviate by {:.1f} standard deviations, expected less than {:g}: the sensor is faulty",
                   misfit, kMostMisfit));
 }
 
@@ -89,8 +88,8 @@ void WristScale::require_no_drift(const MeanReading& empty) {
   const double force = drift_So_S_.force.norm(), torque = drift_So_S_.torque.norm();
   if (force <= parameters_.force_drift && torque <= parameters_.torque_drift) return;
   throw Refused(fmt::format(
-      "the wrist sensor's residual is {:.2f} N and {:.3f} N·m beside what it was before the grasp, expected "
-      "at most {:g} and {:g}: it drifts, and what it weighed is not to be believed",
+      "the wrist sensor's residual differs by {:.2f} N and {:.3f} N·m from that before the grasp, expected "
+      "at most {:g} and {:g}: it drifts, so its weighing cannot be trusted",
       force, torque, parameters_.force_drift, parameters_.torque_drift));
 }
 
@@ -154,23 +153,22 @@ WristScale::Load WristScale::weigh(const MeanReading& level) const {
   require_in_range(level, load);
   if (level.slope.force.norm() > parameters_.force_slope ||
       level.slope.torque.norm() > parameters_.torque_slope) {
-    throw HeldTooFar(
-        fmt::format(
-            "the wrist's reading does not stay what it is: by {:.2f} N and {:.3f} N·m it changes per second "
-            "while the object hangs still, expected less than {:g} and {:g}: the sensor drifts, or the "
-            "object slips",
-            level.slope.force.norm(), level.slope.torque.norm(), parameters_.force_slope,
-            parameters_.torque_slope),
-        load);
+    throw HeldTooFar(fmt::format("the wrist sensor's reading is not steady: it changes by {:.2f} N and "
+                                 "{:.3f} N·m per second while the object hangs still, expected less than "
+                                 "{:g} and {:g}: the sensor drifts, or the object slips",
+                                 level.slope.force.norm(), level.slope.torque.norm(), parameters_.force_slope,
+                                 parameters_.torque_slope),
+                     load);
   }
   const wrench::LoadEstimator::Object object = this->object();
   if (!(object.misfit < kMostMisfit)) {
-    throw HeldTooFar(fmt::format("the wrist's readings contradict each other: with {:.1f} N and {:.2f} N·m "
-                                 "and the hand turned they are {:.1f} standard deviations away from what any "
-                                 "one object would make, expected less than {:g}: the sensor is wrong, or "
-                                 "the object turns in the hand",
-                                 load.force.norm(), load.torque.norm(), object.misfit, kMostMisfit),
-                     load);
+    throw HeldTooFar(
+        fmt::format("the wrist sensor's readings contradict each other: under {:.1f} N and {:.2f} N·m, with "
+                    "the hand turned, they deviate by {:.1f} standard deviations from those of any "
+                    "single object, expected less than {:g}: the sensor is faulty, or the object turns in "
+                    "the hand",
+                    load.force.norm(), load.torque.norm(), object.misfit, kMostMisfit),
+        load);
   }
   const Eigen::Isometry3d &X_TS = session_.X_TS(), &X_TH = session_.X_TH();
   const Eigen::Vector3d down_T = -Eigen::Vector3d::UnitZ();
@@ -197,19 +195,18 @@ void WristScale::require_of_object(const Wrench& F_Ho_T, double torque_deviation
   const double heaviest = kDensest * object_H_.volume() * motion::kGravity;
   if (!(force <= heaviest)) {
     throw Refused(fmt::format(
-        "by the wrist the object weighs {:.1f} N, expected at most the {:.1f} N of solid steel of the size "
-        "seen: no object that hangs there gives such readings",
+        "according to the wrist sensor the object weighs {:.1f} N, expected at most {:.1f} N, the weight of "
+        "solid steel of the size seen: no object hanging there could cause these readings",
         force, heaviest));
   }
   const Eigen::Matrix3d R_HT = session_.X_TH().linear().transpose();
   const double beside = wrench::distance_of({R_HT * line->p_PF, R_HT * line->direction}, object_H_);
   const double bound = parameters_.displacement_threshold + kDeviations * torque_deviation / force;
   if (beside <= bound) return;
-  throw Refused(
-      fmt::format("by {:.1f} N and {:.2f} N·m at the wrist the centre of mass would be {:.0f} mm outside of "
-                  "the object seen, expected at most {:.0f} mm: these readings are of no weight that hangs "
-                  "there",
-                  force, torque, 1e3 * beside, 1e3 * bound));
+  throw Refused(fmt::format(
+      "by the {:.1f} N and {:.2f} N·m at the wrist, the centre of mass would be {:.0f} mm outside of the "
+      "object seen, expected at most {:.0f} mm: no weight hanging there could cause these readings",
+      force, torque, 1e3 * beside, 1e3 * bound));
 }
 
 double WristScale::turned_deviation(double weight, double angle) const {

@@ -70,8 +70,8 @@ std::optional<std::string> ArmCheck::touch() const {
   for (const Joint& joint : joints_) {
     if (std::abs(joint.beyond()) <= joint.most()) continue;
     return fmt::format(
-        "joint {}: its spring carries {:.1f} N·m, the arm's weight and the load by the wrist's sensor make "
-        "{:.1f}, expected within {:.1f}: something touches the arm, or an encoder or that sensor is off",
+        "joint {}: its spring carries {:.1f} N·m, expected {:.1f} ± {:.1f} N·m from the arm's weight and the "
+        "load at the wrist sensor: something touches the arm, or an encoder or that sensor is faulty",
         joint.name, joint.carried - joint.zero, joint.expected, joint.most());
   }
   return std::nullopt;

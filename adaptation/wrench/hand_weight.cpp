@@ -16,7 +16,7 @@ HandWeight::HandWeight(const RobotModel& model, const std::string& sensor_frame)
     mass_ += model.links[i].mass;
   }
   if (links_.empty()) {
-    throw std::runtime_error(model.file.string() + ": nothing with mass hangs below force/torque frame '" +
+    throw std::runtime_error(model.file.string() + ": nothing with mass is attached to force/torque frame '" +
                              sensor_frame + "', expected a hand");
   }
 }

@@ -110,7 +110,7 @@ class ChunkRunner {
     if (!waiting.empty()) run_twin(waiting);
     waiting = missing();
     // The golden twin reached the phases of these runs, and this one did not.
-    for (const CampaignRun* run : waiting) invalid(*run, "the golden twin was not the same once more");
+    for (const CampaignRun* run : waiting) invalid(*run, "the golden twin was not reproduced");
   }
 
  private:

@@ -90,7 +90,7 @@ int run_campaign(const CampaignCommandLine& options) {
       std::string rest;
       if (fresh > 0)
         rest = fmt::format(
-            ", {:.0f} an hour, {} left", 3600 * static_cast<double>(fresh) / taken(),
+            ", {:.0f} per hour, {} left", 3600 * static_cast<double>(fresh) / taken(),
             time_text(taken() / static_cast<double>(fresh) * static_cast<double>(folder.all() - done)));
       line.show(fmt::format("{} of {} runs{}", done, folder.all(), rest));
     });
@@ -102,7 +102,7 @@ int run_campaign(const CampaignCommandLine& options) {
     const double cpu = static_cast<double>(used.ru_utime.tv_sec + used.ru_stime.tv_sec);
     std::string rate;
     if (fresh > 0) {
-      rate = fmt::format(": {:.0f} an hour", 3600 * static_cast<double>(fresh) / std::max(1.0, taken()));
+      rate = fmt::format(": {:.0f} per hour", 3600 * static_cast<double>(fresh) / std::max(1.0, taken()));
       if (options.engine != "slurm" && !interrupted)  // otherwise not all of them have been waited for
         rate += fmt::format(", {:.1f} s of CPU time each", cpu / static_cast<double>(fresh));
     }
@@ -115,7 +115,7 @@ int run_campaign(const CampaignCommandLine& options) {
     }
   }
   report(folder, options.as_json);
-  if (interrupted) say("interrupted: the same command goes on from here");
+  if (interrupted) say("interrupted: the same command resumes from here");
   return interrupted ? kTaskFailed : kOk;
 }
 
@@ -138,7 +138,7 @@ int report_campaign(const CampaignCommandLine& options) {
 void add_campaign_command(CLI::App& app, std::function<int()>& run) {
   auto options = std::make_shared<CampaignCommandLine>();
   CLI::App* command = app.add_subcommand(
-      "campaign", "Many runs of whole experiments, each with one fault, and what came of them");
+      "campaign", "Run whole experiments many times, each with one fault, and report their outcomes");
   command->require_subcommand(1);
   const auto add = [&](const char* name, const char* what, int (*job)(const CampaignCommandLine&)) {
     CLI::App* verb = command->add_subcommand(name, what);
@@ -146,7 +146,7 @@ void add_campaign_command(CLI::App& app, std::function<int()>& run) {
     return verb;
   };
   CLI::App* verb = add("run", "Run a plan, or what is left of it, and write its report", run_campaign);
-  verb->add_option("PLAN", options->plan, "YAML of experiments, seeds, phases and faults")->required();
+  verb->add_option("PLAN", options->plan, "YAML plan of experiments, seeds, phases and faults")->required();
   verb->add_option("--out", options->out, "Folder of the campaign (default: out/PLAN)");
   verb->add_option("--engine", options->engine,
                    "What runs the processes: local, parallel (GNU parallel) or slurm (a job array)")
@@ -156,12 +156,12 @@ void add_campaign_command(CLI::App& app, std::function<int()>& run) {
       ->check(CLI::Range(1, 10000));
   verb->add_flag("--json", options->as_json, "Print the report as JSON");
   verb = add("exec", "Do one chunk of a campaign, or what is left of it; engines call this", exec_chunk);
-  verb->add_option("FOLDER", options->folder, "Of the campaign")->required();
-  verb->add_option("--chunk", options->chunk, "Its number, from 0")
+  verb->add_option("FOLDER", options->folder, "Folder of the campaign")->required();
+  verb->add_option("--chunk", options->chunk, "Number of the chunk, from 0")
       ->required()
       ->check(CLI::Range(0, 100000000));
-  verb = add("report", "Write report.html and report.json of what has been done so far", report_campaign);
-  verb->add_option("FOLDER", options->folder, "Of the campaign")->required();
+  verb = add("report", "Write report.html and report.json of the runs done so far", report_campaign);
+  verb->add_option("FOLDER", options->folder, "Folder of the campaign")->required();
   verb->add_flag("--json", options->as_json, "Print the report as JSON");
 }
 

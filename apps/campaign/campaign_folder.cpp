@@ -39,7 +39,7 @@ std::string inputs_of(const fs::path& plan_file, const CampaignPlan& plan, const
 nlohmann::json parse(const fs::path& file) {
   nlohmann::json out = nlohmann::json::parse(text_of(file), nullptr, false);
   if (out.is_discarded())
-    throw std::runtime_error(file.string() + ": no JSON, expected it as it was written");
+    throw std::runtime_error(file.string() + ": not JSON, expected the file as the campaign wrote it");
   return out;
 }
 
@@ -67,8 +67,8 @@ CampaignFolder CampaignFolder::prepare(const fs::path& folder, const fs::path& p
     const nlohmann::json manifest = parse(folder / kManifestName);
     if (manifest.value("inputs", "") != inputs || manifest.value("base", "") != base.string())
       throw std::runtime_error(
-          fmt::format("--out {}: holds a campaign of another plan, or of another program or data, expected a "
-                      "folder of this one's own",
+          fmt::format("--out {}: holds a campaign with another plan, program or data, expected a folder of "
+                      "this campaign's own",
                       folder.string()));
   } else {
     std::error_code error;
@@ -97,7 +97,7 @@ CampaignFolder CampaignFolder::open(const fs::path& folder, bool for_report) {
   CampaignPlan plan = load_campaign_plan(plan_file, manifest.value("base", ""), data);
   if (!for_report && manifest.value("inputs", "") != inputs_of(plan_file, plan, data))
     throw std::runtime_error(fmt::format(
-        "{}: was begun by another program, or with other data, expected the same", folder.string()));
+        "{}: was started with another program or other data, expected the same", folder.string()));
   return {fs::absolute(folder), std::move(plan)};
 }
 
@@ -137,7 +137,7 @@ std::vector<RunRecord> CampaignFolder::records() const {
     try {
       out.push_back(record_from_json(parse(file)));
     } catch (const nlohmann::json::exception& e) {
-      throw std::runtime_error(fmt::format("{}: no record of a run ({})", file.string(), e.what()));
+      throw std::runtime_error(fmt::format("{}: not a record of a run ({})", file.string(), e.what()));
     }
   }
   return out;
@@ -151,7 +151,7 @@ std::vector<std::optional<RunObservation>> CampaignFolder::goldens() const {
     try {
       out.back() = observation_from_json(parse(golden(i)));
     } catch (const nlohmann::json::exception& e) {
-      throw std::runtime_error(fmt::format("{}: no golden run ({})", golden(i).string(), e.what()));
+      throw std::runtime_error(fmt::format("{}: not a golden run ({})", golden(i).string(), e.what()));
     }
   }
   return out;

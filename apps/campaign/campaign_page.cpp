@@ -179,7 +179,7 @@ std::string worst_runs(const CampaignReport& report) {
         escaped(experiment_text(record.experiment)), record.seed, record.phase,
         escaped(record.checked.reason), escaped(run.replay));
   }
-  if (all == 0) return "<p>No run ended otherwise than safely.</p>\n";
+  if (all == 0) return "<p>All runs ended safely.</p>\n";
   out += "</table>\n";
   if (all > listed) out += fmt::format("<p>{} more are in report.json.</p>\n", all - listed);
   return out;
@@ -187,8 +187,8 @@ std::string worst_runs(const CampaignReport& report) {
 
 std::string golden_part(const GoldenSummary& golden) {
   std::string out = fmt::format(
-      "<h2>Golden runs</h2>\n<p>{} of {} runs without a fault, {:.2f} h of the emulated clock. Something was "
-      "shown in {}.</p>\n",
+      "<h2>Golden runs</h2>\n<p>{} of {} runs without a fault, {:.2f} h of emulated time. Something was "
+      "shown: {}.</p>\n",
       golden.done, golden.wanted, golden.hours, share_text(golden.alarmed));
   const auto list = [&](const char* title, const std::vector<std::string>& lines) {
     if (lines.empty()) return;
@@ -197,7 +197,7 @@ std::string golden_part(const GoldenSummary& golden) {
     out += "</ul>\n";
   };
   list("False alarms:", golden.false_alarms);
-  list("Not done, so that their runs are invalid:", golden.unfit);
+  list("Task not completed, so their runs are invalid:", golden.unfit);
   return out;
 }
 
@@ -206,24 +206,23 @@ std::string golden_part(const GoldenSummary& golden) {
 std::string campaign_page(const CampaignReport& report) {
   std::string page = page_head("walkman-hil: campaign", kStyle);
   page += fmt::format(
-      "<h1>Faults on purpose</h1>\n<p>{} of {} runs, in {} of which the fault made a difference. Of these "
-      "and "
-      "not masked, something was shown in {}. Silent-wrong: {}. Intervals are Clopper and Pearson's, 95 "
-      "%.</p>\n",
+      "<h1>Injected faults</h1>\n<p>{} of {} runs, in {} of which the fault made a difference. "
+      "Faults shown, of those not masked: {}. Silent-wrong: {}. "
+      "Intervals are 95 % Clopper-Pearson intervals.</p>\n",
       report.all.runs, report.wanted, report.all.activated, share_text(report.all.coverage),
       share_text(report.all.silent_wrong));
   page += colour_bar(report.all);
   page +=
-      "<h2>Faults and phases</h2>\n<p>A cell has the colour of its worst class, and how many of its runs are "
-      "of it; all are told when the mouse is on it.</p>\n" +
+      "<h2>Faults and phases</h2>\n<p>A cell has the colour of its worst class, and states how many of its "
+      "runs are in that class; hover to see all classes.</p>\n" +
       heat_map(report);
   page += "<h2>The worst runs</h2>\n" + worst_runs(report);
   page +=
-      "<h2>By fault</h2>\n<p>Times are ms. \"Shown after\" counts from when the fault begins, \"still "
-      "after\" "
-      "from then until the robot stood still, where the drivers stopped it. Late are those shown after the "
-      "interval, which counts from when the plant was off by what counts, and those that did not stand still "
-      "in time. Of what was seen in none of n runs no more is known than that it is below 3/n.</p>\n" +
+      "<h2>By fault</h2>\n<p>Times are in ms. \"Shown after\" counts from when the fault began. "
+      "\"Still after\" counts from when the fault was shown until the robot stood still, if the drivers "
+      "stopped it. Late: shown after the interval, which counts from when the plant was off by a relevant "
+      "amount, or not still in time. For an outcome seen in none of n runs, its share is only known to be "
+      "below 3/n.</p>\n" +
       group_table(report.faults, true);
   page += "<h2>By phase</h2>\n" + group_table(report.phases, false) + cell_table(report.cells);
   page += golden_part(report.golden);

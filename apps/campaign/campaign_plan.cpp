@@ -87,13 +87,13 @@ FaultEntry read_entry(const YamlMap& map, const std::vector<PhaseBegin>& of_all)
   if (out.kind == nullptr) {
     std::vector<std::string> names;
     for (const auto& one : faults::injectable_faults()) names.emplace_back(one.name);
-    map.fail("fault", fmt::format("there is no fault \"{}\"{}; `walkman-hil fault list` has them", kind,
+    map.fail("fault", fmt::format("there is no fault \"{}\"{}; `walkman-hil fault list` lists them", kind,
                                   did_you_mean(kind, names)));
   }
   if (faults::is_single(out.kind->target)) {
     if (map.has("targets"))
-      map.fail("targets",
-               fmt::format("\"{}\" is of the {}, expected none", kind, faults::to_word(out.kind->target)));
+      map.fail("targets", fmt::format("\"{}\" always applies to the {}, expected no targets", kind,
+                                      faults::to_word(out.kind->target)));
     out.targets = {""};
   } else {
     out.targets = map.texts("targets");
@@ -285,7 +285,7 @@ CampaignPlan load_campaign_plan(const std::filesystem::path& file, const std::fi
   for (const std::string& experiment : experiments) {
     const std::filesystem::path scene = scene_of(root, experiment, base, data);
     if (!scenes.insert(std::filesystem::weakly_canonical(scene)).second)
-      root.fail("experiments", fmt::format("has \"{}\" a second time", experiment));
+      root.fail("experiments", fmt::format("\"{}\" is given twice", experiment));
     const Scene loaded = load_scene(scene);
     const KnownRobot robot(loaded.robot);
     require_layout(root, plan.layout, robot);

@@ -254,7 +254,7 @@ std::string experiment_text(const std::string& experiment) {
 }
 
 std::string share_text(const Proportion& share) {
-  if (share.n == 0) return "none to tell by";
+  if (share.n == 0) return "no data";
   if (share.k == 0)
     return fmt::format("none of {}: below {:.3g} %", share.n,
                        std::min(100.0, 100 * 3 / static_cast<double>(share.n)));
@@ -268,7 +268,7 @@ std::string to_text(const CampaignReport& report) {
   for (std::size_t i = 0; i < report.all.classes.size(); ++i)
     if (report.all.classes[i] > 0)
       out += fmt::format("  {:<14} {:6d}\n", to_word(static_cast<RunClass>(i)), report.all.classes[i]);
-  out += fmt::format("shown, of what was not masked: {}\n", share_text(report.all.coverage));
+  out += fmt::format("shown, of those not masked: {}\n", share_text(report.all.coverage));
   out += fmt::format("silent-wrong: {}\n", share_text(report.all.silent_wrong));
   out += fmt::format("{} of {} golden runs, {:.2f} h; with a false alarm: {}\n", report.golden.done,
                      report.golden.wanted, report.golden.hours, share_text(report.golden.alarmed));

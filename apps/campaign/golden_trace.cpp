@@ -32,7 +32,8 @@ GoldenTrace GoldenTrace::load(const std::filesystem::path& file) {
   const std::size_t rest = bytes.size() - std::min(bytes.size(), sizeof cycles);
   if (cycles == 0 || cycles > rest / sizeof(std::uint64_t) ||
       (rest - cycles * sizeof(std::uint64_t)) % (cycles * sizeof(float)) != 0)
-    throw std::runtime_error(file.string() + ": not a golden run's trace, expected it as it was written");
+    throw std::runtime_error(file.string() +
+                             ": not a golden run's trace, expected the file as the campaign wrote it");
   out.hashes_.resize(cycles);
   out.positions_.resize((rest - cycles * sizeof(std::uint64_t)) / sizeof(float));
   const char* from = bytes.data() + sizeof cycles;

@@ -101,7 +101,7 @@ void classify(const RunObservation& run, const RunObservation& golden, const fau
     return is(RunClass::kDegraded, out.shown ? how + "; shown: " + shown : how + "; nothing was shown");
   if (out.shown) return is(RunClass::kRecovered, shown);
   if (out.activated) return is(RunClass::kMasked, "nothing was shown");
-  is(RunClass::kNotActivated, "neither frames nor plant were others than with the golden twin");
+  is(RunClass::kNotActivated, "neither frames nor plant differed from the golden twin's");
 }
 
 }  // namespace
@@ -110,7 +110,7 @@ std::string_view to_word(RunClass run_class) { return kWords[static_cast<std::si
 
 RunClass run_class_of(std::string_view word) {
   const auto found = std::find(kWords.begin(), kWords.end(), word);
-  if (found == kWords.end()) throw std::runtime_error(fmt::format("\"{}\" is no class of runs", word));
+  if (found == kWords.end()) throw std::runtime_error(fmt::format("\"{}\" is not a class of runs", word));
   return static_cast<RunClass>(found - kWords.begin());
 }
 

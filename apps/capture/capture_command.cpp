@@ -40,7 +40,7 @@ camera::OrganizedCloud next_cloud(EmulatedWorld& world, EmbeddedCamera& camera) 
   camera::OrganizedCloud cloud;
   while (!camera.client.latest(from, cloud)) {
     if (world.emulator.now() - from > kLongestWait)
-      throw std::runtime_error("the emulated camera sends no frame in 5 s of its time");
+      throw std::runtime_error("the emulated camera sent no frame in 5 s of emulated time");
     world.emulator.advance(world.emulator.now() + kStep);
   }
   return cloud;
@@ -83,7 +83,7 @@ std::vector<multisense::Sweep::Point> next_sweep(EmulatedWorld& world, EmbeddedC
   CameraPath path(world);
   while (sweep.turned() < std::numbers::pi) {
     if (world.emulator.now() - from > longest)
-      throw std::runtime_error("the emulated laser has not turned half around in its time");
+      throw std::runtime_error("the emulated laser has not made half a turn in time");
     world.emulator.advance(world.emulator.now() + kStep);
     path.note();
     for (const multisense::LidarData& scan : camera.client.take_scans())

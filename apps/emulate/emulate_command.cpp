@@ -84,7 +84,7 @@ void require_free_of_contradictions(const EmulateArguments& options) {
       throw std::runtime_error(fmt::format("--free-run: {}, expected no {}", found.reason, found.option));
     if (!options.free_run && found.reason == nullptr)
       throw std::runtime_error(
-          fmt::format("{}: of the master that only a free run has, expected --free-run", found.option));
+          fmt::format("{}: applies only to a free run's master, expected --free-run", found.option));
   }
 }
 
@@ -189,7 +189,7 @@ int run_emulate(const EmulateArguments& options) {
   if (options.fault_socket) {
     socket.emplace(emulation, options.fault_socket->empty() ? default_fault_socket()
                                                             : std::filesystem::path(*options.fault_socket));
-    say("faults are taken from whoever may write to the fault socket");
+    say("faults are accepted from anyone who may write to the fault socket");
   }
   {
     ProgressLine line;
@@ -218,7 +218,7 @@ void add_emulate_command(CLI::App& app, std::function<int()>& run) {
   command->add_option(
       "--can", options->can,
       "Which bus is plugged into which interface: torso=vcan0,rarm=vcan1,... A bus left out is "
-      "emulated all the same, with nobody at its other end");
+      "emulated as well, with nobody at its other end");
   add_pacing_options(
       *command, options->pacing,
       "SYNC is the clock: a cycle runs when SYNC has arrived on every interface, and time stands "
@@ -227,14 +227,14 @@ void add_emulate_command(CLI::App& app, std::function<int()>& run) {
   command->add_flag(
       "--free-run", options->free_run,
       "As fast as the machine goes, on the embedded buses alone: a master in this process boots "
-      "the robot and holds it standing; tells drift and hashes at the end, and on stderr time "
-      "and memory");
+      "the robot and holds it standing; prints drift and hashes at the end, and time and memory "
+      "on stderr");
   add_master_options(*command, options->master);
   command
       ->add_option(
           "--stalls", options->stalls,
-          "Of real time: drop: when the host did not let the emulator run for more than 75 ms, emulated time "
-          "goes on from the present (default); replay: it is made up for, as fast as the host can")
+          "In real time: drop: after a stall of more than 75 ms, continue from the present (default); "
+          "replay: catch up as fast as possible")
       ->check(CLI::IsMember({"drop", "replay"}));
   command->add_option("--ready-fd", options->ready_descriptor,
                       "Write a line to this descriptor, and close it, when the nodes have booted");
@@ -261,21 +261,22 @@ void add_emulate_command(CLI::App& app, std::function<int()>& run) {
       ->check(CLI::Range(std::int64_t{0}, std::int64_t{1} << 53));
   CLI::Option* only = command->add_option(
       "--only", options->only,
-      "Buses and devices whose nodes are emulated, as rarm or RElbj,r_arm_ft; the others are somebody else's "
-      "on the same interfaces");
-  command->add_option("--without", options->without, "Those that are not emulated, all others are")
+      "Buses and devices whose nodes are emulated, such as rarm or RElbj,r_arm_ft; other programs "
+      "provide the rest on the same interfaces");
+  command->add_option("--without", options->without, "Buses and devices not emulated; all others are")
       ->excludes(only);
-  command->add_option("--faults", options->faults,
-                      "YAML plan of what is to break, and when; `walkman-hil fault list` has the kinds");
+  command->add_option(
+      "--faults", options->faults,
+      "YAML plan of the faults to inject, and when; `walkman-hil fault list` lists the kinds");
   command
       ->add_option(
           "--fault-socket", options->fault_socket,
-          "Take faults from `walkman-hil fault` of the same user while running, over this local socket "
+          "Accept faults from `walkman-hil fault` of the same user while running, over this local socket "
           "(" +
               default_fault_socket().string() + ")")
       ->expected(0, 1);
   command->add_flag("--faults-on-hardware", options->faults_on_hardware,
-                    "Allow both although an interface of --can is a real one");
+                    "Allow both even if an interface of --can is a real one");
   add_camera_option(*command, options->camera_address);
   command
       ->add_option(
@@ -286,12 +287,12 @@ void add_emulate_command(CLI::App& app, std::function<int()>& run) {
       ->default_str("29536");
   command->add_flag(
       "--socketcand-beacon", options->beacon,
-      "Tell of the socketcand server by UDP broadcasts on the loopback network, port 42000, every 3 s");
+      "Announce the socketcand server by UDP broadcasts on the loopback network, port 42000, every 3 s");
   command->add_option(
       "--slcan", options->slcan,
       "BUS or BUS=PATH: a serial-line CAN adapter on a pseudo-terminal, with PATH as a symbolic "
       "link to it; may be repeated");
-  command->add_option("--duration", options->duration, "End after so many emulated seconds")
+  command->add_option("--duration", options->duration, "End after this many emulated seconds")
       ->check(CLI::Validator(
           [](const std::string& text) {
             char* rest = nullptr;

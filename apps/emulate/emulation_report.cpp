@@ -19,7 +19,7 @@ std::string clock_text(const EmulationSummary& s) {
   std::string text = fmt::format("real time, {} of {} physics steps late by more than 1 ms, worst {:.1f} ms",
                                  s.lateness.late, s.lateness.steps, milliseconds(s.lateness.worst));
   if (s.lateness.stalls > 0) {
-    text += fmt::format("; {} stall{} of together {:.3f} s left out", s.lateness.stalls,
+    text += fmt::format("; {} stall{} with {:.3f} s in total left out", s.lateness.stalls,
                         s.lateness.stalls == 1 ? "" : "s", milliseconds(s.lateness.dropped) * 1e-3);
   }
   // The clock is normally within one step of the present.

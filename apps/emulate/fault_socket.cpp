@@ -68,12 +68,12 @@ std::string interface_kind(const std::string& name) {
 
   const gateways::Descriptor socket(::socket(AF_NETLINK, SOCK_RAW | SOCK_CLOEXEC, NETLINK_ROUTE));
   if (socket.get() < 0 || send(socket.get(), &request, sizeof request, 0) != sizeof request)
-    throw fail("the kernel cannot be asked about it");
+    throw fail("the kernel cannot be queried about it");
   std::array<char, 32768> answer;
   const ssize_t size = recv(socket.get(), answer.data(), answer.size(), 0);
   Bytes rest(answer.data(), size < 0 ? 0 : static_cast<std::size_t>(size));
   if (rest.size() < NLMSG_LENGTH(sizeof(ifinfomsg)) || at<nlmsghdr>(rest).nlmsg_type != RTM_NEWLINK)
-    throw fail("the kernel does not tell about it");
+    throw fail("the kernel does not describe it");
   rest = rest.subspan(NLMSG_LENGTH(sizeof(ifinfomsg)));
   const Bytes kind = attribute(attribute(rest, IFLA_LINKINFO), IFLA_INFO_KIND);
   return {kind.data(), strnlen(kind.data(), kind.size())};
@@ -89,7 +89,7 @@ sockaddr_un address_of(const std::filesystem::path& path) {
   address.sun_family = AF_UNIX;
   const std::string text = path.string();
   if (text.size() >= sizeof address.sun_path)
-    throw std::runtime_error(fmt::format("{}: {} bytes, expected a socket's name of at most {}", text,
+    throw std::runtime_error(fmt::format("{}: {} bytes, expected a socket name of at most {}", text,
                                          text.size(), sizeof address.sun_path - 1));
   std::memcpy(address.sun_path, text.c_str(), text.size());
   return address;

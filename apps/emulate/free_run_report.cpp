@@ -36,8 +36,9 @@ std::string ending_text(const FreeRunSummary& s) {
 }
 
 std::string drift_text(const FreeRunSummary& s) {
-  if (!s.settled_for) return "drift: none told, the robot had not settled\n";
-  std::string text = fmt::format("drift over {:.3f} s{:>8} {:>14}\n", *s.settled_for, "most", "last second");
+  if (!s.settled_for) return "drift: none reported, the robot had not settled\n";
+  std::string text =
+      fmt::format("drift over {:.3f} s{:>8} {:>14}\n", *s.settled_for, "maximum", "last second");
   const auto row = [&](const char* what, double most, double last, const char* unit) {
     text += fmt::format("{:<14} {:>10.4f} {:<3} {:>10.4f} {}\n", what, most, unit, last, unit);
   };
@@ -64,7 +65,7 @@ std::string to_text(const FreeRunSummary& s) {
   std::string text = fmt::format("emulated {:.3f} s: {}\n", s.emulated_seconds, ending_text(s));
   text += drift_text(s);
   text += fmt::format("{:>12}  {:<16}  {:<16}  {:>14}  {:>9}  {:>14}\n", "hashes at", "state", "frames",
-                      "number of them", "base", "centre of mass");
+                      "frame count", "base", "centre of mass");
   for (const Fingerprint& f : s.fingerprints) {
     text += fmt::format("{:>10.3f} s  {:016x}  {:016x}  {:>14}", f.seconds, f.state, f.wire, f.frames);
     text += f.drift ? fmt::format("  {:>6.4f} mm  {:>11.4f} mm\n", 1e3 * f.drift->base, 1e3 * f.drift->com)
@@ -116,16 +117,16 @@ std::string to_json_text(const FreeRunSummary& s) {
 
 std::string to_text(const FreeRunCosts& costs, const FreeRunSummary& s) {
   constexpr double kMegabyte = 1e6;
-  std::string text =
-      fmt::format("{:.3f} s emulated in {:.1f} s, {:.2f} times real time; resident memory {:.2f} MB at first",
-                  s.emulated_seconds, costs.wall_seconds,
-                  costs.wall_seconds > 0 ? s.emulated_seconds / costs.wall_seconds : 0,
-                  static_cast<double>(costs.memory_at_first) / kMegabyte);
+  std::string text = fmt::format(
+      "{:.3f} s emulated in {:.1f} s, {:.2f} times real time; resident memory {:.2f} MB at the start",
+      s.emulated_seconds, costs.wall_seconds,
+      costs.wall_seconds > 0 ? s.emulated_seconds / costs.wall_seconds : 0,
+      static_cast<double>(costs.memory_at_first) / kMegabyte);
   if (s.settled_for) {
     text +=
         fmt::format(", {:.2f} MB once it had settled", static_cast<double>(costs.memory_settled) / kMegabyte);
   }
-  return text + fmt::format(", {:.2f} MB at last", static_cast<double>(costs.memory_at_last) / kMegabyte);
+  return text + fmt::format(", {:.2f} MB at the end", static_cast<double>(costs.memory_at_last) / kMegabyte);
 }
 
 }  // namespace walkman::apps

@@ -139,7 +139,7 @@ int run_experiment(const ExperimentArguments& options) {
   } else {
     for (const ExperimentResult& result : results) print(to_text(result));
     print(all ? fmt::format(
-                    "written to {}: report.html, result.json, repetitions.csv, and a folder an experiment\n",
+                    "written to {}: report.html, result.json, repetitions.csv, and a folder per experiment\n",
                     one_line(out.string()))
               : fmt::format(
                     "written to {}: result.json, can.log, dbc, cloud.pcd, seen.png, held.png, wrench.csv, "
@@ -164,7 +164,7 @@ void add_experiment_command(CLI::App& app, std::function<int()>& run) {
       "experiment",
       "Run the paper's experiments, or a scene of your own, on the embedded bus; the plant judges");
   command->add_option("EXPERIMENT", options->experiment,
-                      "Number in the paper, 1 to 11, or all; without one, --scene is judged for itself");
+                      "Number in the paper, 1 to 11, or all; without one, --scene is judged on its own");
   command->add_option("--repeat", options->repeat, "Repetitions, with the seeds SEED, SEED+1, ...")
       ->check(CLI::Range(1, 10000));
   command
@@ -180,8 +180,9 @@ void add_experiment_command(CLI::App& app, std::function<int()>& run) {
   add_scene_options(*command, options->scene, "the experiment's own");
   command->add_option("--parameters", options->parameters,
                       "YAML of both stages' parameters (default: the scene's, else the program's own)");
-  command->add_option("--faults", options->faults,
-                      "YAML plan of what is to break, and when; `walkman-hil fault list` has the kinds");
+  command->add_option(
+      "--faults", options->faults,
+      "YAML plan of the faults to inject, and when; `walkman-hil fault list` lists the kinds");
   add_master_options(*command, options->master);
   command->add_flag("--state-log", options->state_log,
                     "Write state.csv too: the devices' objects at every PDO (large)");

@@ -95,9 +95,8 @@ std::string com_chart(const ExperimentResult& result) {
   }
   return chart(svg,
                "Centre of mass along the object for each seed: blue, where the hand first grasped "
-               "(d<sub>v</sub>); green, "
-               "where the weighing has it (d<sub>v</sub> + d, with two standard deviations); red, where it "
-               "is (d<sub>r</sub>).");
+               "(d<sub>v</sub>); green, where the weighing places it (d<sub>v</sub> + d, with two standard "
+               "deviations); red, where it is (d<sub>r</sub>).");
 }
 
 struct Trace {
@@ -168,8 +167,8 @@ std::string torque_chart(const std::filesystem::path& folder) {
                        value);
   return chart(
       svg,
-      "Torque at the wrist about the hand frame, in the first repetition: what the sensor reads more than "
-      "at the last tare of the empty hand; turned, that hand makes a torque of its own.");
+      "Torque at the wrist about the hand frame, in the first repetition: the sensor's reading relative to "
+      "the last tare of the empty hand; once turned, the hand causes a torque of its own.");
 }
 
 std::string base64(const std::string& bytes) {
@@ -301,8 +300,8 @@ std::string experiment_page(const std::vector<ExperimentResult>& results,
   }
   std::string page = page_head("walkman-hil: experiments", kStyle);
   page += fmt::format(
-      "<h1>The paper's experiments</h1>\n<p>{} repetitions, {} of them ended with the object held where "
-      "the wrist's torque is least of what can be grasped. Torques are norms about the hand frame, with "
+      "<h1>The paper's experiments</h1>\n<p>{} repetitions, {} of them ended with the object held at the "
+      "graspable place with the least wrist torque. Torques are norms about the hand frame, with "
       "the sign of d; \"true\" is the emulated plant's. The paper is Kanoulas et al., \"Center-of-Mass-Based "
       "Grasp Adaptation Using 3D Range and Force/Torque Sensing\".</p>\n",
       done, well);

@@ -101,8 +101,7 @@ void Judge::trace_to(const std::filesystem::path& csv_file) {
   trace_
       << "# wrist force/torque sensor's reading about and in its own frame, the hand's measured position in "
          "the "
-         "stance frame, and the torque's norm about the hand frame of what the sensor reads more than at the "
-         "last tare\n"
+         "stance frame, and the norm of the torque about the hand frame relative to the last tare\n"
          "time_s,phase,fx_N,fy_N,fz_N,tx_Nm,ty_Nm,tz_Nm,hand_x_m,hand_y_m,hand_z_m,torque_Nm\n";
 }
 

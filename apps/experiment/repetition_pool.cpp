@@ -170,7 +170,7 @@ std::vector<std::optional<RepetitionResult>> run_repetitions(
       close(child.pipe);
       if (!error && WIFSIGNALED(status)) {
         error = std::make_exception_ptr(std::logic_error(
-            fmt::format("repetition {} died by signal {}", child.index + 1, WTERMSIG(status))));
+            fmt::format("repetition {} was killed by signal {}", child.index + 1, WTERMSIG(status))));
       }
       if (!error && !results[child.index]) {
         error = std::make_exception_ptr(

@@ -58,8 +58,8 @@ ResultFolder::ResultFolder(fs::path folder) : folder_(std::move(folder)) {
   std::error_code error;
   fs::create_directories(folder_, error);
   if (!fs::is_directory(folder_)) {
-    throw EnvironmentError(fmt::format("--out {}: the folder cannot be made ({})", folder_.string(),
-                                       error ? error.message() : "something else has its name"));
+    throw EnvironmentError(fmt::format("--out {}: the folder cannot be created ({})", folder_.string(),
+                                       error ? error.message() : "something else has this name"));
   }
   const fs::path lock = folder_ / kLockName;
   lock_ = open(lock.c_str(), O_RDWR | O_CREAT | O_CLOEXEC | O_NOFOLLOW, 0644);
@@ -97,8 +97,8 @@ void ResultFolder::clear() const {
       fs::remove(entry.path(), none);
     }
   } catch (const fs::filesystem_error& e) {
-    throw EnvironmentError(
-        fmt::format("{}: of an earlier run, cannot be removed ({})", e.path1().string(), e.code().message()));
+    throw EnvironmentError(fmt::format("{}: left by an earlier run, cannot be removed ({})",
+                                       e.path1().string(), e.code().message()));
   }
 }
 

@@ -402,8 +402,8 @@ std::string to_text(const ExperimentResult& result) {
           "  fault     {}{}{}: {}\n", fault.kind, fault.target.empty() ? "" : " of ", fault.target,
           fault.times == 0
               ? "did not begin"
-              : fmt::format("begun {} times, first at {:.3f} s{}", fault.times, fault.first,
-                            fault.frames == 0 ? "" : fmt::format(", {} frames touched", fault.frames)));
+              : fmt::format("began {} times, first at {:.3f} s{}", fault.times, fault.first,
+                            fault.frames == 0 ? "" : fmt::format(", {} frames affected", fault.frames)));
   }
   const Mean mean = result.mean();
   const std::size_t stopped = result.repetitions.size() - static_cast<std::size_t>(mean.n);

@@ -39,7 +39,7 @@ int run_export(const ExportArguments& options, Writer write) {
 }
 
 void add_format(CLI::App& command, std::function<int()>& run, const char* name, const char* help,
-                Writer write, const char* out = "Folder for the files; created if it is not there") {
+                Writer write, const char* out = "Folder for the files; created if it does not exist") {
   auto options = std::make_shared<ExportArguments>();
   CLI::App* format = command.add_subcommand(name, help);
   format->add_option("--out", options->out, out)->required();

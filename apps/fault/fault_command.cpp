@@ -75,7 +75,7 @@ std::string list_text() {
     out += fmt::format("{:<18} {:<20} {}\n{:<18} seen: {}\n", kind.name, target_of(kind.target), kind.what,
                        "", kind.seen);
     if (!kind.embedded_only.empty())
-      out += fmt::format("{:<18} not of a running emulator: {}\n", "", kind.embedded_only);
+      out += fmt::format("{:<18} not in a running emulator: {}\n", "", kind.embedded_only);
     if (!kind.by_hand.empty()) out += fmt::format("{:<18} cannot be injected: {}\n", "", kind.by_hand);
     for (const faults::Parameter& p : kind.parameters)
       out += fmt::format("{:<18}   {} {:g} to {:g}{}{} ({:g}): {}\n", "", p.name, p.least, p.most,
@@ -93,8 +93,7 @@ std::string list_markdown() {
       out += fmt::format("| `{}` | {} | yes | {}{} |\n", kind.name, target_of(kind.target),
                          kind.embedded_only.empty() ? "yes" : "no: ", kind.embedded_only);
     } else {
-      out +=
-          fmt::format("| `{}` | {} | no: {} | likewise |\n", kind.name, target_of(kind.target), kind.by_hand);
+      out += fmt::format("| `{}` | {} | no: {} | no |\n", kind.name, target_of(kind.target), kind.by_hand);
     }
   return out;
 }
@@ -112,7 +111,7 @@ std::string seconds_of(const std::string& text) {
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
   const std::string_view unit(end, static_cast<std::size_t>(text.data() + text.size() - end));
   if (error != std::errc{} || (!unit.empty() && unit != "s" && unit != "ms"))
-    throw std::runtime_error(fmt::format("--for {}: expected a time, as 2s or 250ms", text));
+    throw std::runtime_error(fmt::format("--for {}: expected a time such as 2s or 250ms", text));
   return fmt::format("{}", unit == "ms" ? value * 1e-3 : value);
 }
 
@@ -129,8 +128,8 @@ int inject(const FaultArguments& options) {
 
 void add_fault_command(CLI::App& app, std::function<int()>& run) {
   auto options = std::make_shared<FaultArguments>();
-  CLI::App* command =
-      app.add_subcommand("fault", "What can be broken on purpose, and breaking it while it is emulated");
+  CLI::App* command = app.add_subcommand(
+      "fault", "List the faults that can be injected, and inject them into a running emulator");
   command->require_subcommand(1);
   const auto add = [&](const char* name, const char* what,
                        const std::function<int(const FaultArguments&)>& job) {
@@ -139,11 +138,12 @@ void add_fault_command(CLI::App& app, std::function<int()>& run) {
     return verb;
   };
   const auto with_socket = [&](CLI::App* verb) {
-    verb->add_option("--socket", options->socket,
-                     "The emulator's, as its --fault-socket (" + options->socket + ")");
+    verb->add_option(
+        "--socket", options->socket,
+        "Fault socket of the emulator, as given to its --fault-socket (" + options->socket + ")");
     return verb;
   };
-  CLI::App* list = add("list", "Every kind with its target, its parameters and what the drivers see",
+  CLI::App* list = add("list", "List every kind with its target, its parameters and what the drivers see",
                        [](const FaultArguments& given) -> int {
                          if (given.as_json) {
                            print_json(list_json().dump(2) + "\n");
@@ -152,13 +152,15 @@ void add_fault_command(CLI::App& app, std::function<int()>& run) {
                          }
                          return kOk;
                        });
-  auto* as_json = list->add_flag("--json", options->as_json, "As JSON");
-  list->add_flag("--markdown", options->as_markdown, "Where each can be, as a table")->excludes(as_json);
+  auto* as_json = list->add_flag("--json", options->as_json, "Print JSON");
+  list->add_flag("--markdown", options->as_markdown, "Print a table of where each can be injected")
+      ->excludes(as_json);
   CLI::App* verb =
-      with_socket(add("inject", "Break something of an emulator that runs; prints the fault's name", inject));
-  verb->add_option("FAULT", options->words, "Target and fault, and NAME=VALUE: RElbj encoder-stuck side=0")
+      with_socket(add("inject", "Inject a fault into a running emulator; prints the fault's name", inject));
+  verb->add_option("FAULT", options->words,
+                   "Target, fault and parameters as NAME=VALUE: RElbj encoder-stuck side=0")
       ->required();
-  verb->add_option("--for", options->lasts, "How long, as 2s or 250ms (until it is cleared)");
+  verb->add_option("--for", options->lasts, "How long, such as 2s or 250ms (default: until it is cleared)");
   with_socket(add("clear", "End faults by their names, or all",
                   [](const FaultArguments& given) -> int {
                     std::vector<std::string> request = {"clear"};
@@ -166,10 +168,10 @@ void add_fault_command(CLI::App& app, std::function<int()>& run) {
                     print(ask_emulator(given.socket, request) + "\n");
                     return kOk;
                   }))
-      ->add_option("NAME", options->words, "Of the fault, as inject printed it, or all")
+      ->add_option("NAME", options->words, "Name of the fault, as printed by inject, or all")
       ->required();
   with_socket(
-      add("active", "The faults of an emulator that runs, as JSON", [](const FaultArguments& given) -> int {
+      add("active", "Print the faults of a running emulator as JSON", [](const FaultArguments& given) -> int {
         print_json(ask_emulator(given.socket, {"active"}) + "\n");
         return kOk;
       }));

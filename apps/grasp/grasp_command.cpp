@@ -29,12 +29,12 @@ struct GraspArguments {
 };
 
 constexpr const char* kFooter =
-    "The robot, or 'walkman-hil emulate' with the same --can, has to be there already. At Ctrl-C the drives\n"
+    "The robot, or 'walkman-hil emulate' with the same --can, must be running already. At Ctrl-C the drives\n"
     "quick-stop and the nodes are stopped. Exit codes: 0 the object hangs from the hand where the wrist "
     "torque\n"
-    "is least; 1 it does not, or Ctrl-C; 2 bad usage or file; 3 an interface or the camera is not "
-    "there, or\n"
-    "the robot's time does not go as the master's; 5 internal error.";
+    "is least; 1 it does not, or Ctrl-C; 2 bad usage or file; 3 an interface or the camera is "
+    "missing,\n"
+    "or the robot's clock does not keep pace with the master's; 5 internal error.";
 
 int run(const GraspArguments& options) {
   const std::filesystem::path data = data_directory();
@@ -86,7 +86,7 @@ void add_grasp_command(CLI::App& app, std::function<int()>& chosen) {
       ->required();
   add_pacing_options(
       *command, options->pacing,
-      "A cycle ends when every answer has come: for an emulator with --lockstep and the same period",
+      "A cycle ends when every answer has arrived: for an emulator with --lockstep and the same period",
       "Cycles begin on the host's clock (default)");
   add_camera_option(*command, options->camera_address);
   command->add_option("--parameters", options->parameters, "YAML of both stages' parameters");

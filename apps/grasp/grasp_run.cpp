@@ -133,7 +133,7 @@ class ProvenLockstep final : public robot::Cycle {
 /// Reports that the robot's time does not run at the master's pace.
 [[noreturn]] void throw_other_pace(Time interval, const robot::RobotOptions& options, Pacing pacing) {
   throw EnvironmentError(fmt::format(
-      "heartbeats that are due every {:g} ms come every {:g} ms of the master's time: {}",
+      "heartbeats that are due every {:g} ms arrive every {:g} ms of the master's time: {}",
       seconds(options.heartbeat_producer) * 1e3, seconds(interval) * 1e3, what_is_needed(options, pacing)));
 }
 

@@ -74,13 +74,14 @@ int run_load(const LoadArguments& options) {
 void add_load_command(CLI::App& app, std::function<int()>& run) {
   auto options = std::make_shared<LoadArguments>();
   CLI::App* command =
-      app.add_subcommand("load", "Tell what a SYNC rate and a PDO layout ask of each bus, at worst");
+      app.add_subcommand("load", "Report the worst-case load of each bus for a SYNC rate and PDO layout");
   command->add_option("--rate", options->rate_hz, "SYNC rate in Hz (200)")->check(CLI::Range(1.0, 10000.0));
-  command->add_option("--layout", options->layout, "a, b, c, d, e or a layout file (the robot's own, a)");
+  command->add_option("--layout", options->layout,
+                      "a, b, c, d, e or a layout file (default: the robot's own, a)");
   add_robot_file_option(*command, options->robot);
   add_robot_options(*command, options->choice);
   command->add_flag("--json", options->as_json, "Print JSON");
-  command->footer("Exit code 1: a bus cannot carry it.");
+  command->footer("Exit code 1: a bus cannot carry the load.");
   command->callback([&run, options] { run = [options] { return run_load(*options); }; });
 }
 

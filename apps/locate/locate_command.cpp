@@ -107,7 +107,7 @@ std::string others_text(const perception::StageOneResult& result) {
   for (std::size_t i = 0; i < result.objects.size(); ++i)
     if (i != result.chosen && !result.objects[i].handles.empty())
       others += fmt::format("{}{} ({})", others.empty() ? "" : ", ", i, result.objects[i].handles.size());
-  return others.empty() ? "no other cluster has any" : "clusters that have some: " + others;
+  return others.empty() ? "no other cluster has any" : "clusters that have handles: " + others;
 }
 
 std::string result_text(const Located& located) {
@@ -190,7 +190,7 @@ void add_locate_command(CLI::App& app, std::function<int()>& run) {
   command
       ->add_option(
           "--near", options->near,
-          "The object is the one next to this point (m, the file's frame), not the largest with handles")
+          "Choose the object nearest to this point (m, the file's frame), not the largest with handles")
       ->expected(3)
       ->type_name("FLOAT FLOAT FLOAT");
   command->add_flag("--json", options->as_json, "Print JSON (SI units, the file's frame)");

@@ -12,10 +12,10 @@ void add_model_command(CLI::App& app, std::function<int()>& run) {
     bool as_json = false;
   };
   auto options = std::make_shared<Options>();
-  CLI::App* model = app.add_subcommand("model", "Look at robot models");
+  CLI::App* model = app.add_subcommand("model", "Inspect robot models");
   model->require_subcommand(1);
   CLI::App* check = model->add_subcommand(
-      "check", "Tell a URDF's mass, joints, limits and sensors, and what cannot be used of it");
+      "check", "Report a URDF's mass, joints, limits and sensors, and what in it cannot be used");
   check->add_option("FILE.urdf", options->urdf, "Robot description")->required();
   check->add_option("--package-path", options->packages,
                     "Folder in which package://NAME is looked up as NAME; may be given several times");

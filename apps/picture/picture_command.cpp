@@ -98,7 +98,7 @@ int make_picture(const PictureArguments& options) {
   const auto [width, height] = picture_size(options.size);
   const auto [azimuth, elevation] = picture_view(options.view);
   if (options.phase.empty() != (options.experiment == 0)) {
-    throw std::runtime_error("--experiment and --phase: one without the other says no moment, expected both");
+    throw std::runtime_error("--experiment and --phase: only one is given, expected both or neither");
   }
   if (options.experiment < 0 || options.experiment > kExperiments) {
     throw std::runtime_error(fmt::format("experiment {}: there is no such experiment, expected 1 to {}",
@@ -131,12 +131,13 @@ int make_picture(const PictureArguments& options) {
 void add_picture_command(CLI::App& app, std::function<int()>& run) {
   auto options = std::make_shared<PictureArguments>();
   CLI::App* command =
-      app.add_subcommand("picture", "Render the plant as it is at one moment of a scene or of an experiment");
+      app.add_subcommand("picture", "Render the plant at one moment of a scene or of an experiment");
   command->add_option("--out", options->out, "PNG file to write")->required();
   add_scene_options(*command, options->scene);
   command->add_option("--experiment", options->experiment,
-                      "Run this experiment up to --phase; without, the robot has no master");
-  command->add_option("--phase", options->phase, "Phase of the experiment, its first time: weigh, for one");
+                      "Run this experiment up to --phase; without it, the robot has no master");
+  command->add_option("--phase", options->phase,
+                      "Phase of the experiment, at its first occurrence, e.g. weigh");
   command->add_option("--at", options->at, "Seconds from the start, or from the beginning of --phase (0)")
       ->check(CLI::Range(0.0, 3600.0));
   command
@@ -150,7 +151,7 @@ void add_picture_command(CLI::App& app, std::function<int()>& run) {
   command->add_option("--samples", options->samples, "Rays per pixel (64)")->check(CLI::Range(1, 4096));
   command
       ->add_option("--threads", options->threads,
-                   "Threads (default: one per core); changes nothing in the picture")
+                   "Threads (default: one per core); does not change the picture")
       ->check(CLI::Range(1, 256));
   command->callback([&run, options] { run = [options] { return make_picture(*options); }; });
 }

@@ -126,7 +126,7 @@ class BusNames {
     const auto found = places_.find(interface);
     if (found != places_.end()) return found->second;
     throw std::runtime_error(
-        fmt::format("{}: interface {} is none of the robot's buses ({}), expected --from BUS={}", file_,
+        fmt::format("{}: interface {} is not one of the robot's buses ({}), expected --from BUS={}", file_,
                     interface, fmt::join(names_, ", "), interface));
   }
 

@@ -31,10 +31,10 @@ constexpr const char* kFooter =
     "heartbeat) go to\n"
     "a freshly powered-on emulated robot, and its answers are compared with the log's. Give the scene and "
     "seed\n"
-    "of the run that was logged. Exit codes: 0 every answer is equal, or every frame was sent; 1 not so; 2 "
+    "of the logged run. Exit codes: 0 every answer is equal, or every frame was sent; 1 otherwise; 2 "
     "bad "
     "usage\n"
-    "or file; 3 an interface is not there.";
+    "or file; 3 an interface does not exist.";
 
 /// Parses "a=b,c=d" into a map.
 std::map<std::string, std::string> parse_pairs(const std::string& option, const std::string& text,
@@ -47,7 +47,7 @@ std::map<std::string, std::string> parse_pairs(const std::string& option, const 
     const std::size_t equals = item.find('=');
     if (equals == std::string::npos || equals == 0 || equals + 1 == item.size()) {
       throw std::runtime_error(
-          fmt::format("{}: '{}' is no pair of names, expected e.g. {}", option, item, example));
+          fmt::format("{}: '{}' is not a pair of names, expected e.g. {}", option, item, example));
     }
     pairs[item.substr(0, equals)] = item.substr(equals + 1);
     begin = end + 1;
@@ -106,7 +106,7 @@ int replay_emulated(const ReplayArguments& options) {
     print_json(json.dump(2) + "\n");
   } else {
     print(fmt::format(
-        "{:.3f} s, {} frames of the computer given; answers: {} equal (at most {:.1f} us off in time), {} "
+        "{:.3f} s, {} frames of the computer replayed; answers: {} equal (at most {:.1f} us off in time), {} "
         "different, {} missing, {} extra\n{}",
         result.seconds, result.given, result.equal, latest_us, result.different, result.missing, result.extra,
         result.first.empty() ? "" : "first difference: " + one_line(result.first) + "\n"));
@@ -119,7 +119,7 @@ int replay_emulated(const ReplayArguments& options) {
 void add_replay_command(CLI::App& app, std::function<int()>& run) {
   auto options = std::make_shared<ReplayArguments>();
   CLI::App* command = app.add_subcommand(
-      "replay", "Feed a CAN log back: to interfaces of the kernel, or to a fresh emulated robot to compare");
+      "replay", "Replay a CAN log to interfaces of the kernel, or to a fresh emulated robot for comparison");
   command->add_option("LOG", options->log, "Log as candump -L writes it, or --log FILE.log")->required();
   auto* can =
       command->add_option("--can", options->can,
@@ -128,18 +128,18 @@ void add_replay_command(CLI::App& app, std::function<int()>& run) {
   command->add_option("--speed", options->speed, "Times the log's own speed, 0 for as fast as possible (1)")
       ->check(CLI::NonNegativeNumber)
       ->needs(can);
-  command->add_flag("--master-only", options->master_only, "Send only what a computer sends")->needs(can);
+  command->add_flag("--master-only", options->master_only, "Send only the computer's frames")->needs(can);
   command
       ->add_option("--from", options->from,
-                   "The log's names of the buses if not the robot's own: rarm=vcan1,...")
+                   "Names of the buses in the log, if not the robot's own: rarm=vcan1,...")
       ->excludes(can);
   add_scene_options(*command, options->scene)->excludes(can);
-  command->add_option("--seed", options->seed, "Its seed (default: the scene's)")
+  command->add_option("--seed", options->seed, "Seed of the logged run (default: the scene's)")
       ->check(CLI::Range(std::int64_t{0}, std::int64_t{1} << 53))
       ->excludes(can);
   command
       ->add_option("--timing", options->timing,
-                   "Of the buses in the run that was logged: bus (default) or none")
+                   "Timing of the buses in the logged run: bus (default) or none")
       ->check(CLI::IsMember({"bus", "none"}))
       ->excludes(can);
   command->add_flag("--json", options->as_json, "Print the result as JSON");

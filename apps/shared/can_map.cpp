@@ -58,10 +58,9 @@ void add_pacing_options(CLI::App& command, Pacing& pacing, const char* lockstep,
 }
 
 void add_camera_option(CLI::App& command, std::string& address) {
-  command.add_option(
-      "--camera", address,
-      fmt::format("IPv4 address of the MultiSense, with :PORT where that is not {} (default: {})",
-                  multisense::kCommandPort, kDefaultCamera));
+  command.add_option("--camera", address,
+                     fmt::format("IPv4 address of the MultiSense, with :PORT if that is not {} (default: {})",
+                                 multisense::kCommandPort, kDefaultCamera));
 }
 
 std::vector<CanAssignment> parse_can_map(const std::string& text, const DeviceTable& devices) {

@@ -29,7 +29,7 @@ std::filesystem::path data_directory() {
                                                        : std::filesystem::path(WALKMAN_SOURCE_TREE);
   if (first_non_utf8(folder.string())) {
     throw std::runtime_error(folder.string() +
-                             ": not UTF-8, expected a folder of the product's data that is");
+                             ": not UTF-8, expected a folder with a UTF-8 name for the product's data");
   }
   if (!has_data(folder)) {
     throw std::runtime_error(folder.string() +

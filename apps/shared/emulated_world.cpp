@@ -57,7 +57,7 @@ std::set<std::string> devices_of(const std::string& list, const char* option, co
       throw std::runtime_error(
           fmt::format("{}: there is no bus or device \"{}\"{}", option, name, did_you_mean(name, names)));
     if (out.size() == before)
-      throw std::runtime_error(fmt::format("{}: \"{}\" is there twice", option, name));
+      throw std::runtime_error(fmt::format("{}: \"{}\" is already included", option, name));
   }
   return out;
 }

@@ -14,7 +14,7 @@ namespace {
 constexpr const char* kFooter =
     "Verbs of the script at the root of the source tree only: test (builds and runs every test), bench "
     "(builds and runs\n"
-    "the benchmarks). The product's data is looked up in the folder WALKMAN_DATA, else beside an installed "
+    "the benchmarks). The product's data is looked up in the folder WALKMAN_DATA, else next to an installed "
     "program,\n"
     "else in the source tree.\n"
     "Exit codes: 0 done; 1 ran, but the task failed; 2 bad usage or file; 3 the environment lacks "

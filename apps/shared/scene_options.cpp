@@ -32,11 +32,11 @@ std::vector<std::string> shipped_scenes(const std::filesystem::path& data) {
 
 CLI::Option* add_scene_options(CLI::App& command, SceneCommandLine& options,
                                const std::string& default_scene) {
-  CLI::Option* scene = command.add_option(
-      "--scene", options.scene,
-      "Scene file, or the name of one that comes with the program; 'list' tells which there are "
-      "(default: " +
-          default_scene + ")");
+  CLI::Option* scene =
+      command.add_option("--scene", options.scene,
+                         "Scene file, or the name of one that comes with the program; 'list' lists them "
+                         "(default: " +
+                             default_scene + ")");
   scene->each([](const std::string& named) {
     if (named != kList) return;
     for (const std::string& name : shipped_scenes(data_directory())) print(name + "\n");
@@ -44,7 +44,7 @@ CLI::Option* add_scene_options(CLI::App& command, SceneCommandLine& options,
   });
   command
       .add_option("--model-error", options.model_error,
-                  "How far the emulated robot is from its model, in place of what the scene says")
+                  "How far the emulated robot is from its model, instead of the scene's own setting")
       ->check(CLI::IsMember(model_error_levels()));
   add_robot_options(command, options.robot);
   return scene;
@@ -58,9 +58,8 @@ std::filesystem::path scene_file(const std::string& scene, const std::filesystem
     return data / "urdf" / "scenes" / (named + ".yaml");
   std::error_code error;
   if (std::filesystem::exists(named, error)) return named;
-  throw std::runtime_error(
-      fmt::format("--scene: {}: no such file, and no scene that comes with the program, which are: {}{}",
-                  named, fmt::join(names, ", "), did_you_mean(named, names)));
+  throw std::runtime_error(fmt::format("--scene: {}: no such file or scene, expected a file or one of {}{}",
+                                       named, fmt::join(names, ", "), did_you_mean(named, names)));
 }
 
 std::filesystem::path parameters_file(const Scene& scene, const std::filesystem::path& data) {

@@ -22,7 +22,7 @@ double arm_length(const RobotModel& robot, const HandParts& hand) {
   for (int link = robot.link_index(hand.frame); link != shoulder;) {
     const int joint = robot.links[static_cast<std::size_t>(link)].parent_joint;
     if (joint < 0)
-      throw std::runtime_error(robot.file.string() + ": " + hand.frame + " does not hang on " +
+      throw std::runtime_error(robot.file.string() + ": " + hand.frame + " is not attached to " +
                                hand.shoulder);
     length += robot.joints[static_cast<std::size_t>(joint)].X_PJ.translation().norm();
     link = robot.joints[static_cast<std::size_t>(joint)].parent_link;

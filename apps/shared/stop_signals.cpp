@@ -18,7 +18,7 @@ StopSignals::StopSignals() : descriptor_(-1) {
   pthread_sigmask(SIG_BLOCK, &signals, nullptr);
   descriptor_ = signalfd(-1, &signals, SFD_NONBLOCK | SFD_CLOEXEC);
   if (descriptor_ < 0) {
-    throw std::runtime_error(std::string("signals cannot be waited for (") + std::strerror(errno) + ")");
+    throw std::runtime_error(std::string("cannot wait for signals (") + std::strerror(errno) + ")");
   }
 }
 

@@ -69,7 +69,7 @@ const char* RawSocket::open() noexcept {
   address.can_family = AF_CAN;
   address.can_ifindex = static_cast<int>(index);
   if (bind(descriptor, reinterpret_cast<const sockaddr*>(&address), sizeof address) != 0) {
-    return give_up(descriptor, errno == ENODEV ? "is no CAN interface" : "cannot bind the CAN socket");
+    return give_up(descriptor, errno == ENODEV ? "is not a CAN interface" : "cannot bind the CAN socket");
   }
   if (descriptor_ >= 0) close(descriptor_);
   descriptor_ = descriptor;

@@ -80,7 +80,7 @@ struct Sentence {
                        refused);
   }
   std::string operator()(const cause::CounterStuck& c) const {
-    return fmt::format("counter 2050h stands at {} for {:.4g} ms although TPDOs arrive", c.counter,
+    return fmt::format("counter 2050h has been stuck at {} for {:.4g} ms although TPDOs arrive", c.counter,
                        ms(c.age));
   }
   std::string operator()(const cause::NoHeartbeat& c) const {
@@ -90,7 +90,7 @@ struct Sentence {
     return "booted up in operation, it has lost its configuration";
   }
   std::string operator()(const cause::LeftOperational& c) const {
-    return fmt::format("went to NMT state {} unasked, expected operational", name_of(c.state));
+    return fmt::format("changed to NMT state {} without a command, expected operational", name_of(c.state));
   }
   std::string operator()(const cause::Emcy& c) const {
     if (!c.meaning.empty()) {
@@ -115,8 +115,8 @@ struct Sentence {
     return "measured value at the limit of its 16-bit range";
   }
   std::string operator()(const cause::ReadingsFrozen& c) const {
-    return fmt::format("channels {} to {} have been the same for {} samples, without any noise", c.channel,
-                       c.channel + 2, c.samples);
+    return fmt::format("channels {} to {} have repeated the same values for {} samples, without any noise",
+                       c.channel, c.channel + 2, c.samples);
   }
   std::string operator()(const cause::BeyondReach& c) const {
     return fmt::format("motor position {:.4f} rad is beyond what the joint can reach ({:.4f} rad)",
@@ -140,17 +140,17 @@ struct Sentence {
     return fmt::format("SDO write of {} failed: {}", to_string(c.object), to_string(c.code));
   }
   std::string operator()(const cause::CommandNotFinite&) const {
-    return "commanded with a value that is not a finite number; it holds";
+    return "commanded with a value that is not a finite number; it holds its position";
   }
   std::string operator()(const cause::CommandBeyondLimit& c) const {
     return fmt::format("commanded to {:.4f} rad, beyond the joint's limit {:.4f} rad; clamped", c.command,
                        c.limit);
   }
   std::string operator()(const cause::CommandCount& c) const {
-    return fmt::format("{} commands written, expected {}; none taken", c.given, c.expected);
+    return fmt::format("{} commands written, expected {}; all rejected", c.given, c.expected);
   }
   std::string operator()(const cause::NoSuchHand& c) const {
-    return fmt::format("hand {} commanded, there are {}", c.hand, c.hands);
+    return fmt::format("hand index {} commanded, expected less than {}", c.hand, c.hands);
   }
   std::string operator()(const cause::InterfaceDown&) const {
     return "interface is down, nothing can be sent";
@@ -170,7 +170,7 @@ struct Sentence {
   }
   std::string operator()(const cause::BusFlooded& c) const {
     return fmt::format(
-        "flooded: {:.0f} frames per second that nobody asked for, most of them with identifier {}, take "
+        "flooded: {:.0f} unsolicited frames per second, most of them with identifier {}, take "
         "{:.0f} % of the bus, whose own traffic needs up to {:.0f} %",
         c.rate_hz, c.extended ? fmt::format("{:08X}h", c.id) : fmt::format("{:03X}h", c.id),
         100 * c.foreign_load, 100 * c.own_load);
@@ -184,15 +184,16 @@ struct Sentence {
     }
     if (c.buses > 1) {
       return fmt::format(
-          "none of the {} devices on {} buses is heard for {:.4g} ms: the robot (or its "
+          "none of the {} devices on {} buses has been heard for {:.4g} ms: the robot (or its "
           "emulator) is off or stalled",
           c.devices, c.buses, ms(c.age));
     }
-    return fmt::format("none of its {} devices is heard for {:.4g} ms: the bus is cut, or they have no power",
-                       c.devices, ms(c.age));
+    return fmt::format(
+        "none of its {} devices has been heard for {:.4g} ms: the bus is cut, or they have no power",
+        c.devices, ms(c.age));
   }
   std::string operator()(const cause::SupplyAtFault& c) const {
-    return fmt::format("{} devices sent emergency {:04X}h at once{}{}: what they are supplied by is at fault",
+    return fmt::format("{} devices sent emergency {:04X}h at once{}{}: their common supply is faulty",
                        c.devices, c.message.code, c.meaning.empty() ? "" : ", ", c.meaning);
   }
   std::string operator()(const cause::CycleLate& c) const {

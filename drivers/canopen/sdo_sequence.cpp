@@ -67,7 +67,7 @@ bool SdoSequence::advance(SdoClient& client, Time now) {
     }
     if (asked_twice_) {
       throw std::runtime_error(fmt::format(
-          "no answer to the SDO {} of {} ({}) within {} ms, asked twice", verb, to_string(step.address),
+          "no answer to the SDO {} of {} ({}) within {} ms, requested twice", verb, to_string(step.address),
           step.meaning, std::chrono::duration_cast<std::chrono::milliseconds>(client.timeout()).count()));
     }
     // The abort message of the first attempt must be sent before the second request replaces it.

@@ -130,7 +130,7 @@ void DriveMapping::check_dividers(const canopen::DevicePdos& pdos) {
       if (!settings.cyclic()) continue;
       if (divider != 0 && divider != settings.type) {
         throw std::runtime_error(
-            fmt::format("PDOs have transmission types {} and {}, expected one for all that go with SYNC",
+            fmt::format("PDOs have transmission types {} and {}, expected the same for all cyclic PDOs",
                         divider, settings.type));
       }
       divider = settings.type;

@@ -38,7 +38,7 @@ Identities load_identities(const std::filesystem::path& yaml_file) {
     const auto node = static_cast<std::uint8_t>(map.integer("node", 1, 127));
     const std::uint32_t serial = map.hexadecimal("serial", 0, kMax);
     if (!identities.serials.emplace(node, serial).second) {
-      map.fail("node", fmt::format("node {} has a serial number before", node));
+      map.fail("node", fmt::format("node {} already has a serial number", node));
     }
   }
   return identities;

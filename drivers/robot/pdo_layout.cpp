@@ -114,11 +114,12 @@ std::array<PdoSettings, 4> read_pdos(const YamlMap& device, const char* key, Pdo
        device.list(key, {"number", "cob_id_base", "type", "inhibit_us", "event_ms", "objects"})) {
     const long long number = map.integer("number", 1, 4);
     PdoSettings& pdo = pdos[static_cast<std::size_t>(number - 1)];
-    if (pdo.enabled) map.fail("number", fmt::format("PDO {} is there before", number));
+    if (pdo.enabled) map.fail("number", fmt::format("PDO {} already exists", number));
     pdo = read_pdo(map, direction, fd);
     const auto [other, is_new] = bases.emplace(pdo.cob_id_base, number);
     if (!is_new) {
-      map.fail("cob_id_base", fmt::format("0x{:X} is that of PDO {} too", pdo.cob_id_base, other->second));
+      map.fail("cob_id_base",
+               fmt::format("0x{:X} is already used by PDO {}", pdo.cob_id_base, other->second));
     }
   }
   return pdos;

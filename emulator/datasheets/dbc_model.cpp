@@ -59,7 +59,7 @@ DbcSignal signal_of(const std::string& device, const nodes::ObjectDictionary& di
 
 std::string type_text(std::uint32_t type) {
   if (type == 0) return "with the next SYNC after a change";
-  if (type <= 240) return type == 1 ? "every SYNC" : fmt::format("every {}. SYNC", type);
+  if (type <= 240) return type == 1 ? "every SYNC" : fmt::format("every {} SYNCs", type);
   return type >= 254 ? "by event" : "on remote request";
 }
 

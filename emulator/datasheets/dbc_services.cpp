@@ -28,7 +28,7 @@ DbcMessage sdo(const std::string& device, std::uint32_t id, bool request) {
   message.receivers = {request ? device : std::string(kComputer)};
   message.signals = {plain(stem + "command", 0, 8), plain(stem + "index", 8, 16), plain(stem + "sub", 24, 8),
                      plain(stem + "data", 32, 32)};
-  message.comment = "First frame of a transfer; segments carry 7 bytes of data behind the command";
+  message.comment = "First frame of a transfer; segments carry 7 bytes of data after the command";
   return message;
 }
 

@@ -36,8 +36,8 @@ std::size_t count_objects(std::span<const ObjectEntries> objects, std::uint16_t 
 void append_comments(std::vector<std::string>& lines, const nodes::ObjectDictionary& dictionary) {
   std::vector<std::string> comments{
       "Generated from the object dictionary of the emulated device.",
-      "Values without a default differ from device to device of this type.",
-      "REAL32 values have no default here: readers do not agree on how it is written."};
+      "Values without a default differ between devices of this type.",
+      "REAL32 values have no default here: readers do not agree on how to write them."};
   if (dictionary.find(0x607A, 0) != nullptr) {
     comments.insert(
         comments.end(),

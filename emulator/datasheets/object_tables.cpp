@@ -92,7 +92,7 @@ std::string_view unit_word(Quantity quantity) {
     case Quantity::kCoarseDamping:
       return "0.01 N·m·s/rad";
     case Quantity::kTorqueSlope:
-      return "‰ of 6076h a second";
+      return "‰ of 6076h per second";
     case Quantity::kMeasuredReal:
       return "unit of 6131h";
     case Quantity::kMeasuredInteger:

@@ -29,7 +29,7 @@ void FaultInjector::add(const Injection& injection, Time now) {
   require_target(injection, world_.known);
   for (const Entry& entry : entries_)
     if (entry.state.injection.name == injection.name)
-      throw std::runtime_error(fmt::format("there is a fault \"{}\" already", injection.name));
+      throw std::runtime_error(fmt::format("a fault \"{}\" already exists", injection.name));
   Entry entry;
   entry.state.injection = injection;
   entry.effect = make(injection);

@@ -25,7 +25,7 @@ std::vector<std::string> names_of_kinds() {
 }
 
 std::string unknown_kind(const std::string& name) {
-  return fmt::format("there is no fault \"{}\"{}; `walkman-hil fault list` has them", name,
+  return fmt::format("there is no fault \"{}\"{}; `walkman-hil fault list` lists them", name,
                      did_you_mean(name, names_of_kinds()));
 }
 
@@ -81,8 +81,8 @@ Injection read_fault(const YamlMap& map, std::size_t index) {
   out.name = map.has("name") ? map.text("name") : fmt::format("{}-{}", out.kind->name, index + 1);
   if (is_single(out.kind->target)) {
     if (map.has("target"))
-      map.fail("target",
-               fmt::format("\"{}\" is of the {}, expected no target", kind, to_word(out.kind->target)));
+      map.fail("target", fmt::format("\"{}\" always applies to the {}, expected no target", kind,
+                                     to_word(out.kind->target)));
   } else {
     out.target = map.text("target");
   }
@@ -97,7 +97,7 @@ Injection read_fault(const YamlMap& map, std::size_t index) {
   read_begin(map, out);
   if (map.has("lasts_s")) out.lasts = map.number("lasts_s", kShortest, kLongest);
   if (map.has("every_s")) {
-    if (!out.lasts) map.fail("every_s", "expected lasts_s beside it");
+    if (!out.lasts) map.fail("every_s", "expected lasts_s as well");
     out.every = map.number("every_s", *out.lasts, kLongest);
   }
   if (map.has("seed"))
@@ -167,7 +167,7 @@ std::vector<Injection> load_fault_plan(const std::filesystem::path& file) {
           entries[i].fail(key, fmt::format("{} has no such parameter", one.kind->name));
       }
     for (const Injection& other : out)
-      if (other.name == one.name) entries[i].fail("name", fmt::format("\"{}\" is there already", one.name));
+      if (other.name == one.name) entries[i].fail("name", fmt::format("\"{}\" is already used", one.name));
     out.push_back(std::move(one));
   }
   return out;
@@ -239,7 +239,9 @@ void require_target(const Injection& injection, const std::vector<KnownTarget>& 
     if (fits) return;
     is_another = is_another || (is_device(wanted) && is_device(one.kind));
   }
-  if (is_another) refuse(fmt::format("{} is no {}", injection.target, to_word(wanted)));
+  if (is_another)
+    refuse(fmt::format("{} is not a {}", injection.target,
+                       wanted == Target::kForceTorque ? "force/torque sensor" : to_word(wanted)));
   refuse(fmt::format("there is no {} \"{}\"{}",
                      wanted == Target::kFrames   ? "bus or device"
                      : wanted == Target::kDrives ? "bus or drive"
@@ -274,7 +276,8 @@ Injection parse_fault(const std::vector<std::string>& words) {
     throw std::runtime_error(fmt::format(
         "{}: {} given, expected {}", out.kind->name,
         names.empty() ? "no target" : fmt::format("\"{}\"", names.back()),
-        wants_target ? "one target" : fmt::format("no target: it is of the {}", to_word(out.kind->target))));
+        wants_target ? "one target"
+                     : fmt::format("no target: it always applies to the {}", to_word(out.kind->target))));
   if (wants_target) out.target = names.front();
   out.name =
       out.target.empty() ? std::string(out.kind->name) : fmt::format("{}-{}", out.target, out.kind->name);
@@ -283,8 +286,8 @@ Injection parse_fault(const std::vector<std::string>& words) {
     if (const std::size_t equals = word.find('='); equals != std::string::npos)
       take_word(word.substr(0, equals), word.substr(equals + 1), out);
   if (out.every && (!out.lasts || *out.every < *out.lasts))
-    throw std::runtime_error(
-        fmt::format("{}: every={:g}, expected for=S beside it, and S no longer", out.kind->name, *out.every));
+    throw std::runtime_error(fmt::format("{}: every={:g}, expected for=S as well, with S no longer than that",
+                                         out.kind->name, *out.every));
   return out;
 }
 
@@ -294,8 +297,8 @@ std::string log_note(const std::vector<InjectionState>& injections, bool live) {
   for (const InjectionState& state : injections)
     names.push_back(fmt::format("{}{}{}", state.injection.kind->name,
                                 state.injection.target.empty() ? "" : " of ", state.injection.target));
-  if (live) names.emplace_back("whatever came by the fault socket");
-  return names.empty() ? "" : fmt::format("FAULTS ON PURPOSE: {}", fmt::join(names, ", "));
+  if (live) names.emplace_back("any sent through the fault socket");
+  return names.empty() ? "" : fmt::format("INJECTED FAULTS: {}", fmt::join(names, ", "));
 }
 
 }  // namespace walkman::faults

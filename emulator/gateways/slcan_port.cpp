@@ -30,7 +30,8 @@ void clear_the_way(const bus::CanBus& bus, const std::filesystem::path& link, co
   std::error_code error;
   const std::string target = std::filesystem::read_symlink(link, error).string();
   if (!target.starts_with("/dev/pts/") || there.st_uid != geteuid()) {
-    fail(bus, link.string() + " is a symbolic link that no emulator of this user has made, to " + target);
+    fail(bus,
+         link.string() + " is a symbolic link to " + target + ", not created by an emulator of this user");
   }
   if (target != terminal && std::filesystem::exists(target, error)) {
     fail(bus, link.string() + " links to " + target + ", which is in use by another program");

@@ -47,8 +47,8 @@ std::unique_ptr<CanLog> open_can_log(const std::filesystem::path& file, std::str
   if (file.extension() == ".log") return std::make_unique<CandumpLog>(file, note);
   if (file.extension() == ".pcapng") return std::make_unique<PcapngLog>(file, note);
   throw std::runtime_error(file.string() +
-                           ": a CAN log of this kind is not known, expected a name that ends in "
-                           ".log (candump) or .pcapng (Wireshark)");
+                           ": unknown kind of CAN log, expected a name that ends in .log (candump) or "
+                           ".pcapng (Wireshark)");
 }
 
 }  // namespace walkman::bus

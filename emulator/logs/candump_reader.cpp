@@ -87,7 +87,7 @@ std::uint32_t parse_identifier(std::string_view text, can::Frame& frame) {
 
 void parse_data(std::string_view text, can::Frame& frame) {
   const std::size_t most = frame.fd ? can::kMaxPayload : 8;
-  if (text.size() % 2 != 0) throw Malformed{"data " + shown(text) + ", expected two digits a byte"};
+  if (text.size() % 2 != 0) throw Malformed{"data " + shown(text) + ", expected two digits per byte"};
   if (text.size() > 2 * most) {
     throw Malformed{std::to_string(text.size() / 2) + " data bytes, expected at most " +
                     std::to_string(most)};
@@ -146,9 +146,9 @@ LoggedFrame parse_line(std::string_view line) {
   out.stamped.frame = parse_frame(word(line));
   const std::string_view mark = word(line);
   if (!mark.empty() && mark != "R" && mark != "T") {
-    throw Malformed{shown(mark) + " behind the frame, expected the end of the line"};
+    throw Malformed{shown(mark) + " after the frame, expected the end of the line"};
   }
-  if (!word(line).empty()) throw Malformed{"more behind the frame, expected the end of the line"};
+  if (!word(line).empty()) throw Malformed{"additional text after the frame, expected the end of the line"};
   return out;
 }
 

@@ -33,8 +33,8 @@ std::vector<ErrorSummary> summaries(const std::vector<ErrorDraw>& draws) {
 
 std::string to_yaml(const TrueRobot& truth, const ModelErrorChoice& choice, std::uint64_t seed) {
   std::string text = fmt::format(
-      "# The robot that was emulated, as it differs from its model; by quantity and part, in the unit of\n"
-      "# the quantity's name or as a share.\nmodel_error: \"{}\"\nseed: {}\n",
+      "# How the emulated robot differs from its model: by quantity and part, in the unit in the quantity's\n"
+      "# name or as a share.\nmodel_error: \"{}\"\nseed: {}\n",
       choice.text(), seed);
   text += fmt::format("total_mass_kg: {:.4f}\nlink_mass_kg:\n", truth.model.total_mass());
   for (const Link& link : truth.model.links)

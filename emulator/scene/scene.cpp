@@ -20,7 +20,7 @@ class Names {
   std::string take(const YamlMap& map) {
     std::string name = map.text("name");
     if (!taken_.insert(name).second)
-      map.fail("name", fmt::format("\"{}\" is used before, expected another name", name));
+      map.fail("name", fmt::format("\"{}\" is already used, expected another name", name));
     return name;
   }
 
@@ -130,7 +130,7 @@ YamlMap read_layers(const std::filesystem::path& file, std::vector<std::filesyst
   const std::filesystem::path base = map.existing_file("extends");
   by.push_back(std::filesystem::weakly_canonical(file));
   if (std::find(by.begin(), by.end(), std::filesystem::weakly_canonical(base)) != by.end())
-    map.fail("extends", fmt::format("{} extends this file, too", base.string()));
+    map.fail("extends", fmt::format("{} also extends this file", base.string()));
   map.extend(read_layers(base, std::move(by)));
   return map;
 }

@@ -162,7 +162,7 @@ std::vector<SceneEvent> read_events(const std::vector<YamlMap>& maps,
     const auto* removal = std::get_if<RemoveWeightEvent>(&event.what);
     const std::string weight = move != nullptr ? move->weight : removal != nullptr ? removal->weight : "";
     if (!event.phase && gone.contains(weight))
-      map->fail("", fmt::format("weight \"{}\" is taken off before {} s", weight, event.at));
+      map->fail("", fmt::format("weight \"{}\" is already taken off before {} s", weight, event.at));
     if (removal != nullptr) gone.insert(weight);
     events.push_back(event);
   }

@@ -32,7 +32,7 @@ Eigen::Isometry3d SceneObject::X_OA(const AttachedWeight& weight) const {
 void read_place(const YamlMap& map, const SceneObject& object, AttachedWeight& weight) {
   if (map.has("from_left_end_m")) {
     for (const char* other : {"xyz_m", "link", "rpy_rad"}) {
-      if (map.has(other)) map.fail(other, "from_left_end_m is given, too, expected one of them");
+      if (map.has(other)) map.fail(other, "from_left_end_m is also given, expected only one of them");
     }
     const double distance = map.number("from_left_end_m");
     if (distance < 0 || distance > object.length)

@@ -116,8 +116,8 @@ void Drawing::weigh(const WeighedPart& part) {
   const auto below = robot_.model.find_link(part.below), carrier = robot_.model.find_link(part.carried_by);
   if (!below || !carrier)
     throw std::runtime_error(
-        fmt::format("{}: there is no link '{}', expected one for model_error's weighed_parts; "
-                    "weighed_parts: no leaves them out",
+        fmt::format("{}: there is no link '{}', expected it for model_error's weighed_parts "
+                    "(weighed_parts: no leaves them out)",
                     robot_.model.file.string(), below ? part.carried_by : part.below));
   double mass = 0;
   for (const std::size_t i : links_below(robot_.model, static_cast<std::size_t>(*below)))
@@ -126,8 +126,8 @@ void Drawing::weigh(const WeighedPart& part) {
   const double carried = link(carrying).mass + part.mass - mass;
   if (!(link(carrying).mass > 0) || !(carried > 0))
     throw std::runtime_error(fmt::format(
-        "{}: below '{}' are {:.3f} kg of which '{}' has {:.3f}, expected some that can "
-        "come to weighed_parts' {:.3f} kg",
+        "{}: below '{}' there are {:.3f} kg, of which '{}' has {:.3f}, expected masses that can "
+        "be adjusted to the {:.3f} kg of weighed_parts",
         robot_.model.file.string(), part.below, mass, part.carried_by, link(carrying).mass, part.mass));
   scale_mass(carrying, carried / link(carrying).mass);
 }
@@ -210,7 +210,7 @@ void Drawing::remount(const std::string& frame, const Eigen::Isometry3d& X_NF) {
   const int carrier = link(static_cast<std::size_t>(index)).parent_joint;
   if (carrier < 0 || model.joints[static_cast<std::size_t>(carrier)].type != JointType::kFixed)
     throw std::runtime_error(
-        fmt::format("{}: the frame '{}' hangs on no fixed joint, expected one whose mounting "
+        fmt::format("{}: the frame '{}' is not attached by a fixed joint, expected one whose mounting "
                     "model_error can move",
                     model.file.string(), frame));
   const Eigen::Isometry3d X_FN = X_NF.inverse();

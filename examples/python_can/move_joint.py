@@ -1,11 +1,11 @@
 #!/usr/bin/python3
-"""One joint, moved in cyclic synchronous position mode by python-can alone.
+"""Moves one joint in cyclic synchronous position mode with python-can alone.
 
     walkman-hil emulate --realtime --socketcand
     examples/python_can/move_joint.py                      # the right elbow, 0.1 rad up and back
 
-Object by object as CiA 301 and CiA 402 have it, so that it can be copied into any tool. Exit code 0 when the joint
-went there and came back, 1 when the drive refused something or did not arrive.
+Written object by object following CiA 301 and CiA 402, so that it can be copied into any tool. Exit code 0 if the
+joint went there and came back, 1 if the drive refused something or did not arrive.
 """
 import argparse
 import math

@@ -1,12 +1,12 @@
 #!/usr/bin/python3
-"""One joint, moved in cyclic synchronous position mode by python-canopen, from the joint's data sheet.
+"""Moves one joint in cyclic synchronous position mode with python-canopen, using the joint's EDS.
 
     walkman-hil export eds --out eds
     walkman-hil emulate --can rarm=vcan0
     examples/python_canopen/move_joint.py --channel vcan0 --eds eds/joint_drive.eds
 
 python-canopen (https://github.com/christiansandberg/canopen) is not in Debian 12: `pip install canopen` in a virtual
-environment. Exit code 0 when the joint went there and came back.
+environment. Exit code 0 if the joint went there and came back.
 """
 import argparse
 import math

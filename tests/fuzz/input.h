@@ -18,7 +18,7 @@ namespace walkman::fuzz {
 /// Ends the run as a finding if `good` is false.
 inline void require(bool good, const char* what) {
   if (good) return;
-  std::fprintf(stderr, "not so: %s\n", what);
+  std::fprintf(stderr, "violated: %s\n", what);
   std::abort();
 }
 

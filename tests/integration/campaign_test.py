@@ -207,7 +207,7 @@ def interrupted(plan, whole, out):
     time.sleep(0.5)
     process.send_signal(signal.SIGINT)
     _, errors = process.communicate(timeout=60)
-    check(process.returncode == 1 and "interrupted: the same command goes on" in errors, f"{process.returncode} {errors}")
+    check(process.returncode == 1 and "interrupted: the same command resumes" in errors, f"{process.returncode} {errors}")
     nothing_left_of(out)
     check((out / "report.html").exists(), "a report of what there is")
 

@@ -64,7 +64,7 @@ TEST_F(CausesOnTheBus, ACutBusIsNamed) {
   for (bus::Participant* one : arm().participants()) {
     if (one != &arm().computer_port()) arm().cut(*one);
   }
-  EXPECT_THAT(fault_with([] {}), StartsWith("can_rarm: none of its 9 devices is heard for"));
+  EXPECT_THAT(fault_with([] {}), StartsWith("can_rarm: none of its 9 devices has been heard for"));
 }
 
 TEST_F(CausesOnTheBus, ARobotThatStandsStillInTimeIsNamed) {

@@ -41,7 +41,7 @@ def plans(folder):
     wrong = {
         "faults:\n  - fault: joint-loked\n    target: RElbj\n    at_s: 1\n": ":2: ",
         "faults:\n  - fault: joint-locked\n    target: RElb\n    at_s: 1\n": "did you mean \"RElbj\"",
-        "faults:\n  - fault: joint-locked\n    target: r_arm_ft\n    at_s: 1\n": "no drive",
+        "faults:\n  - fault: joint-locked\n    target: r_arm_ft\n    at_s: 1\n": "is not a drive",
         "faults:\n  - fault: joint-locked\n    target: RElbj\n": "at_s, in_phase, on_frame, when given",
         "faults:\n  - {fault: joint-locked, target: RElbj, on_frame: {bus: rarn, id: 0x18E}}\n": "no bus \"rarn\"",
         "faults:\n  - {fault: joint-locked, target: RElbj, when: {device: RElb, above: 1}}\n": "\"RElb\"",
@@ -74,7 +74,7 @@ def plans(folder):
     check(result["outcome"] == "stopped" and "RElbj" in result["reason"] and "does not follow" in result["reason"],
           f"it stopped for the elbow: {result['outcome']} {result.get('reason')}")
     jam, drops = result["faults"]
-    check(head(out / "can.log") == "# FAULTS ON PURPOSE: joint-locked of RElbj, frame-drop of larm\n", "the log's head says so")
+    check(head(out / "can.log") == "# INJECTED FAULTS: joint-locked of RElbj, frame-drop of larm\n", "the log's head says so")
     check(jam["times"] == 1 and drops["frames"] > 100, f"both were there: {jam} {drops}")
 
 
@@ -86,7 +86,8 @@ def standing_offsets(folder):
         plan.write_text("faults:\n  - {fault: encoder-offset, target: %s, side: %d, offset: 0.05, at_s: 0}\n" % (joint, side))
         done = run("experiment", "1", "--faults", str(plan), "--json", "--out", str(folder / "offset"))
         result = json.loads(done.stdout)["repetitions"][0]
-        check(done.returncode == 1 and result["outcome"] == "stopped" and f"joint {joint}: by its encoders" in result["reason"],
+        check(done.returncode == 1 and result["outcome"] == "stopped" and
+              f"joint {joint}: according to its encoders" in result["reason"],
               f"{joint}, side {side}: {done.returncode} {result['outcome']} {result.get('reason')}")
 
 
@@ -124,8 +125,8 @@ def live(folder):
     finally:
         emulator.terminate()
         told = emulator.communicate(timeout=30)[1]
-    check("faults are taken" in told and "fault injected: RElbj encoder-stuck" in told, f"the emulator tells: {told}")
-    check(head(log) == "# FAULTS ON PURPOSE: whatever came by the fault socket\n", "the log's head says that there may have been some")
+    check("faults are accepted" in told and "fault injected: RElbj encoder-stuck" in told, f"the emulator tells: {told}")
+    check(head(log) == "# INJECTED FAULTS: any sent through the fault socket\n", "the log's head says that there may have been some")
     check(not socket.exists(), "the socket goes with the emulator")
     done = run("fault", "active", "--socket", str(socket))
     check(done.returncode == 3 and done.stderr.count("\n") == 1, "without an emulator one sentence says so")

@@ -342,7 +342,7 @@ TEST(InjectedUnderVoltage, OfABusIsItsSupplys) {
   ASSERT_TRUE(rig.robot->fault());
   EXPECT_THAT(rig.robot->fault()->text,
               testing::AllOf(testing::HasSubstr("devices sent emergency 3220h at once"),
-                             testing::HasSubstr("supplied")));
+                             testing::HasSubstr("their common supply is faulty")));
 }
 
 /// Regardless of the number of emergencies.

@@ -113,8 +113,8 @@ TEST(InjectedFaults, AreRefusedWhereTheyCannotBe) {
   using testing::HasSubstr;
   EXPECT_THAT(refusal({"encoder-stuk", "RElbj"}), HasSubstr("there is no fault"));
   EXPECT_THAT(refusal({"encoder-stuck", "RElb"}), HasSubstr("there is no device \"RElb\""));
-  EXPECT_THAT(refusal({"encoder-stuck", "r_arm_ft"}), HasSubstr("r_arm_ft is no drive"));
-  EXPECT_THAT(refusal({"ft-gain", "RElbj"}), HasSubstr("RElbj is no force-torque"));
+  EXPECT_THAT(refusal({"encoder-stuck", "r_arm_ft"}), HasSubstr("r_arm_ft is not a drive"));
+  EXPECT_THAT(refusal({"ft-gain", "RElbj"}), HasSubstr("RElbj is not a force/torque sensor"));
   EXPECT_THAT(refusal({"frame-drop", "RElbj", "share=2"}), HasSubstr("expected 0 to 1"));
   EXPECT_THAT(refusal({"frame-drop", "RElbj", "part=1"}), HasSubstr("there is no parameter"));
   EXPECT_THAT(refusal({"frame-drop"}), HasSubstr("no target"));
@@ -122,7 +122,7 @@ TEST(InjectedFaults, AreRefusedWhereTheyCannotBe) {
   EXPECT_THAT(refusal({"push", "RSoftHnd"}), HasSubstr("did you mean"));
   EXPECT_THAT(refusal({"interface-down", "RElbj"}), HasSubstr("there is no bus"));
   EXPECT_THAT(refusal({"driver-kill", "rarm"}), HasSubstr("expected no target"));
-  EXPECT_THAT(refusal({"undervoltage", "r_arm_ft"}), HasSubstr("r_arm_ft is no drive"));
+  EXPECT_THAT(refusal({"undervoltage", "r_arm_ft"}), HasSubstr("r_arm_ft is not a drive"));
   EXPECT_THAT(refusal({"clock-step"}), HasSubstr("the wall clock is the host's"));
   EXPECT_EQ(refusal({"joint-locked", "RElbj"}), "");
   EXPECT_THAT(refusal({"joint-locked", "RElbj"}), HasSubstr("\"RElbj-joint-locked\" already"));

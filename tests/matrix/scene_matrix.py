@@ -1,11 +1,11 @@
 #!/usr/bin/env python3
-"""Runs the method on scenes around Experiment 1's and judges every one by the plant's truth.
+"""Runs the method on variations of Experiment 1's scene and judges each one by the plant's ground truth.
 
-A scene is held when the object is weighed right (centre of mass within 5 mm) and hangs with at least 95 % less torque
-than at the first grasp, or was near enough at once; short of it with less. What is left about the handle's own axis,
-which no place along the handle changes, stands apart. Refused is what the scene is known to be too
-much for, and said to be for that reason; stopped, any other end before the last weighing. Wrong is a success that the
-truth denies. The exit code is 0 when all are held or refused.
+held: the object is weighed correctly (centre of mass within 5 mm) and hangs with at least 95 % less torque than at the
+first grasp, or was near enough at once. short: the torque is reduced by less. Torque about the handle's own axis, which
+no place along the handle changes, is listed separately. refused: the scene is known to be too demanding, and was refused
+for that reason. stopped: any other end before the last weighing. wrong: a success that the ground truth contradicts.
+The exit code is 0 if all are held or refused.
 """
 
 import argparse
@@ -86,7 +86,7 @@ def main():
     parser.add_argument("program", type=pathlib.Path)
     parser.add_argument("urdf", type=pathlib.Path, help="folder with walkman.robot.yaml")
     parser.add_argument("--model-error", nargs="*", default=["none", "calibrated"])
-    parser.add_argument("--drawn", type=int, default=0, help="so many scenes with everything different at once, as well")
+    parser.add_argument("--drawn", type=int, default=0, help="number of additional scenes in which everything differs at once")
     parser.add_argument("--only", default="", help="regular expression of names")
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--jobs", type=int, default=len(os.sched_getaffinity(0)))

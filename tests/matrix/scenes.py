@@ -173,7 +173,7 @@ def one_at_a_time() -> typing.List[Case]:
 def beyond() -> typing.List[Case]:
     """Heavier, or with a longer lever, than the hand and arm can carry: to be put down again, and held where that is
     possible."""
-    cases = [Case(f"beyond: mass {m} kg", mass=m, refusal="its motor can give for good") for m in (6.0, 8.0, 12.0)]
+    cases = [Case(f"beyond: mass {m} kg", mass=m, refusal="above its motor's continuous torque") for m in (6.0, 8.0, 12.0)]
     # These turn or swing in the fingers; near their centre of mass they can be held.
     cases += [Case(f"beyond: 4 kg, CoM {100 * c:+.0f} cm off", mass=4, bar_share=0.5,
                    weights=(0.525 + c - 0.12, 0.525 + c + 0.12), bar_com=c) for c in (-0.30, -0.20, 0.20, 0.30)]

@@ -1,10 +1,10 @@
 #!/usr/bin/env python3
-"""Runs Experiment 1 with a wrist sensor that lies, each in its own way, with a weight that comes off in the lift, with a bar that
-becomes slippery, and on a table that is not level, and judges by the plant's truth.
+"""Runs Experiment 1 with wrong wrist sensors of various kinds, with a weight that comes off in the lift, with a bar that becomes
+slippery, and on a table that is not level, and judges each run by the plant's ground truth.
 
-A probe is right when the run comes to a right result all the same, or stops with a reason that fits. It fails when a run
-ends as a success that the truth denies, falls, touches what it should not, or stops for another reason. The exit code is 0
-when all are right.
+A probe is right if the run still reaches a correct result, or stops with a fitting reason. It fails if the run ends as a
+success that the ground truth contradicts, falls, touches what it should not, or stops for another reason. The exit code is
+0 if all are right.
 """
 
 import argparse
@@ -23,9 +23,9 @@ import scenes
 SENSOR = "r_arm_ft"
 FROM_BOOT = "at_s: 0.5"
 COM_ERROR = 0.02  # m, the method's d_thres
-DRIFTS = "drift|does not stay|contradict"
+DRIFTS = "drift|is not steady|contradict"
 EMPTY_HAND = "empty hand contradict"  # before anything is lifted
-LIES = "contradict|weighs|does not stay|drift|beside|holds nothing|object turns|outside of the object"
+LIES = "contradict|weighs|is not steady|drift|beside|to one side|holds nothing|object turns|outside of the object"
 
 
 def event(text):
@@ -73,7 +73,7 @@ PROBES = [
 ]
 PROBES += [(f"{side} weight off {after} s into the lift",  # while the hand takes up the load, and while it rises
             event(f"in_phase: {{phase: lift, after_s: {after}}}\n    remove_weight: {{object: bar, weight: {side}_weight}}"),
-            "turns|does not stay|contradict|weighs") for side in ("left", "right") for after in (1, 4)]
+            "turns|is not steady|contradict|weighs") for side in ("left", "right") for after in (1, 4)]
 PROBES += [(f"{100 * share:g} % of the friction in the {phase}",
             fault(f"{{fault: slip, target: bar, friction: {share}, in_phase: {{phase: {phase}, after_s: 1}}}}"), "slip|turns")
            for share in (0.05, 0.3) for phase in ("lift", "weigh")]

@@ -33,14 +33,14 @@ def refused(under_test, emulator_options, master_options):
 @test(seconds=300)
 def lockstep_with_another_period(under_test):
     line = refused(under_test, ["--lockstep", "--period", "10"], ["--lockstep"])
-    that("heartbeats that are due every 100 ms come every 50 ms" in line and "--lockstep --period 5" in line, line)
+    that("heartbeats that are due every 100 ms arrive every 50 ms" in line and "--lockstep --period 5" in line, line)
     return line
 
 
 @test(seconds=300)
 def lockstep_with_another_rate(under_test):
     line = refused(under_test, ["--lockstep"], ["--lockstep", "--rate", "100"])
-    that("heartbeats that are due every 100 ms come every 200 ms" in line and "--lockstep --period 10" in line, line)
+    that("heartbeats that are due every 100 ms arrive every 200 ms" in line and "--lockstep --period 10" in line, line)
     return line
 
 
@@ -78,5 +78,5 @@ def lockstep_with_an_emulator_in_real_time(under_test):
 @test(seconds=300)
 def real_time_with_an_emulator_in_lockstep_and_another_period(under_test):
     line = refused(under_test, ["--lockstep", "--period", "10"], ["--realtime"])
-    that("heartbeats that are due every 100 ms come every" in line and "without --lockstep" in line, line)
+    that("heartbeats that are due every 100 ms arrive every" in line and "without --lockstep" in line, line)
     return line

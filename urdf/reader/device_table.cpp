@@ -53,7 +53,7 @@ const DeviceKindName& kind_of(const YamlMap& map) {
     keys.emplace_back(kind.key);
     if (!map.has(kind.key)) continue;
     if (found != nullptr) {
-      map.fail(kind.key, fmt::format("\"{}\" is there too, expected one of them", found->key));
+      map.fail(kind.key, fmt::format("\"{}\" is also given, expected only one of them", found->key));
     }
     found = &kind;
   }
@@ -71,20 +71,20 @@ Device read_device(const YamlMap& map, const RobotModel& model, Used& used) {
   if (!kind.drive) {
     check_frame(map, key, device, model);
     for (const char* drive_key : {"actuator", "rated_torque_mnm"})
-      if (map.has(drive_key)) map.fail(drive_key, "a sensor has none, expected it with a drive only");
+      if (map.has(drive_key)) map.fail(drive_key, "given for a sensor, expected only for a drive");
     if (device.kind == DeviceKind::kForceTorque) device.sensor = map.text("sensor");
   } else {
     check_joint(map, key, device, model);
-    if (map.has("sensor")) map.fail("sensor", "a drive has none, expected it with force_torque only");
+    if (map.has("sensor")) map.fail("sensor", "given for a drive, expected only for force_torque");
     device.actuator = map.text("actuator");
     device.rated_torque_mnm = static_cast<std::uint32_t>(
         map.integer("rated_torque_mnm", 1, std::numeric_limits<std::uint32_t>::max()));
   }
   const auto [other, is_new] = used.nodes.emplace(device.node_id, device.name);
   if (!is_new)
-    map.fail("node", fmt::format("{} is the node-ID of \"{}\" too", device.node_id, other->second));
+    map.fail("node", fmt::format("{} is already the node-ID of \"{}\"", device.node_id, other->second));
   if (!used.names.insert(device.name).second)
-    map.fail(key, fmt::format("\"{}\" has a device before", device.name));
+    map.fail(key, fmt::format("\"{}\" already has a device", device.name));
   return device;
 }
 
@@ -103,7 +103,7 @@ void read_bit_rates(const YamlMap& map, Bus& bus) {
   }
   if (map.has("fd")) bus.fd = map.flag("fd");
   if (!map.has("data_bit_rate")) return;
-  if (!bus.fd) map.fail("data_bit_rate", "a classical bus has none, expected fd: true with it");
+  if (!bus.fd) map.fail("data_bit_rate", "given for a classical bus, expected only with fd: true");
   bus.data_bit_rate =
       read_rate(map, "data_bit_rate", {1'000'000, 2'000'000, 4'000'000, 5'000'000, 8'000'000});
 }
@@ -120,10 +120,10 @@ std::string interface_name(const YamlMap& map, const std::string& key) {
 std::optional<std::string> interface_name_problem(std::string_view name) {
   if (name.empty() || name.size() > kLongestInterfaceName)
     return fmt::format("has {} characters, expected 1 to {}", name.size(), kLongestInterfaceName);
-  if (name == "." || name == "..") return "is no interface's name, expected letters and digits";
+  if (name == "." || name == "..") return "is not a valid name, expected letters and digits";
   for (const char c : name) {
     if (c <= ' ' || c > '~' || c == '/' || c == ':')
-      return "is no interface's name, expected no blank, slash or colon, and ASCII only";
+      return "is not a valid name, expected ASCII only, without blanks, slashes or colons";
   }
   return std::nullopt;
 }
@@ -147,10 +147,10 @@ DeviceTable load_device_table(const std::filesystem::path& yaml_file, const Robo
        top.list("buses", {"name", "interface", "bit_rate", "fd", "data_bit_rate", "devices"})) {
     Bus bus;
     bus.name = interface_name(map, "name");
-    if (!bus_names.insert(bus.name).second) map.fail("name", fmt::format("\"{}\" is used before", bus.name));
+    if (!bus_names.insert(bus.name).second) map.fail("name", fmt::format("\"{}\" is already used", bus.name));
     bus.interface = interface_name(map, "interface");
     if (!interfaces.insert(bus.interface).second)
-      map.fail("interface", fmt::format("\"{}\" is used before", bus.interface));
+      map.fail("interface", fmt::format("\"{}\" is already used", bus.interface));
     read_bit_rates(map, bus);
     for (const YamlMap& device : map.list("devices", device_keys))
       bus.devices.push_back(read_device(device, model, used));

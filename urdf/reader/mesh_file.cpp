@@ -80,7 +80,7 @@ std::filesystem::path MeshFiles::find(const std::string& uri) const {
   if (starts_with(uri, "package://")) {
     const std::filesystem::path rest = uri.substr(10);
     if (rest.is_absolute() || rest.begin() == rest.end() || std::next(rest.begin()) == rest.end())
-      throw std::runtime_error(fmt::format("\"{}\" names no file, expected package://NAME/path", uri));
+      throw std::runtime_error(fmt::format("\"{}\" does not name a file, expected package://NAME/path", uri));
     for (const std::filesystem::path& folder : packages_) candidates.push_back(folder / rest);
     for (auto folder = urdf_folder_; folder.has_relative_path(); folder = folder.parent_path())
       if (folder.filename() == *rest.begin()) candidates.push_back(folder.parent_path() / rest);
@@ -89,7 +89,7 @@ std::filesystem::path MeshFiles::find(const std::string& uri) const {
     candidates.push_back(urdf_folder_ / uri.substr(7));
   } else if (uri.find("://") != std::string::npos) {
     throw std::runtime_error(
-        fmt::format("\"{}\" cannot be followed, expected package://, file:// or a path", uri));
+        fmt::format("\"{}\" has an unsupported scheme, expected package://, file:// or a path", uri));
   } else {
     candidates.push_back(urdf_folder_ / uri);
   }
@@ -99,7 +99,7 @@ std::filesystem::path MeshFiles::find(const std::string& uri) const {
     if (std::filesystem::is_regular_file(candidate, error)) return candidate;
     tried.push_back(candidate.string());
   }
-  throw std::runtime_error(fmt::format("mesh \"{}\" is not there, tried {}{}", uri,
+  throw std::runtime_error(fmt::format("mesh \"{}\" not found, tried {}{}", uri,
                                        tried.empty() ? "nothing" : fmt::format("{}", fmt::join(tried, ", ")),
                                        hint));
 }

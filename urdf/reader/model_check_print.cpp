@@ -88,7 +88,7 @@ std::string to_text(const ModelReport& report) {
                    sensor.parent.empty() ? "nothing" : sensor.parent);
 
   fmt::format_to(out, "\n  cannot be used{}\n",
-                 report.unusable.empty() ? ": nothing, all of it is used" : "");
+                 report.unusable.empty() ? ": nothing, the whole file is used" : "");
   for (const UrdfFinding& finding : report.unusable)
     fmt::format_to(out, "    {}\n", to_sentence(report.file.string(), finding));
   return text;

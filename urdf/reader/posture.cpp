@@ -43,7 +43,7 @@ std::optional<std::string> read_joint(const XMLElement& element, const RobotMode
                        joint.limits.upper);
   const auto [known, is_new] = posture.emplace(name, value[0]);
   if (!is_new && known->second != value[0])
-    return fmt::format("joint \"{}\" is {} here and {} before", name, value[0], known->second);
+    return fmt::format("joint \"{}\" is {} here but {} earlier", name, value[0], known->second);
   return std::nullopt;
 }
 

@@ -20,7 +20,7 @@ std::vector<RobotDescription::PdoLayoutFile> read_layouts(const YamlMap& top) {
   for (const YamlMap& map : top.list("pdo_layouts", {"name", "file"})) {
     layouts.push_back({map.text("name"), map.existing_file("file")});
     if (!names.insert(layouts.back().name).second)
-      map.fail("name", fmt::format("\"{}\" is there before, expected another name", layouts.back().name));
+      map.fail("name", fmt::format("\"{}\" is already used, expected another name", layouts.back().name));
   }
   const std::string chosen = top.text("pdo_layout");
   if (!names.contains(chosen))
@@ -36,12 +36,12 @@ LimbParts read_limb(const YamlMap& map) {
   LimbParts limb{map.texts("joints"), map.text("posture"), {}};
   std::set<std::string> names;
   for (const std::string& joint : limb.joints)
-    if (!names.insert(joint).second) map.fail("joints", fmt::format("\"{}\" is there twice", joint));
+    if (!names.insert(joint).second) map.fail("joints", fmt::format("\"{}\" is listed twice", joint));
   if (!map.has("ranges")) return limb;
   for (const YamlMap& entry : map.list("ranges", {"joint", "lower_rad", "upper_rad"})) {
     const JointRange range{entry.text("joint"), entry.number("lower_rad"), entry.number("upper_rad")};
     if (names.erase(range.joint) == 0)
-      entry.fail("joint", fmt::format("\"{}\" is not among the joints, or has a range already", range.joint));
+      entry.fail("joint", fmt::format("\"{}\" is not among the joints, or already has a range", range.joint));
     if (!(range.lower < range.upper))
       entry.fail("upper_rad", fmt::format("{} is not above lower_rad, {}", range.upper, range.lower));
     limb.ranges.push_back(range);
@@ -69,7 +69,7 @@ std::vector<HandParts> read_hands(const YamlMap& top) {
         if (torques.has(joint)) hand.continuous_torque[joint] = torques.number(joint, 1e-3, 1e6);
     }
     if (!names.insert(hands.back().name).second)
-      map.fail("name", fmt::format("\"{}\" is there before, expected another name", hands.back().name));
+      map.fail("name", fmt::format("\"{}\" is already used, expected another name", hands.back().name));
   }
   return hands;
 }
@@ -116,9 +116,10 @@ void require_on_spindle(const KnownRobot& known, const LaserParts& laser) {
   for (const Bus& bus : known.devices.buses)
     for (const Device& device : bus.devices)
       if (device.name == laser.spindle)
-        throw std::runtime_error(fmt::format(
-            "{}: camera.laser.spindle: {} is a drive of the robot's, expected a joint of the camera's own",
-            file, laser.spindle));
+        throw std::runtime_error(
+            fmt::format("{}: camera.laser.spindle: {} is one of the robot's drives, expected a joint of the "
+                        "camera itself",
+                        file, laser.spindle));
   const auto joint_of = [&](int link) {
     return known.model.links[static_cast<std::size_t>(link)].parent_joint;
   };
@@ -129,8 +130,8 @@ void require_on_spindle(const KnownRobot& known, const LaserParts& laser) {
     joint = above.type == JointType::kFixed ? joint_of(above.parent_link) : -1;
   }
   if (joint < 0)
-    throw std::runtime_error(fmt::format("{}: camera.laser.frame: {} is not fixed to what {} turns", file,
-                                         laser.frame, laser.spindle));
+    throw std::runtime_error(fmt::format("{}: camera.laser.frame: {} is not fixed to the part that {} turns",
+                                         file, laser.frame, laser.spindle));
 }
 
 void require_limb(const KnownRobot& known, const char* key, const LimbParts& limb) {

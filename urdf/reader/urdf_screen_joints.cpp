@@ -101,7 +101,7 @@ Problem check_mimic(const XMLElement& joint, Joints& joints) {
   std::vector<std::string> way = {self};
   std::set<std::string> seen = {self};
   for (std::string name = leader;;) {
-    if (name == self) return fmt::format("<mimic> joint \"{}\" follows itself in a circle", self);
+    if (name == self) return fmt::format("<mimic> joint \"{}\" follows itself in a loop", self);
     const auto next = joints.leader_of.find(name);
     // If the chain leads into a cycle of other joints, those report it.
     const bool in_circle = !seen.insert(name).second;

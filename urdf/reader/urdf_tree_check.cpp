@@ -61,7 +61,7 @@ void check_unique_root_and_depth(const std::string& file,
     if (parent_of.count(name) > 0) continue;
     if (!root.empty())
       fail(file, element->GetLineNum(), fmt::format("link \"{}\"", name),
-           fmt::format("no joint has it as its child, nor link \"{}\", expected one root", root));
+           fmt::format("neither it nor link \"{}\" is the child of a joint, expected one root", root));
     root = name;
   }
   // Every link is visited once: the walk up from it ends where a depth is known.
@@ -76,7 +76,7 @@ void check_unique_root_and_depth(const std::string& file,
     const auto known = depth_of.find(above);
     if (known == depth_of.end() || known->second + way.size() > kMaxDepth)
       fail(file, element->GetLineNum(), fmt::format("link \"{}\"", name),
-           fmt::format("it is in a circle of joints or more than {} joints from the root", kMaxDepth));
+           fmt::format("it is in a loop of joints or more than {} joints from the root", kMaxDepth));
     int depth = known->second;
     while (!way.empty()) {
       depth_of[way.back()] = ++depth;
@@ -146,7 +146,7 @@ void parse_urdf_xml(const std::string& file, const std::string& text, tinyxml2::
   for (const XMLElement* e = robot->FirstChildElement(); e != nullptr; e = e->NextSiblingElement())
     if (std::string_view(e->Name()).substr(0, 6) == "xacro:")
       fail(file, e->GetLineNum(), fmt::format("<{}>", e->Name()),
-           "this is a xacro, expected the URDF that xacro makes of it");
+           "this is a xacro file, expected the URDF that xacro generates from it");
 }
 
 void check_urdf_tree(const std::string& file, const tinyxml2::XMLDocument& xml) {
@@ -172,7 +172,7 @@ void check_urdf_tree(const std::string& file, const tinyxml2::XMLDocument& xml) 
              fmt::format("there is no link \"{}\"{}", link, did_you_mean(link, link_names)));
     if (!parent_of.emplace(child, parent).second)
       fail(file, joint->GetLineNum(), element,
-           fmt::format("link \"{}\" is the child of another joint too", child));
+           fmt::format("link \"{}\" is also the child of another joint", child));
   }
   check_unique_root_and_depth(file, links, parent_of);
 }

@@ -34,7 +34,7 @@ std::optional<std::string> parse_numbers(std::string_view text, std::span<double
     double value = 0;
     const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), value);
     if (error == std::errc::result_out_of_range)
-      return fmt::format("\"{}\" is out of a number's range", shown(whole));
+      return fmt::format("\"{}\" is outside the range of a number", shown(whole));
     if (error != std::errc() || end != word.data() + word.size())
       return fmt::format("\"{}\" is not a number", shown(whole));
     if (!std::isfinite(value)) return fmt::format("\"{}\" is not finite", shown(whole));

@@ -59,7 +59,7 @@ YamlMap::YamlMap(std::string file, const YAML::Node& node, std::string place, st
   for (const auto& entry : node_) {
     if (!entry.first.IsScalar()) fail_at(entry.first, place_, "a key is not plain text");
     const std::string& key = entry.first.Scalar();
-    if (!seen.insert(key).second) fail_at(entry.first, place_of(key), "the key is there twice");
+    if (!seen.insert(key).second) fail_at(entry.first, place_of(key), "the key appears twice");
     bool known = false;
     for (const std::string& k : keys_) known = known || k == key;
     if (known) continue;
@@ -108,7 +108,7 @@ std::vector<std::string> YamlMap::texts(const std::string& key) const {
   std::vector<std::string> all;
   for (const auto& item : node) {
     if (!item.IsScalar() || item.Scalar().empty())
-      fail(key, fmt::format("found {} in it, expected text", kind_of(item)));
+      fail(key, fmt::format("found {} in the list, expected text", kind_of(item)));
     all.push_back(item.Scalar());
   }
   return all;
@@ -143,7 +143,7 @@ long long YamlMap::integer(const std::string& key, long long min, long long max)
   long long value = 0;
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
   if (text.empty() || error != std::errc() || end != text.data() + text.size() || value < min || value > max)
-    fail(key, fmt::format("found {}, expected a whole number of {} to {}", kind_of(node), min, max));
+    fail(key, fmt::format("found {}, expected a whole number from {} to {}", kind_of(node), min, max));
   return value;
 }
 
@@ -156,8 +156,8 @@ std::uint32_t YamlMap::hexadecimal(const std::string& key, std::uint32_t min, st
   const char* const last = value_text.data() + value_text.size();
   const auto [end, error] = std::from_chars(begin, last, value, 16);
   if (!prefix || error != std::errc() || end != last || value < min || value > max)
-    fail(key, fmt::format("found \"{}\", expected a hexadecimal number of 0x{:X} to 0x{:X}", value_text, min,
-                          max));
+    fail(key, fmt::format("found \"{}\", expected a hexadecimal number from 0x{:X} to 0x{:X}", value_text,
+                          min, max));
   return value;
 }
 
@@ -166,7 +166,8 @@ void YamlMap::read_numbers(const std::string& key, double* out, std::size_t coun
   if (!node.IsSequence() || node.size() != count)
     fail(key, fmt::format("found {}, expected a list of {} numbers", kind_of(node), count));
   for (std::size_t i = 0; i < count; ++i) {
-    if (!node[i].IsScalar()) fail(key, fmt::format("found {} in it, expected a number", kind_of(node[i])));
+    if (!node[i].IsScalar())
+      fail(key, fmt::format("found {} in the list, expected a number", kind_of(node[i])));
     std::array<double, 1> value{};
     if (const auto wrong = parse_numbers(node[i].Scalar(), value)) fail(key, *wrong + ", expected a number");
     out[i] = value[0];

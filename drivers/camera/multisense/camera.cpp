@@ -189,7 +189,7 @@ void Camera::synchronise() {
     asked_status_.clear();
     return;
   }
-  fail("the device does not tell its status any more");
+  fail("the device no longer reports its status");
 }
 
 void Camera::stream(bool on) {

@@ -15,7 +15,8 @@ Eigen::Isometry3d transform_of(const std::array<float, 16>& rows, const char* wh
   const Eigen::Matrix3d R = m.topLeftCorner<3, 3>();
   if (!m.allFinite() || (R * R.transpose() - Eigen::Matrix3d::Identity()).norm() > kMostSkew ||
       R.determinant() < 0)
-    throw std::runtime_error(std::string("the laser's calibration has no rigid transform of the ") + which);
+    throw std::runtime_error(std::string("the laser's calibration: the pose of the ") + which +
+                             " is not a rigid transform");
   Eigen::Isometry3d X = Eigen::Isometry3d::Identity();
   X.linear() = Eigen::Quaterniond(R).normalized().toRotationMatrix();
   X.translation() = m.topRightCorner<3, 1>();
@@ -28,8 +29,8 @@ double wrapped(double angle) { return std::remainder(angle, 2 * std::numbers::pi
 }  // namespace
 
 Sweep::Sweep(const LidarCalibration& calibration)
-    : X_SpL_(transform_of(calibration.X_SpL, "laser in the spindle")),
-      X_CSp_(transform_of(calibration.X_CSp, "spindle in the camera")) {}
+    : X_SpL_(transform_of(calibration.X_SpL, "laser relative to the spindle")),
+      X_CSp_(transform_of(calibration.X_CSp, "spindle relative to the camera")) {}
 
 void Sweep::add(const LidarData& scan, const std::function<Eigen::Isometry3d(Time)>& X_FC) {
   const double from = 1e-6 * scan.first_microradians;

@@ -18,7 +18,8 @@ constexpr u16 kPdos = 4;
 ObjectRow error_history() {
   ObjectRow row = array_of(0x1003, "Pre-defined error field", read_only<u32>("Standard error field {}"), 8);
   row.zero = read_write<u8>("Number of errors");
-  return row.means("newest first; 0 written to :0 clears, else 0609 0030; an empty place answers 0800 0024");
+  return row.means(
+      "newest first; writing 0 to :0 clears it, else 0609 0030; an empty entry answers 0800 0024");
 }
 
 /// Communication parameters of the PDOs from `index` on, named "RPDO {}" or "TPDO {}".
@@ -59,12 +60,12 @@ std::vector<ObjectRow> rows() {
       variable(0x1001, read_only<u8>("Error register").pdo().called("error_register")),
       error_history(),
       variable(0x1005, read_write<u32>("COB-ID SYNC message", canopen::cob_id::kSync)
-                           .means("bit 30 = produce; bit 31 means nothing")),
+                           .means("bit 30 = produce; bit 31 has no effect")),
       variable(0x1006,
-               read_write<u32>("Communication cycle period").in(kMicroSecond).means("0, or from 100")),
+               read_write<u32>("Communication cycle period").in(kMicroSecond).means("0, or at least 100")),
       variable(0x1007, read_write<u32>("Synchronous window length").in(kMicroSecond).means("0 = none")),
       variable(0x1008,
-               text("Manufacturer device name").of_the_device().means("of the URDF's joint or frame")),
+               text("Manufacturer device name").of_the_device().means("name of the URDF's joint or frame")),
       variable(0x1009, text("Manufacturer hardware version").of_the_device()),
       variable(0x100A, text("Manufacturer software version").of_the_device()),
       variable(0x100C, read_write<u16>("Guard time").in(kMilliSecond)),
@@ -92,7 +93,7 @@ std::vector<ObjectRow> rows() {
               read_only<u32>("Serial number").of_the_device()}),
       variable(0x1019, read_write<u8>("Synchronous counter overflow value")
                            .means("0, or 2–240; only while 1006h = 0, else 0800 0022")),
-      variable(0x1021, domain("Store EDS").means("the device's own EDS; 0800 0024 when it has none")),
+      variable(0x1021, domain("Store EDS").means("the device's own EDS; 0800 0024 if it has none")),
       variable(0x1022, read_only<u8>("Store format").means("0 = plain text")),
       array(0x1029, "Error behaviour object", {read_write<u8>("Communication error").within(0, 2)})
           .means("0 to pre-operational, 1 nothing, 2 stopped"),
@@ -107,12 +108,13 @@ std::vector<ObjectRow> rows() {
       variable(0x1F80,
                read_write<u32>("NMT startup", 4)
                    .means("4 waits in pre-operational after boot-up, 0 enters operational by itself")),
-      variable(canopen::object::kPdoProtection,
-               read_write<u16>("PDO protection")
-                   .pdo()
-                   .called("protection")
-                   .means("last in a PDO: count of its transmissions, CRC-8 above it; over SDO nothing")),
-      variable(kUserNote, string("User note", kUserNoteBytes).means("up to 1024 characters 20h–7Eh")),
+      variable(
+          canopen::object::kPdoProtection,
+          read_write<u16>("PDO protection")
+              .pdo()
+              .called("protection")
+              .means("last object of a PDO: count of its transmissions, then CRC-8; no meaning over SDO")),
+      variable(kUserNote, string("User note", kUserNoteBytes).means("up to 1024 characters from 20h to 7Eh")),
       record(kNodeClock, "Network time",
              {read_only<u32>("Milliseconds after midnight"), read_only<u16>("Days since 1984-01-01")})
           .means("the node's clock, as TIME set it"),

@@ -76,7 +76,7 @@ void ObjectDictionary::insert(ObjectAddress address, const ObjectRow& object, co
     throw std::runtime_error(place_name(address) + " added twice, expected once");
   }
   if (row.longest > kLongestString) {
-    throw std::runtime_error(place_name(address) + " may be given " + std::to_string(row.longest) +
+    throw std::runtime_error(place_name(address) + " allows " + std::to_string(row.longest) +
                              " bytes, expected at most " + std::to_string(kLongestString));
   }
   auto entry = std::make_unique<Entry>(values_.emplace_back(0));
@@ -121,7 +121,7 @@ void ObjectDictionary::extend(std::uint16_t index) {
   const Entry* first = find(index, 0);
   if (first == nullptr || first->object->each.name.empty()) {
     throw std::runtime_error(place_name({index, 0}) +
-                             " is extended, expected an object of entries that are alike");
+                             " cannot be extended, expected an object whose entries are all alike");
   }
   std::uint8_t sub = 1;
   while (find(index, sub) != nullptr) ++sub;
@@ -132,7 +132,7 @@ Entry& ObjectDictionary::typed(ObjectAddress address, DataType type) {
   Entry* entry = find(address.index, address.sub);
   if (entry == nullptr || entry->type != type) {
     throw std::runtime_error(place_name(address) +
-                             " is missing or of another type, expected as the device uses it");
+                             " is missing or of another type, expected the type that the device uses");
   }
   return *entry;
 }

@@ -37,8 +37,9 @@ PdoRecord::PdoRecord(ObjectDictionary& dictionary, Direction direction, int numb
   bind_mapping_record(defaults, number);
   reload();
   if (count_ != defaults.mapping.size()) {
-    throw std::runtime_error("PDO " + std::to_string(number) +
-                             ": default mapping refused, expected mappable objects of 8 bytes in all");
+    throw std::runtime_error(
+        "PDO " + std::to_string(number) +
+        ": default mapping rejected, expected mappable objects of at most 8 bytes in total");
   }
 }
 

@@ -50,14 +50,15 @@ Rows manufacturer_rows() {
       record(0x2000, "Emulator identity",
              {read_only<u32>("Build", 0x00010000), read_only<u32>("Model hash").of_the_device(),
               read_only<u16>("Joint number").of_the_device(), read_only<u16>("Bus number").of_the_device()})
-          .means("hash of the robot description; the joint's place in it and the bus's in the device table, "
-                 "from 1"),
+          .means(
+              "hash of the robot description; place of the joint in it and of the bus in the device table, "
+              "counted from 1"),
       record(object::kImpedance, "Impedance",
              {read_write<u32>("Stiffness").of_the_device().in(kStiffness),
               read_write<u32>("Damping").of_the_device().in(kDamping),
               read_only<u32>("Stiffness in use").of_the_device().in(kStiffness),
               read_only<u32>("Damping in use").of_the_device().in(kDamping)})
-          .means("of mode −1"),
+          .means("used in mode −1"),
       record(0x2011, "Impedance for PDOs",
              {read_write<u16>("Stiffness").of_the_device().pdo().in(kCoarseStiffness).called("stiffness"),
               read_write<u16>("Damping").of_the_device().pdo().in(kCoarseDamping).called("damping")}),
@@ -87,7 +88,8 @@ Rows manufacturer_rows() {
       record(0x2042, "Torque loop gains",
              {read_write<u32>("P gain").of_the_device().means("‰"),
               read_write<u32>("I gain").of_the_device().means("‰/s"),
-              read_write<u32>("D gain").of_the_device().means("mN·m·s/rad, on motor less link velocity")}),
+              read_write<u32>("D gain").of_the_device().means(
+                  "mN·m·s/rad, on motor velocity minus link velocity")}),
       record(object::kCycleCounter, "Cycle counter",
              {read_only<u16>("Counter").pdo().called("counter").means("SYNCs since boot")}),
   };
@@ -116,12 +118,13 @@ Rows state_rows() {
                read_write<i8>("Modes of operation", kFactoryMode)
                    .pdo()
                    .called("mode")
-                   .means("another than those offered: 0609 0030 over SDO, ignored over PDO; 0 no change")),
+                   .means("unsupported mode: 0609 0030 over SDO, ignored over PDO; 0 no change")),
       variable(object::kModeDisplay,
                read_only<i8>("Modes of operation display", kFactoryMode).pdo().called("mode_display")),
       variable(0x6079, measured<u32>("DC link circuit voltage", kMilliVolt, "dc_link_voltage")),
-      variable(0x60FD, measured<u32>("Digital inputs", kPlain, "digital_inputs")
-                           .means("bit 0 negative limit, 1 positive limit, 2 home; shown, not acted on")),
+      variable(0x60FD,
+               measured<u32>("Digital inputs", kPlain, "digital_inputs")
+                   .means("bit 0 negative limit, 1 positive limit, 2 home; shown only, without effect")),
       array(0x60FE, "Digital outputs",
             {target<u32>("Physical outputs", kPlain, "digital_outputs"),
              target<u32>("Bit mask", kPlain, "output_mask")}),
@@ -141,7 +144,7 @@ Rows position_rows() {
       variable(0x6065, read_write<u32>("Following error window")
                            .of_the_device()
                            .in(kPosition)
-                           .means("FFFFFFFFh = not watched")),
+                           .means("FFFFFFFFh = not monitored")),
       variable(0x6066, read_write<u16>("Following error time out").of_the_device().in(kMilliSecond)),
       variable(0x6067, read_write<u32>("Position window", 2000).in(kPosition)),
       variable(0x6068, read_write<u16>("Position window time", 10).in(kMilliSecond)),
@@ -168,7 +171,7 @@ Rows profile_rows() {
                            .within(1, kMost)
                            .in(kVelocity)
                            .called("profile_vel")
-                           .means("1 rad/s, or 607Fh where that is less")),
+                           .means("1 rad/s, or 607Fh if that is less")),
       variable(0x6083, read_write<u32>("Profile acceleration", kAcceleration10)
                            .within(1, kMost)
                            .in(kAcceleration)
@@ -205,7 +208,7 @@ Rows homing_rows() {
       array(0x6099, "Homing speeds",
             {read_write<u32>("Speed during search for switch", 100'000).within(1, kMost).in(kVelocity),
              read_write<u32>("Speed during search for zero", 100'000).within(1, kMost).in(kVelocity)})
-          .means("without effect: the methods offered move nothing"),
+          .means("without effect: the supported methods move nothing"),
       variable(0x609A, read_write<u32>("Homing acceleration", kAcceleration10)
                            .within(1, kMost)
                            .in(kAcceleration)

@@ -58,15 +58,17 @@ ObjectTable channel_table() {
       channels(0x6133, "AI interrupt delta input PV", real_setting())
           .means("an event when the process value has moved by more; 0 = none"),
       channels(0x6134, "AI interrupt lower limit input PV", real_setting().of_the_device())
-          .means("an event when it crosses the limit; the measuring range"),
-      channels(0x6135, "AI interrupt upper limit input PV", real_setting().of_the_device()).means("likewise"),
+          .means("an event when the process value crosses it; by default the measuring range"),
+      channels(0x6135, "AI interrupt upper limit input PV", real_setting().of_the_device())
+          .means("an event when the process value crosses it; by default the measuring range"),
       channels(0x6148, "AI span start", real()).means("measuring range"),
       channels(0x6149, "AI span end", real()),
       called(channels(object::kMeasuringStatus, "AI status", read_only<u8>(kChannelName, 1).pdo()), "status")
           .means("bit 0 invalid, 1 positive, 2 negative overload; :1 has the bits of all channels"),
       called(channels(object::kProcessValueInt16, "AI input PV as i16", measured<std::int16_t>()), "pv")
           .means("the process value in wire units"),
-      called(channels(0x9130, "AI input PV as i32", measured<std::int32_t>()), "pv32").means("likewise"),
+      called(channels(0x9130, "AI input PV as i32", measured<std::int32_t>()), "pv32")
+          .means("the process value in wire units"),
   };
   return kRows;
 }
@@ -91,7 +93,7 @@ ObjectTable adjustment_table() {
           .means("\"tara\" 61726174h tares"),
       called(channels(0x6140, "AI net PV", measured<float>()), "net").means("the same as 6130h"),
       channels(0x61A0, "AI filter type", read_write<u8>(kChannelName).within(0, 2))
-          .means("0 none, 1 first-order low-pass, 2 two of them in a row"),
+          .means("0 none, 1 first-order low-pass, 2 two of them in series"),
       channels(0x61A1, "AI filter constant", read_write<u16>(kChannelName, 10).in(kMilliSecond)),
       called(channels(0x7100, "AI input FV as i16", measured<std::int16_t>()), "field")
           .means("6100h in wire units"),

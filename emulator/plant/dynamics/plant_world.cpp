@@ -8,11 +8,11 @@ namespace {
 
 void require_static(const btRigidBody& body) {
   if (!body.isStaticObject())
-    throw std::logic_error("a rigid body that moves: PlantWorld has multibodies only");
+    throw std::logic_error("a moving rigid body: PlantWorld supports multibodies only");
 }
 
 [[noreturn]] void refuse_constraint() {
-  throw std::logic_error("one of Bullet's constraints: PlantWorld has contacts and joint stops only");
+  throw std::logic_error("a Bullet constraint: PlantWorld supports contacts and joint stops only");
 }
 
 }  // namespace

@@ -182,9 +182,10 @@ TEST_F(ParameterFile, BadValuesAreNamedWithWhatWasExpected) {
   EXPECT_THAT(stage_one_error("reach: .nan"), HasSubstr("\".nan\" is not a number"));
   EXPECT_THAT(stage_one_error("reach: nan"), HasSubstr("\"nan\" is not finite"));
   EXPECT_THAT(stage_one_error("reach: [1]"), HasSubstr("found a list of 1, expected a number"));
-  EXPECT_THAT(stage_one_error("threads: 0"), HasSubstr("found \"0\", expected a whole number of 1 to 1024"));
+  EXPECT_THAT(stage_one_error("threads: 0"),
+              HasSubstr("found \"0\", expected a whole number from 1 to 1024"));
   EXPECT_THAT(stage_one_error("handle_samples: 2.5"), HasSubstr("found \"2.5\", expected a whole number"));
-  EXPECT_THAT(stage_one_error("seed: -1"), HasSubstr("found \"-1\", expected a whole number of 0"));
+  EXPECT_THAT(stage_one_error("seed: -1"), HasSubstr("found \"-1\", expected a whole number from 0"));
   EXPECT_THAT(stage_one_error("handle_min_radius: 0.06"),
               HasSubstr(":2: stage_one.handle_min_radius: found 0.06, expected less than handle_max_radius"));
   EXPECT_THAT(stage_two_error("lift_height: -1"),
@@ -198,7 +199,7 @@ TEST_F(ParameterFile, BadValuesAreNamedWithWhatWasExpected) {
 
 TEST_F(ParameterFile, RepeatedKeysAndOtherDocumentsAreErrors) {
   EXPECT_THAT(error("stage_one:\n  reach: 1\n  reach: 2\n"),
-              AllOf(HasSubstr(":3"), HasSubstr("there twice")));
+              AllOf(HasSubstr(":3"), HasSubstr("the key appears twice")));
   EXPECT_THAT(error("- 1\n- 2\n"),
               HasSubstr("found a list of 2, expected a mapping of stage_one, stage_two"));
   EXPECT_THAT(error("stage_two: 3\n"), HasSubstr("stage_two: found \"3\", expected a mapping"));

@@ -69,7 +69,7 @@ TEST_F(CandumpLogTest, ABatchIsWrittenInOrderOfTime) {
 
 TEST_F(CandumpLogTest, CanUtilsReadTheFile) {
   if (std::system("command -v log2asc > /dev/null") != 0) GTEST_SKIP() << "can-utils are not installed";
-  CandumpLog log(file, "FAULTS ON PURPOSE: " + std::string(2000, 'x'));
+  CandumpLog log(file, "INJECTED FAULTS: " + std::string(2000, 'x'));
   log.write("can_rarm", {microseconds(1'000'000), {0x185, {0x37, 0x06}}});
   log.write("can_rarm", {microseconds(1'250'000), {0x705, {0x05}}});
   log.flush();

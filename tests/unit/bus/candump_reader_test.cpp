@@ -38,7 +38,7 @@ TEST(CandumpReader, RefusesMalformedLinesInOneSentence) {
       {"bad_identifier.log", 2, "identifier '1G5', expected 3 or 8 hexadecimal digits in range"},
       {"bad_identifier_range.log", 1, "identifier 'FFF'"},
       {"bad_identifier_digits.log", 1, "identifier '0185'"},
-      {"bad_data_half_byte.log", 1, "data '0', expected two digits a byte"},
+      {"bad_data_half_byte.log", 1, "data '0', expected two digits per byte"},
       {"bad_data_nine_bytes.log", 1, "9 data bytes, expected at most 8"},
       {"bad_data_not_hex.log", 1, "data '0Z', expected hexadecimal digits"},
       {"bad_fd_length.log", 1, "9 data bytes, expected a length of CAN FD"},
@@ -52,8 +52,8 @@ TEST(CandumpReader, RefusesMalformedLinesInOneSentence) {
       {"bad_interface_long.log", 1, "interface 'a_very_long_name_0'"},
       {"bad_frame_missing.log", 1, "frame '', expected identifier#data"},
       {"bad_no_hash.log", 1, "frame '185', expected identifier#data"},
-      {"bad_more_behind.log", 1, "more behind the frame"},
-      {"bad_direction.log", 1, "'X' behind the frame"},
+      {"bad_more_behind.log", 1, "additional text after the frame"},
+      {"bad_direction.log", 1, "'X' after the frame"},
       {"bad_binary.log", 1, "time '?ELF"},
       {"bad_line_too_long.log", 1, "line of more than 255 characters"},
   };
@@ -116,7 +116,7 @@ TEST(CandumpReader, ReadsBackEveryLogLineUnchanged) {
   std::mt19937 random(4);
   std::vector<can::StampedFrame> frames;
   {
-    CandumpLog log(file, "FAULTS ON PURPOSE: " + std::string(2000, 'x'));
+    CandumpLog log(file, "INJECTED FAULTS: " + std::string(2000, 'x'));
     for (int i = 0; i < 2000; ++i) {
       can::Frame frame;
       frame.fd = i % 3 == 0;

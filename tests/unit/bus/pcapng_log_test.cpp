@@ -154,7 +154,7 @@ TEST_F(PcapngTest, ABatchIsWrittenInOrderOfTime) {
 TEST_F(PcapngTest, TheNoteIsTheSectionsComment) {
   if (std::system("command -v capinfos > /dev/null") != 0) GTEST_SKIP() << "capinfos is not installed";
   for (const std::string& note :
-       {std::string("FAULTS ON PURPOSE: joint-locked of RElbj"), std::string(2000, 'x')}) {
+       {std::string("INJECTED FAULTS: joint-locked of RElbj"), std::string(2000, 'x')}) {
     PcapngLog log(file, note);
     log.write("can1", {microseconds(30), {0x181, {1}}});
     log.flush();

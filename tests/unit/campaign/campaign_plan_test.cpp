@@ -174,7 +174,7 @@ TEST_F(CampaignPlanTest, WhatIsNoPlanIsRefusedWithItsLine) {
       refusal(with("{fault: joint-loked, targets: [RElbj]}")),
       HasSubstr(":4: faults[0].fault: there is no fault \"joint-loked\"; did you mean \"joint-locked\"?"));
   EXPECT_THAT(refusal(with("{fault: joint-locked, targets: [RElb]}")), HasSubstr("did you mean \"RElbj\"?"));
-  EXPECT_THAT(refusal(with("{fault: joint-locked, targets: [r_arm_ft]}")), HasSubstr("is no drive"));
+  EXPECT_THAT(refusal(with("{fault: joint-locked, targets: [r_arm_ft]}")), HasSubstr("is not a drive"));
   EXPECT_THAT(refusal(with("{fault: joint-locked, targets: []}")), HasSubstr(":4: faults[0].targets"));
   EXPECT_THAT(refusal(with("{fault: joint-locked}")),
               HasSubstr(":4: faults[0]: the key \"targets\" is missing"));
@@ -192,7 +192,7 @@ TEST_F(CampaignPlanTest, WhatIsNoPlanIsRefusedWithItsLine) {
   EXPECT_THAT(refusal(with("{fault: joint-locked, targets: [RElbj], phases: [{phase: lfit}]}")),
               HasSubstr("there is no phase \"lfit\"; did you mean \"lift\"?"));
   EXPECT_THAT(refusal("experiments: [1, 6, 01]\nfaults: []\n"),
-              HasSubstr(":1: experiments: has \"01\" a second time"));
+              HasSubstr(":1: experiments: \"01\" is given twice"));
   EXPECT_THAT(refusal("experiments: [1]\nfaults:\n  - {fault: joint-locked, targets: [RElbj]}\n"),
               HasSubstr(":3: faults[0]: has no phases"));
 }

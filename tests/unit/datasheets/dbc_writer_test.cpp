@@ -96,7 +96,7 @@ TEST(DbcWriter, TakesTheMappingOfTheMoment) {
       text,
       HasSubstr("BO_ 389 a_TPDO1: 4 a\n SG_ a_ai_input_pv_Channel_1 : 0|32@1- (1,0) [0|0] \"\" computer\n"));
   EXPECT_THAT(text, HasSubstr("SIG_VALTYPE_ 389 a_ai_input_pv_Channel_1 : 1;\n"));
-  EXPECT_THAT(text, HasSubstr("CM_ BO_ 389 \"TPDO1 of a, every 4. SYNC\";\n"));
+  EXPECT_THAT(text, HasSubstr("CM_ BO_ 389 \"TPDO1 of a, every 4 SYNCs\";\n"));
   EXPECT_THAT(text, HasSubstr("BO_ 517 a_RPDO1: 4 computer\n SG_ a_controlword : 16|16@1+"));
 }
 

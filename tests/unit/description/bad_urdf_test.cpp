@@ -74,16 +74,16 @@ INSTANTIATE_TEST_SUITE_P(
         Bad{"bad_joint_parent_unknown.urdf", 4, {"joint \"j\"", "no link \"bass\"", "did you mean \"base\""}},
         Bad{"bad_joint_child_missing.urdf", 4, {"joint \"j\"", "<child"}},
         Bad{"bad_mimic_unknown.urdf", 4, {"joint \"j\"", "no joint \"k\""}},
-        Bad{"bad_mimic_circle.urdf", 5, {"joint \"j\"", "circle"}},
+        Bad{"bad_mimic_circle.urdf", 5, {"joint \"j\"", "loop"}},
         Bad{"bad_link_twice.urdf", 3, {"link \"base\"", "already used in line 2"}},
         Bad{"bad_joint_nameless.urdf", 4, {"<joint>", "no name"}},
-        Bad{"bad_two_parents.urdf", 6, {"joint \"k\"", "child of another joint"}},
+        Bad{"bad_two_parents.urdf", 6, {"joint \"k\"", "also the child of another joint"}},
         Bad{"bad_two_roots.urdf", 3, {"link \"base\"", "expected one root"}},
-        Bad{"bad_circle.urdf", 3, {"circle"}}, Bad{"bad_no_links.urdf", 1, {"no links"}},
+        Bad{"bad_circle.urdf", 3, {"loop"}}, Bad{"bad_no_links.urdf", 1, {"no links"}},
         Bad{"bad_version.urdf", 0, {"urdfdom does not accept it"}},
         Bad{"bad_mesh_missing.urdf", 3, {"link \"arm\"", "tried", "description/meshes/not_there.stl"}},
         Bad{"bad_mesh_truncated.urdf", 3, {"link \"arm\"", "meshes/truncated.stl"}},
-        Bad{"bad_mesh_scheme.urdf", 3, {"link \"arm\"", "http://", "cannot be followed"}}),
+        Bad{"bad_mesh_scheme.urdf", 3, {"link \"arm\"", "http://", "unsupported scheme"}}),
     [](const auto& tested) {
       std::string name = tested.param.file;
       return name.substr(4, name.find('.') - 4);

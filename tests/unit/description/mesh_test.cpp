@@ -114,7 +114,7 @@ TEST_F(Mesh, MissingNamesEveryPathTried) {
   packages_.clear();
   EXPECT_THAT(message_of([&] { (void)load("package://parts/a.stl"); }),
               HasSubstr("no package path is given"));
-  EXPECT_THAT(message_of([&] { (void)load("package://parts"); }), HasSubstr("names no file"));
+  EXPECT_THAT(message_of([&] { (void)load("package://parts"); }), HasSubstr("does not name a file"));
   EXPECT_THAT(message_of([&] { (void)load("file:///no/such.stl"); }), HasSubstr("tried /no/such.stl"));
 }
 

@@ -63,9 +63,9 @@ std::string refusal(const std::string& found, const std::string& by) {
 TEST(RobotDescription, HandsThatDoNotFitTheRobotAreRefused) {
   using ::testing::HasSubstr;
   EXPECT_EQ(refusal("name: left", "name: links"), "");
-  EXPECT_THAT(refusal("name: left", "name: right"), HasSubstr("\"right\" is there before"));
+  EXPECT_THAT(refusal("name: left", "name: right"), HasSubstr("\"right\" is already used"));
   EXPECT_THAT(refusal("joints: [RShSag, RShLat", "joints: [RShSag, RShSag"),
-              HasSubstr("\"RShSag\" is there twice"));
+              HasSubstr("\"RShSag\" is listed twice"));
   EXPECT_THAT(refusal("joints: [RShSag,", "joints: [RShSagg,"),
               HasSubstr("continuous_torque_nm.RShSag: unknown key"));
   EXPECT_THAT(refusal("motor: l_handj_synergy", "motor: l_handj"),

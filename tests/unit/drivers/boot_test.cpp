@@ -131,7 +131,7 @@ TEST(Boot, NoAnswerIsAskedTwiceThenNamed) {
   EXPECT_EQ(
       boot_error(rig),
       "drive RShSag (node 11 on can_rarm): no answer to the SDO read of 1000h:0 (device type) within 200 ms, "
-      "asked twice");
+      "requested twice");
   EXPECT_TRUE(rig.drive.done());
   EXPECT_EQ(rig.bus.sent_with(0x60B).size(), 3U);
 }

@@ -44,8 +44,9 @@ class Causes : public ::testing::Test {
 TEST_F(Causes, ABusWithoutAnyNodeIsNamedNotItsFirstDrive) {
   mute({&rig.drive, &rig.sensor, &rig.hand});
   EXPECT_EQ(rig.cycles_to_fault(), 4);
-  EXPECT_EQ(rig.fault_text(),
-            "can_rarm: none of its 3 devices is heard for 19.4 ms: the bus is cut, or they have no power");
+  EXPECT_EQ(
+      rig.fault_text(),
+      "can_rarm: none of its 3 devices has been heard for 19.4 ms: the bus is cut, or they have no power");
   EXPECT_EQ(rig.robot->fault()->device, "can_rarm");
   EXPECT_EQ(rig.robot->fault()->node_id, 0);
 }
@@ -53,8 +54,9 @@ TEST_F(Causes, ABusWithoutAnyNodeIsNamedNotItsFirstDrive) {
 TEST_F(Causes, ARobotWithoutAnyNodeIsNamed) {
   mute({&rig.drive, &rig.sensor, &rig.hand, &rig.waist, &rig.imu});
   EXPECT_EQ(rig.cycles_to_fault(), 4);
-  EXPECT_THAT(rig.fault_text(), AllOf(StartsWith("robot: none of the 5 devices on 2 buses is heard for 19."),
-                                      HasSubstr("the robot (or its emulator) is off or stalled")));
+  EXPECT_THAT(rig.fault_text(),
+              AllOf(StartsWith("robot: none of the 5 devices on 2 buses has been heard for 19."),
+                    HasSubstr("the robot (or its emulator) is off or stalled")));
 }
 
 TEST_F(Causes, ASilentDeviceAmongOthersIsBlamedItself) {

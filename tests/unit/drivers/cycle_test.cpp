@@ -154,7 +154,7 @@ TEST_F(CycleTest, FeedForwardIsClampedToTheJointsEffort) {
 TEST_F(CycleTest, WrongNumberOfCommandsIsAFault) {
   rig.commands.resize(2);
   rig.cycle();
-  EXPECT_EQ(rig.fault_text(), "robot: 2 commands written, expected 1; none taken");
+  EXPECT_EQ(rig.fault_text(), "robot: 2 commands written, expected 1; all rejected");
 }
 
 TEST_F(CycleTest, WritesAreWithoutEffectWhileAFaultIsLatched) {

@@ -136,17 +136,18 @@ TEST(LayoutFiles, WhatIsWrongIsNamedWithLineAndPlace) {
       {"a",
        "name:", "joint_drive:", "joint_drives:", "joint_drives: unknown key; did you mean \"joint_drive\"?"},
       {"a", "joint_drive:", "number: 1", "number: 5",
-       "joint_drive.rpdos[0].number: found \"5\", expected a whole number of 1 to 4"},
-      {"a", "joint_drive:", "number: 2", "number: 1", "joint_drive.rpdos[1].number: PDO 1 is there before"},
-      {"a", "joint_drive:", "0x300", "0x200", "joint_drive.rpdos[1].cob_id_base: 0x200 is that of PDO 1 too"},
+       "joint_drive.rpdos[0].number: found \"5\", expected a whole number from 1 to 4"},
+      {"a", "joint_drive:", "number: 2", "number: 1", "joint_drive.rpdos[1].number: PDO 1 already exists"},
+      {"a", "joint_drive:", "0x300", "0x200",
+       "joint_drive.rpdos[1].cob_id_base: 0x200 is already used by PDO 1"},
       {"a", "joint_drive:", "0x300", "0x280",
        "cob_id_base: found 0x280, expected 0x200, 0x300, 0x400 or 0x500"},
       {"a", "joint_drive:", "0x300", "768",
-       "cob_id_base: found \"768\", expected a hexadecimal number of 0x0 to 0x7FF"},
+       "cob_id_base: found \"768\", expected a hexadecimal number from 0x0 to 0x7FF"},
       {"a", "joint_drive:", "type: 255", "type: 241", "type: found 241, expected 0 to 240, 254 or 255"},
       {"a", "joint_drive:", "type: 255", "type: 253", "type: found 253, expected 0 to 240, 254 or 255"},
       {"a", "joint_drive:", "type: 1", "type: 2",
-       "joint_drive: PDOs have transmission types 2 and 1, expected one for all that go with SYNC"},
+       "joint_drive: PDOs have transmission types 2 and 1, expected the same for all cyclic PDOs"},
       {"a", "joint_drive:", "bits: 16", "bits: 12", "bits: found 12, expected 8, 16, 32 or 64"},
       {"a", "joint_drive:", "bits: 16", "bits: 8",
        "joint_drive: 6040h:0 (controlword) is mapped with 8 bits, expected 16"},
@@ -203,12 +204,12 @@ TEST(IdentityFile, WhatIsWrongIsNamed) {
   EXPECT_THAT(error("imu: {vendor: 0x1}\n"), HasSubstr("1: imu: the key \"device_type\" is missing"));
   EXPECT_THAT(
       error("imu: {device_type: 131476}\n"),
-      HasSubstr("imu.device_type: found \"131476\", expected a hexadecimal number of 0x1 to 0xFFFFFFFF"));
+      HasSubstr("imu.device_type: found \"131476\", expected a hexadecimal number from 0x1 to 0xFFFFFFFF"));
   EXPECT_THAT(error("imu: {device_type: 0x1FFFFFFFF}\n"), HasSubstr("expected a hexadecimal number"));
   EXPECT_THAT(error("serials: [{node: 11, serial: 0x1}, {node: 11, serial: 0x2}]\n"),
-              HasSubstr("serials[1].node: node 11 has a serial number before"));
+              HasSubstr("serials[1].node: node 11 already has a serial number"));
   EXPECT_THAT(error("serials: [{node: 128, serial: 0x1}]\n"),
-              HasSubstr("expected a whole number of 1 to 127"));
+              HasSubstr("expected a whole number from 1 to 127"));
 }
 
 }  // namespace

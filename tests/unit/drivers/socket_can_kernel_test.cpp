@@ -403,7 +403,7 @@ TEST_F(SocketCanOnVcan, WhatIsNoCanInterfaceIsNamed) {
     can::SocketCan socket("lo");
     FAIL() << "opened";
   } catch (const std::runtime_error& error) {
-    EXPECT_THAT(error.what(), HasSubstr("lo: is no CAN interface"));
+    EXPECT_THAT(error.what(), HasSubstr("lo: is not a CAN interface"));
   }
 }
 

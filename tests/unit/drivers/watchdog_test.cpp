@@ -88,14 +88,15 @@ TEST_F(WatchdogTest, FrozenSampleCounterIsStale) {
   // The first sample with the frozen counter still counts as new.
   EXPECT_EQ(cycles_to_fault(), 5);
   EXPECT_EQ(kind(), FaultKind::kDataStale);
-  EXPECT_THAT(rig.fault_text(), HasSubstr("counter 2050h stands at 4321 for"));
+  EXPECT_THAT(rig.fault_text(), HasSubstr("counter 2050h has been stuck at 4321 for"));
 }
 
 TEST_F(WatchdogTest, FrozenDriveCounterIsStale) {
   rig.drive.every(milliseconds(100), "48B#00 00 23 34 12");
   rig.drive.tick(rig.now);
   EXPECT_NE(cycles_to_fault(), -1);
-  EXPECT_THAT(rig.fault_text(), HasSubstr("RShSag (node 11 on can_rarm): counter 2050h stands at 4660 for"));
+  EXPECT_THAT(rig.fault_text(),
+              HasSubstr("RShSag (node 11 on can_rarm): counter 2050h has been stuck at 4660 for"));
 }
 
 TEST_F(WatchdogTest, LostHeartbeatIsNamed) {
@@ -134,7 +135,8 @@ TEST_F(WatchdogTest, LeavingOperationalIsNamed) {
   EXPECT_FALSE(feed("712#7F"));
   EXPECT_EQ(kind(), FaultKind::kNmtState);
   EXPECT_EQ(rig.fault_text(),
-            "F/T sensor r_arm_ft (node 18 on can_rarm): went to NMT state pre-operational unasked, expected "
+            "F/T sensor r_arm_ft (node 18 on can_rarm): changed to NMT state pre-operational without a "
+            "command, expected "
             "operational");
 }
 

@@ -21,12 +21,14 @@ TEST(FaultInWords, ThatComesAgainIsOverBefore) {
       [] {
         static_cast<void>(parse_fault({"joint-locked", "RElbj", "every=2"}));
       },
-      ThrowsMessage<std::runtime_error>("joint-locked: every=2, expected for=S beside it, and S no longer"));
+      ThrowsMessage<std::runtime_error>(
+          "joint-locked: every=2, expected for=S as well, with S no longer than that"));
   EXPECT_THAT(
       [] {
         static_cast<void>(parse_fault({"joint-locked", "RElbj", "for=2", "every=1"}));
       },
-      ThrowsMessage<std::runtime_error>("joint-locked: every=1, expected for=S beside it, and S no longer"));
+      ThrowsMessage<std::runtime_error>(
+          "joint-locked: every=1, expected for=S as well, with S no longer than that"));
 }
 
 }  // namespace

@@ -38,9 +38,9 @@ TEST(BaseRoom, HoldsTheBaseOfARobotThatReachesTooFar) {
 
 TEST(BaseRoom, SaysWhichBoundAndHowFar) {
   const BaseRoom room;
-  EXPECT_EQ(room.describe(0), "the base is as far forward as it may go, 150 mm");
-  EXPECT_EQ(room.describe(5), "the base is as far down as it may go, 100 mm");
-  EXPECT_EQ(room.describe(6), "the base is leant forward as far as it may, 8.6 degrees");
+  EXPECT_EQ(room.describe(0), "the base is at its limit of 150 mm forward");
+  EXPECT_EQ(room.describe(5), "the base is at its limit of 100 mm down");
+  EXPECT_EQ(room.describe(6), "the base is leaning forward to its limit of 8.6 degrees");
 }
 
 }  // namespace

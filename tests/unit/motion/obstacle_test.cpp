@@ -44,8 +44,8 @@ TEST(ConvexPrism, RejectsWhatHasNoArea) {
   };
   const Eigen::Vector3d up = Eigen::Vector3d::UnitZ();
   EXPECT_THAT(message_for(up, {{0, 0, 0}, {1, 0, 0}}), testing::HasSubstr("2 points"));
-  EXPECT_THAT(message_for(up, {{0, 0, 0}, {1, 0, 0}, {2, 0, 0}}), testing::HasSubstr("on a line"));
-  EXPECT_THAT(message_for(Eigen::Vector3d::Zero(), kTable), testing::HasSubstr("without direction"));
+  EXPECT_THAT(message_for(up, {{0, 0, 0}, {1, 0, 0}, {2, 0, 0}}), testing::HasSubstr("collinear points"));
+  EXPECT_THAT(message_for(Eigen::Vector3d::Zero(), kTable), testing::HasSubstr("without a direction"));
   EXPECT_THAT(message_for(up, {{0, 0, 0}, {1, 0, 0}, {2, std::nan(""), 0}}),
               testing::HasSubstr("not finite"));
 }

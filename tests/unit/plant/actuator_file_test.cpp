@@ -60,7 +60,7 @@ TEST_F(ActuatorFiles, RefusalsNameFileLineAndKey) {
   EXPECT_THAT(refusal("motor_inertia", "motor_inertia: 0"),
               HasSubstr("motor_inertia: found 0, expected more than 0"));
   EXPECT_THAT(refusal("motor_inertia", "motor_inertia: heavy"), HasSubstr("expected a number"));
-  EXPECT_THAT(refusal("", "backlash: 0"), HasSubstr("backlash: the key is there twice"));
+  EXPECT_THAT(refusal("", "backlash: 0"), HasSubstr("backlash: the key appears twice"));
   EXPECT_THAT(refusal("static_friction", "static_friction: 0"),
               HasSubstr("expected at least coulomb_friction"));
   EXPECT_THAT(refusal("continuous_torque", "continuous_torque: 1000"),

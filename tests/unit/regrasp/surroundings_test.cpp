@@ -116,7 +116,7 @@ TEST_F(SurroundingsTest, WhatLiesBesideTheObjectIsAColumnAsHighAsItsHighestPoint
           (X_CT * Eigen::Vector3d(x, y, kTableHeight + x - 0.7)).cast<float>());
   const auto all = surroundings(seen, table_outline(seen, cloud, X_TC), X_TC);
   ASSERT_EQ(all.size(), 2);
-  EXPECT_EQ(all[1].name, "the object beside it, 10 cm high");
+  EXPECT_EQ(all[1].name, "the object beside it (10 cm high)");
   EXPECT_NEAR(all[1].prism.distance({0.75, 0.15, kTableHeight + 0.15}), 0.05, 1e-5);
   EXPECT_NEAR(all[1].prism.distance({0.65, 0.15, kTableHeight}), 0.05, 1e-5);
 }
@@ -143,7 +143,7 @@ TEST_F(SurroundingsTest, WhatStandsHighOnTheObjectIsInTheWayAndWhatIsLowIsNot) {
   put(-0.35, 0.12);  // a head
   const auto parts = rest_of_object(seen, 0, 0, X_TC);
   ASSERT_EQ(parts.size(), 1);
-  EXPECT_EQ(parts[0].name, "a part of the object, 12 cm high");
+  EXPECT_EQ(parts[0].name, "a part of the object (12 cm high)");
   EXPECT_NEAR(parts[0].prism.distance({0.7, -0.26, kTableHeight + 0.05}), 0.05, 1e-5);
   // Leaves out what lies within the hand's room around its grasp.
   EXPECT_TRUE(rest_of_object(seen, 0, 0.3, X_TC).empty());

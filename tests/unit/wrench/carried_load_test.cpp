@@ -39,6 +39,8 @@ TEST(ComLine, IsTheSameLineInATurnedFrame) {
 TEST(ComLine, NeedsAForce) {
   EXPECT_FALSE(com_line(weight_at({0.1, 0, 0}, 0.05), 1));
   EXPECT_FALSE(com_line({Eigen::Vector3d::Zero(), Eigen::Vector3d(0, 0, NAN)}, 1));
+  EXPECT_FALSE(com_line({Eigen::Vector3d::Zero(), Eigen::Vector3d(0, 0, INFINITY)}, 1));
+  EXPECT_FALSE(com_line({Eigen::Vector3d(NAN, 0, 0), Eigen::Vector3d(0, 0, 10)}, 1));
 }
 
 TEST(ComLine, TorqueIsForceTimesLever) {
