@@ -7,6 +7,8 @@ namespace walkman::cia402 {
 namespace {
 
 constexpr double kRounding = 1e-5;  // rad, rounding of positions in µrad
+// Four SYNC periods: two until a drive has been stopped, and as many until its motor has.
+constexpr double kStoppingTime = 0.02;  // s
 
 }  // namespace
 
@@ -47,7 +49,10 @@ void MotionCheck::follow(double motor_position, double set_point, Time elapsed, 
   if (astray_ == Time{}) pushed_ = loaded;
   astray_ = std::abs(error) > kFollowingWindow ? astray_ + elapsed : Time{};
   const bool pushed = pushed_ && still_ < kFollowingTime;
-  const Time limit = pushed ? kPushedTime : std::abs(error) > kFarOff ? Time{} : kFollowingTime;
+  const double velocity = (motor_position - position_) / std::chrono::duration<double>(elapsed).count();
+  const double next = motor_position + velocity * kStoppingTime;
+  const bool far_off = std::max(std::abs(error), std::abs(next - std::clamp(next, least, most))) > kFarOff;
+  const Time limit = pushed ? kPushedTime : far_off ? Time{} : kFollowingTime;
   if (astray_ <= limit || found_ != Found::kNothing) return;
   found_ = Found::kNotFollowing;
   amount_ = error;

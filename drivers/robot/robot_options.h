@@ -17,8 +17,9 @@ struct RobotOptions {
   Time heartbeat_producer = std::chrono::milliseconds(100);  ///< heartbeat period of nodes and master
   Time heartbeat_timeout = std::chrono::milliseconds(250);   ///< for the nodes and the master alike
   Time boot_timeout = std::chrono::seconds(5);               ///< for boot and for recovery
-  double max_joint_velocity =
-      6.0;  ///< rad/s, between consecutive set-points; the URDF's limit if that is lower
+  /// Fastest set-points: difference of consecutive ones over their interval, rad/s; the URDF's limit if that
+  /// is lower.
+  double max_joint_velocity = 6.0;
   double limit_tolerance = 0.01;  ///< rad beyond a position limit that are clamped without a fault
   PdoLayout layout = factory_layout();
   Identities identities;

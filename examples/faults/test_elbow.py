@@ -94,5 +94,5 @@ def test_a_trip_of_the_power_stage_is_told_by_an_emergency(robot, master):
 
 
 def test_what_cannot_break_is_refused(robot):
-    with pytest.raises(ValueError, match="no drive"):
+    with pytest.raises(ValueError, match="not a drive"):
         robot.inject("r_arm_ft", "joint-locked")

@@ -1,5 +1,7 @@
+#include <cmath>
 #include <limits>
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -105,6 +107,20 @@ TEST_F(CycleTest, ADriveThatDoesNotFollowIsAFaultAfterItsTime) {
       "drive RShSag (node 11 on can_rarm): does not follow: its motor has been off its set-point for 55 ms, "
       "now by -0.0200 rad");
   EXPECT_LE(cycles, 20);
+}
+
+TEST_F(CycleTest, ADriveThatRunsAwayIsAFaultBeforeItIsFar) {
+  double off = 0;
+  for (int i = 1; i <= 10 && !rig.robot->fault(); ++i) {
+    off = 35 * std::pow(0.005 * i, 2);  // at 70 rad/s²
+    const auto micro = static_cast<unsigned>(std::lround(1e6 * (0.5 + off)));
+    rig.drive_tpdo2 = fmt::format("28B#{:02X} {:02X} {:02X} {:02X} 00 00 00 00", micro & 0xFFU,
+                                  micro >> 8U & 0xFFU, micro >> 16U & 0xFFU, micro >> 24U);
+    command(0.497, 30);
+  }
+  ASSERT_TRUE(rig.robot->fault());
+  EXPECT_EQ(rig.robot->fault()->kind, FaultKind::kNotFollowing) << rig.fault_text();
+  EXPECT_LT(off, 0.04);  // 0.05 rad would have been reached two cycles later
 }
 
 TEST_F(CycleTest, ATorqueThatStepsFasterThanTheSpringCanIsAFault) {
