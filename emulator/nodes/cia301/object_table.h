@@ -112,7 +112,7 @@ struct EntryRow {
   Access access = Access::kReadOnly;
   Mappable mappable = Mappable::kNo;
   std::uint32_t factory = 0;  ///< factory setting, as returned by `to_raw`
-  bool own = false;           ///< each device has its own factory setting; `factory` is only a placeholder
+  bool own = false;           ///< each device overwrites `factory` with a setting of its own
   bool with_node_id = false;  ///< the factory setting is `factory` plus the node-ID
   std::int64_t lowest = 0;    ///< limits of an integer that may be written
   std::int64_t highest = 0;

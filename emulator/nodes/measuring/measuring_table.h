@@ -15,7 +15,7 @@ namespace walkman::nodes {
 [[nodiscard]] ObjectTable sample_counter_table();
 [[nodiscard]] ObjectTable sensor_temperature_table();
 
-/// Placeholder name of an entry, for the quantity that the channel measures (Fx, Ty, ...).
+/// Name of an entry that data sheets replace by the quantity that its channel measures (Fx, Ty, ...).
 inline constexpr std::string_view kChannelName = "Channel {}";
 
 }  // namespace walkman::nodes
