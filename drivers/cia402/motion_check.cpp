@@ -34,7 +34,7 @@ void MotionCheck::take(double motor_position, double torque, double set_point, s
     }
   }
   if (samples_ == 2)
-    follow(motor_position, set_point, elapsed, std::abs(torque) > kPushed * joint.most_torque);
+    follow(motor_position, velocity, set_point, elapsed, std::abs(torque) > kPushed * joint.most_torque);
   if (joint.spring_constant > 0) watch_link(motor_position, torque, joint);
   samples_ = std::min(samples_ + 1, 2);
   position_ = motor_position;
@@ -43,13 +43,13 @@ void MotionCheck::take(double motor_position, double torque, double set_point, s
   set_points_ = {set_points_[1], set_point};
 }
 
-void MotionCheck::follow(double motor_position, double set_point, Time elapsed, bool loaded) noexcept {
+void MotionCheck::follow(double motor_position, double velocity, double set_point, Time elapsed,
+                         bool loaded) noexcept {
   const auto [least, most] = std::minmax({set_points_[0], set_points_[1], set_point});
   const double error = motor_position - std::clamp(motor_position, least, most);
   if (astray_ == Time{}) pushed_ = loaded;
   astray_ = std::abs(error) > kFollowingWindow ? astray_ + elapsed : Time{};
   const bool pushed = pushed_ && still_ < kFollowingTime;
-  const double velocity = (motor_position - position_) / std::chrono::duration<double>(elapsed).count();
   const double next = motor_position + velocity * kStoppingTime;
   const bool far_off = std::max(std::abs(error), std::abs(next - std::clamp(next, least, most))) > kFarOff;
   const Time limit = pushed ? kPushedTime : far_off ? Time{} : kFollowingTime;

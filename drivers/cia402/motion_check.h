@@ -57,7 +57,7 @@ class MotionCheck {
   [[nodiscard]] std::optional<canopen::FaultCause> cause() const noexcept;
 
  private:
-  void follow(double motor_position, double set_point, Time elapsed, bool loaded) noexcept;
+  void follow(double motor_position, double velocity, double set_point, Time elapsed, bool loaded) noexcept;
   void watch_link(double motor_position, double torque, const Joint& joint) noexcept;
 
   enum class Found { kNothing, kPositionJump, kTorqueJump, kLinkStands, kNotFollowing };
