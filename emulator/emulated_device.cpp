@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <optional>
 #include <random>
 #include <stdexcept>
 
@@ -159,6 +160,7 @@ class EmulatedForceTorque final : public EmulatedDevice {
         node_(force_torque_parameters(device, force_torque_kind(s, device), s.options)) {}
 
   [[nodiscard]] nodes::CanopenSlave& node() noexcept override { return node_; }
+  [[nodiscard]] nodes::ForceTorqueNode* force_torque() noexcept override { return &node_; }
   void sample() noexcept override { node_.sample(plant_.F_So_S(sensor_)); }
   void set_sensor_fault(const SensorFaultEvent& fault) override {
     nodes::ReadingFault::Parameters parameters;
@@ -172,15 +174,16 @@ class EmulatedForceTorque final : public EmulatedDevice {
     if (fault.bit)
       parameters.bit = {static_cast<std::size_t>(fault.bit->channel), fault.bit->number, fault.bit->stuck,
                         fault.bit->share};
-    node_.set_fault(parameters);
+    if (of_scene_) node_.faults().remove(*of_scene_);
+    node_.faults().add(of_scene_.emplace(node_.make_fault(parameters)));
   }
-  void mend() override { node_.clear_fault(); }
 
  private:
   const plant::Plant& plant_;
   int sensor_;
-  std::mt19937_64 stream_;
+  std::mt19937_64 stream_;  // for the scene's events
   nodes::ForceTorqueNode node_;
+  std::optional<nodes::ReadingFault> of_scene_;
 };
 
 class EmulatedInertialUnit final : public EmulatedDevice {

@@ -6,6 +6,7 @@
 
 #include "emulator/emulator.h"
 #include "emulator/faults/breakable_device.h"
+#include "emulator/scene/scene_event.h"
 
 namespace walkman {
 
@@ -16,6 +17,9 @@ class EmulatedDevice : public faults::BreakableDevice {
   virtual void control(double /*dt*/) noexcept {}
   /// Takes a sample, after the plant has moved by one step. Sensors only.
   virtual void sample() noexcept {}
+  /// Applies a scene's event to its readings from now on, in place of an earlier one; injected faults are not
+  /// affected. Force/torque sensors only.
+  virtual void set_sensor_fault(const SensorFaultEvent& /*fault*/) {}
 };
 
 /// What devices are made from; all of it must outlive them.

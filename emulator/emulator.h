@@ -48,8 +48,9 @@ class Emulator {
 
   /// Advances the emulation to `until`, a whole number of physics steps from zero.
   void advance(Time until);
-  /// Injects a fault, now or when its time comes. Throws std::runtime_error if the target does not exist or
-  /// cannot have the fault.
+  /// Injects a fault, now or when its time comes, in place of one of its name that is over. Throws
+  /// std::runtime_error if the target does not exist or cannot have the fault, or if one of its name is not
+  /// over.
   void inject(const faults::Injection& injection);
   /// Ends a fault and removes it; returns false if there is none of that name.
   bool clear_fault(const std::string& name);

@@ -21,7 +21,8 @@ struct LidarOptions {
   /// Half angle of the beam, and its radius at the exit (Pomerleau et al., CARPI 2012).
   double beam_angle = 0.0006, beam_radius = 0.0015;  ///< rad, m
   /// Standard deviations: up to 10 m at normal incidence, measured as 6 to 8 mm on a MultiSense; at 30 m,
-  /// half the data sheet's limit of 30 mm; at grazing incidence (Photonics 5(2):12: 10.5 mm).
+  /// half the data sheet's limit of 30 mm; at grazing incidence (Photonics 5(2):12: 10.5 mm). In between, the
+  /// first rises linearly with the range, and what grazing adds to it with 1 − cos of the angle of incidence.
   double noise = 0.007, noise_far = 0.015, noise_grazing = 0.0105;  ///< m
   double bias = 0.006;  ///< m, standard deviation of the device's own offset: ±30 mm is three sigma of both
   /// Surfaces closer together than this return a single echo, anywhere between them: half the length of a

@@ -384,7 +384,7 @@ void Manipulator::grasp(double radius, const Eigen::AlignedBox3d& object_H) {
     throw Refused(fmt::format("the hand closed to {:.0f} % of its travel and holds nothing",
                               100 * session_.hand_closure()));
   }
-  scale_.hold(radius, object_H);
+  scale_.hold(radius, object_H_);
   lifted_ = 0;
 }
 

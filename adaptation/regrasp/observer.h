@@ -72,7 +72,8 @@ struct Weighing {
   double displacement = 0;  ///< d: from the grasp to the CoM line, m along the handle, positive to the right
   double displacement_deviation = 0;  ///< of d, by the weighing, without the error of the hand's position, m
   Eigen::Vector3d p_HCm = Eigen::Vector3d::Zero();  ///< the object's centre of mass, m
-  bool changed = false;  ///< the load in the hand has changed since the previous weighing
+  bool changed = false;                             ///< the load differs from that of the previous weighing
+  bool in_hand = false;  ///< weighed without a grasp of its own, because the load changed in the hand
 };
 
 /// The hand cannot continue from its present pose to its target.

@@ -28,6 +28,7 @@ constexpr double kFarthestTurn = 1.0;               // rad, for a target that ma
 constexpr std::size_t kMostPlans = 3;
 constexpr int kEnoughTries = 2;
 constexpr int kMostGivenUp = 2;    // lifts in a row
+constexpr double kOtherLoad = 4;   // standard deviations between two weighings that are not of the same load
 constexpr double kAnyLength = 10;  // m, more than a hand holds
 // How far an object may move in the hand from before it closes to after the lift. A bar is drawn into the
 // palm by 2 cm, and the pads let it tilt by 0.11 rad under the most that a hand holds, 3.4 N·m.
@@ -140,7 +141,12 @@ struct Regrasp::Impl {
   /// Returns the cost (m) below which a place is nearer, by the displacement threshold, to the centre of mass
   /// that the hand felt; 0 if no place can be.
   [[nodiscard]] double distance_to_beat(const HeldTooFar& refusal) const;
-  [[nodiscard]] Weighing turn_and_hang(bool changed, const std::optional<double>& best_cost);
+  [[nodiscard]] Weighing turn_and_hang(bool in_hand, const std::optional<double>& best_cost);
+  /// Returns whether something was taken off the object, or put on it, between two weighings.
+  [[nodiscard]] static bool is_other_load(const Weighing& before, const Weighing& after) {
+    return std::abs(after.f_g - before.f_g) >
+           kOtherLoad * std::hypot(before.force_deviation, after.force_deviation);
+  }
   /// Returns whether, by a weighing, the hand is no farther from the CoM line than a planned grasp of this
   /// cost was to bring it.
   [[nodiscard]] bool as_planned(const Weighing& weighing, const std::optional<double>& cost) const {
@@ -165,6 +171,7 @@ struct Regrasp::Impl {
   camera::OrganizedCloud cloud;         // as the camera sent it
   camera::OrganizedCloud outside;       // the part of it that is not the robot
   perception::StageOneResult seen;
+  std::optional<Weighing> last_weighing;
   // The table as first seen, in T: with the head turned, less of it is in the image.
   std::vector<Eigen::Vector3d> table_T;
   std::vector<motion::NamedObstacle> obstacles;  // in T
@@ -284,8 +291,7 @@ void Regrasp::Impl::look_around() {
   outside = first_outside;
   X_TC = X_TC_first;
   posed = posed_first;
-  // Handles, and anything beside them, are taken from the first cloud: two views are a few millimetres apart.
-  seen.objects[seen.chosen].p_CCm = await<Eigen::Vector3d>([&]() -> Eigen::Vector3d {
+  seen = await<perception::StageOneResult>([&] {
     self_filter.remove(posed, X_TC, found.sweep);
     Eigen::AlignedBox3f region;
     for (const Eigen::Vector3f& p_C : seen.object().surface_C) region.extend(p_C);
@@ -295,9 +301,8 @@ void Regrasp::Impl::look_around() {
     fusion.add(found.sweep.points, Eigen::Isometry3d::Identity());
     for (const Survey::View& view : found.views) fusion.add(view.outside.points, X_TC.inverse() * view.X_TC);
     const Eigen::Vector3d on_object_C = seen.object().surface_C.front().cast<double>();
-    return perception::locate(outside, parameters.stage_one, on_object_C, fusion.points()).object().p_CCm;
+    return perception::locate(outside, parameters.stage_one, on_object_C, fusion.points());
   });
-  seen.grasp = perception::nearest_grasp(seen);
 }
 
 PlannedGrasp Regrasp::Impl::plan(const GraspPlanner::Cost& cost, double nearer_than,
@@ -485,7 +490,7 @@ GraspPlanner::Cost Regrasp::Impl::look_again(const Wrench& F_Ho_T, const Eigen::
   return least_torque({R_HT * line->p_PF, R_HT * line->direction}, X_TH_released);
 }
 
-Weighing Regrasp::Impl::turn_and_hang(bool changed, const std::optional<double>& best_cost) {
+Weighing Regrasp::Impl::turn_and_hang(bool in_hand, const std::optional<double>& best_cost) {
   session.enter(Phase::kTurn);
   manipulator.turn();
   Weighing weighing = weigh();
@@ -497,7 +502,9 @@ Weighing Regrasp::Impl::turn_and_hang(bool changed, const std::optional<double>&
     manipulator.hang();
     weighing = weigh();
   }
-  weighing.changed = changed;
+  weighing.in_hand = in_hand;
+  weighing.changed = in_hand || (last_weighing && is_other_load(*last_weighing, weighing));
+  last_weighing = weighing;
   observer.on_weighed(weighing);
   return weighing;
 }
@@ -621,7 +628,13 @@ Report Regrasp::run() {
     given_up = 0;
     nearer_than = std::numeric_limits<double>::infinity();
     why.clear();
-    if (!report.weighings.empty()) {
+    if (weighing.changed) {  // the grasp was chosen for another load
+      same.clear();
+      best_cost.reset();
+      no_nearer = 0;
+    }
+    nearest = false;
+    if (!same.empty()) {
       // No possible grasp is nearer by more than the displacement threshold; from where the hand comes next
       // time there may be one.
       const double last = std::abs(report.weighings.back().displacement);

@@ -21,8 +21,10 @@ constexpr double kMountingOrigin = 0.0006;  // m
 constexpr double kBar = 2;
 constexpr double kRadiusError = 0.001;  // m
 constexpr double kBend = 0.002 / 3;     // of its length
-constexpr double kLongest = 2.0;        // m, of one that continues beyond the image: more than a hand lifts
-constexpr double kDensest = 7850;       // kg/m³, steel
+// Cosine of the largest angle between a load and the vertical: an end that still rests on the table pulls
+// sideways by its friction, with a coefficient of 1 up to as much as the hand then carries.
+constexpr double kSteepest = 0.7071;
+constexpr double kDensest = 7850;  // kg/m³, steel
 
 wrench::LoadEstimator::DataSheet sensor_of(const StageTwoParameters& parameters) {
   return {.gain = parameters.sensor_gain,
@@ -129,17 +131,17 @@ wrench::LoadEstimator::Object WristScale::object() const {
   object.covariance(0, 0) += drift_So_S_.force.squaredNorm() / 3;
   const double along = X_HS.linear().row(0).dot(object.moment_S) / object.weight + X_HS.translation().x();
   if (!bar_radius_ || std::abs(along) > parameters_.displacement_threshold) return object;
-  const Eigen::Vector4d errors(
-      motion::Grip::kSeatDeviation, motion::Grip::seat(0) - motion::Grip::seat(kRadiusError),
-      object.weight / motion::Grip::kFirmness, kBend * std::min(object_H_.sizes().x(), kLongest));
+  const Eigen::Vector4d errors(motion::Grip::kSeatDeviation,
+                               motion::Grip::seat(0) - motion::Grip::seat(kRadiusError),
+                               object.weight / motion::Grip::kFirmness, kBend * object_H_.sizes().x());
   return wrench::near_plane(std::move(object), X_HS.linear().row(2).transpose(),
                             motion::Grip::seat(*bar_radius_) - X_HS.translation().z(), errors.norm(),
                             kDeviations);
 }
 
-void WristScale::require_in_range(const MeanReading& level, const Wrench& load) const {
-  const double force = level.reading.force.lpNorm<Eigen::Infinity>();
-  const double torque = level.reading.torque.lpNorm<Eigen::Infinity>();
+void WristScale::require_in_range(const Wrench& F_So_S, const Wrench& load) const {
+  const double force = F_So_S.force.lpNorm<Eigen::Infinity>();
+  const double torque = F_So_S.torque.lpNorm<Eigen::Infinity>();
   if (force <= parameters_.sensor_force_range && torque <= parameters_.sensor_torque_range) return;
   throw HeldTooFar(
       fmt::format("the wrist's sensor reads {:.1f} N and {:.2f} N·m on an axis, expected at "
@@ -150,7 +152,7 @@ void WristScale::require_in_range(const MeanReading& level, const Wrench& load) 
 
 WristScale::Load WristScale::weigh(const MeanReading& level) const {
   const Wrench load = object_load(level);
-  require_in_range(level, load);
+  require_in_range(level.reading, load);
   if (level.slope.force.norm() > parameters_.force_slope ||
       level.slope.torque.norm() > parameters_.torque_slope) {
     throw HeldTooFar(fmt::format("the wrist sensor's reading is not steady: it changes by {:.2f} N and "
@@ -191,7 +193,14 @@ void WristScale::require_of_object(const Wrench& F_Ho_T) const {
 void WristScale::require_of_object(const Wrench& F_Ho_T, double torque_deviation) const {
   const auto line = wrench::com_line(F_Ho_T, parameters_.min_force);
   if (!line) return;
+  require_in_range(session_.F_So_S(), F_Ho_T);
   const double force = F_Ho_T.force.norm(), torque = F_Ho_T.torque.norm();
+  if (!(-F_Ho_T.force.z() >= kSteepest * force)) {
+    throw Refused(fmt::format(
+        "the {:.1f} N at the wrist pull the hand {:.0f} degrees off the vertical, expected at most 45: no "
+        "weight hanging there could cause these readings",
+        force, std::acos(-F_Ho_T.force.z() / force) * 180 / std::numbers::pi));
+  }
   const double heaviest = kDensest * object_H_.volume() * motion::kGravity;
   if (!(force <= heaviest)) {
     throw Refused(fmt::format(

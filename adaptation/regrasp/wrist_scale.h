@@ -89,9 +89,9 @@ class WristScale {
   /// constant.
   [[nodiscard]] Load weigh(const MeanReading& level) const;
 
-  /// Throws Refused if the force (N) exceeds what the object seen would weigh in solid steel, or if its line
-  /// misses the object by more than the displacement threshold plus three of the torque's standard deviations
-  /// (N·m).
+  /// Throws Refused if the sensor now reads more than its range, if the force (N) exceeds what the object
+  /// seen would weigh in solid steel or is more than 45 degrees off the vertical, or if its line misses the
+  /// object by more than the displacement threshold plus three of the torque's standard deviations (N·m).
   void require_of_object(const Wrench& F_Ho_T, double torque_deviation) const;
   /// Same, with the torque's deviation from the sensor's data sheet.
   void require_of_object(const Wrench& F_Ho_T) const;
@@ -105,7 +105,7 @@ class WristScale {
   /// The object according to the readings. The centre of mass of a bar that is held near it is taken to lie
   /// on the bar's axis, and the axis to lie where the hand seats it, unless the readings contradict that.
   [[nodiscard]] wrench::LoadEstimator::Object object() const;
-  void require_in_range(const MeanReading& level, const Wrench& load) const;
+  void require_in_range(const Wrench& F_So_S, const Wrench& load) const;
 
   const KnownRobot& known_;
   const Session& session_;

@@ -47,10 +47,9 @@ struct AllForked {};
 class ForkingWatch : public TruthWatch {
  public:
   /// `write_end` writes the record of a run whose child did not finish.
-  ForkingWatch(const GoldenTrace& golden, const std::filesystem::path& sensors,
-               std::vector<const CampaignRun*> waiting, const ChildLimits& limits,
+  ForkingWatch(const GoldenTrace& golden, std::vector<const CampaignRun*> waiting, const ChildLimits& limits,
                std::function<void(const CampaignRun&, const ChildEnd&)> write_end)
-      : TruthWatch(&golden, sensors),
+      : TruthWatch(&golden),
         waiting_(std::move(waiting)),
         limits_(limits),
         write_end_(std::move(write_end)) {}
@@ -96,8 +95,7 @@ class ChunkRunner {
   ChunkRunner(const CampaignFolder& folder, const CampaignChunk& chunk)
       : folder_(folder),
         chunk_(chunk),
-        data_(data_directory()),
-        options_(options_of(folder.plan(), folder.plan().twins[chunk.twin], data_)),
+        options_(options_of(folder.plan(), folder.plan().twins[chunk.twin], data_directory())),
         robot_(load_scene(options_.scene).robot),
         limits_{folder.plan().time_limit, kWallPerCpu * folder.plan().time_limit} {}
 
@@ -123,14 +121,12 @@ class ChunkRunner {
     return out;
   }
 
-  [[nodiscard]] std::filesystem::path sensors() const { return data_ / "emulator" / "nodes" / "measuring"; }
-
   void run_golden() {
     if (std::filesystem::exists(folder_.golden(chunk_.twin))) return;
     ChildEnd end;
     if (fork_and_wait(limits_, end)) {
       end_child([&] {
-        TruthWatch watch(nullptr, sensors());
+        TruthWatch watch(nullptr);
         RepetitionOptions options = options_;
         options.watch = &watch;
         static_cast<void>(run_repetition(options));
@@ -179,7 +175,7 @@ class ChunkRunner {
 
   void run_twin(const std::vector<const CampaignRun*>& waiting) {
     const GoldenTrace trace = GoldenTrace::load(folder_.trace(chunk_.twin));
-    ForkingWatch watch(trace, sensors(), waiting, limits_, [&](const CampaignRun& run, const ChildEnd& end) {
+    ForkingWatch watch(trace, waiting, limits_, [&](const CampaignRun& run, const ChildEnd& end) {
       if (std::filesystem::exists(folder_.record(run.number))) return;
       if (end.how == How::kClean) throw std::logic_error("a run ended without a record");
       CheckedRun checked;
@@ -238,7 +234,6 @@ class ChunkRunner {
 
   const CampaignFolder& folder_;
   const CampaignChunk& chunk_;
-  std::filesystem::path data_;
   RepetitionOptions options_;
   KnownRobot robot_;
   ChildLimits limits_;

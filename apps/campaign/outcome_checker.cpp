@@ -97,6 +97,12 @@ void classify(const RunObservation& run, const RunObservation& golden, const fau
                             run.moving.empty() ? "" : ", of ", run.moving, shown));
     return is(RunClass::kSafeStop, shown);
   }
+  for (const ShownEvent& event : run.events) {
+    const double within = regrasp::reacted_within(regrasp::Reaction::kRecover);
+    if (event.recovered && *event.recovered > event.time + within)
+      return is(RunClass::kDetectedLate, fmt::format("recovered after {:.3f} s, limit {:.3f} s: {}",
+                                                     *event.recovered - event.time, within, event.text));
+  }
   if (const std::string how = worse(run, golden); !how.empty())
     return is(RunClass::kDegraded, out.shown ? how + "; shown: " + shown : how + "; nothing was shown");
   if (out.shown) return is(RunClass::kRecovered, shown);

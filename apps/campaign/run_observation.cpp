@@ -28,10 +28,12 @@ std::optional<double> optional_number(const nlohmann::json& json) {
 std::string_view to_word(ShownEvent::By by) { return kBy[static_cast<std::size_t>(by)]; }
 
 nlohmann::json to_json(const ShownEvent& event) {
-  return {{"by", to_word(event.by)},
-          {"time", to_micro(event.time)},
-          {"device", event.device},
-          {"text", event.text}};
+  nlohmann::json json = {{"by", to_word(event.by)},
+                         {"time", to_micro(event.time)},
+                         {"device", event.device},
+                         {"text", event.text}};
+  if (event.recovered) json["recovered"] = to_micro(*event.recovered);
+  return json;
 }
 
 ShownEvent event_from_json(const nlohmann::json& json) {
@@ -41,6 +43,7 @@ ShownEvent event_from_json(const nlohmann::json& json) {
   event.time = json.at("time").get<double>();
   event.device = json.at("device").get<std::string>();
   event.text = json.at("text").get<std::string>();
+  if (json.contains("recovered")) event.recovered = json.at("recovered").get<double>();
   return event;
 }
 

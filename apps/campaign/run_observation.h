@@ -6,6 +6,7 @@
 
 #include <nlohmann/json_fwd.hpp>
 
+#include "apps/experiment/limit_watch.h"
 #include "apps/experiment/repetition.h"
 
 namespace walkman::apps {
@@ -18,13 +19,7 @@ struct ShownEvent {
   double time = 0;
   std::string device;  ///< blamed device, by its joint or frame, or blamed interface; empty: none
   std::string text;    ///< one sentence
-};
-
-/// A hardware limit that the plant has exceeded.
-struct PassedLimit {
-  std::string what;  ///< "torque of RElbj, N·m": the same in every run
-  double time = 0;
-  double value = 0, limit = 0;  ///< in the unit that `what` names
+  std::optional<double> recovered = std::nullopt;  ///< when the drivers had restored what had failed
 };
 
 /// Observation of a run by ground truth, bus traffic and what the drivers and the method showed: everything

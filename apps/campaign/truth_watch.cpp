@@ -7,8 +7,6 @@
 
 #include <fmt/format.h>
 
-#include "emulator/nodes/measuring/force_torque_kind.h"
-
 namespace walkman::apps {
 namespace {
 
@@ -16,11 +14,6 @@ constexpr double kJointOff = 0.01;  // rad
 constexpr double kPlaceOff = 0.01;  // m
 // Window on the golden twin's path, cycles, in which a run that is earlier or later is searched for.
 constexpr std::size_t kPathBehind = 20, kPathAhead = 200;
-constexpr double kMomentaryPeak = 2;
-constexpr double kAtStop = 0.001;      // rad
-constexpr double kHardStop = 0.1;      // rad/s
-constexpr double kFallen = 0.5;        // rad
-constexpr double kFallingSpeed = 0.5;  // m/s, after 13 mm of free fall; the method lowers at a fifth of it
 // Time, s, for which the robot is watched after its drives were told to stop, and for which it has to stand
 // still within that: more than half a period of its slowest sway, 1.24 Hz.
 constexpr double kWatched = 1.5, kStillFor = 0.45;
@@ -33,10 +26,12 @@ void mix(std::uint64_t& hash, std::uint64_t value) {
 
 double TruthWatch::now() const { return std::chrono::duration<double>(world_->emulator.now()).count(); }
 
-void TruthWatch::begins(EmulatedWorld& world, const robot::Robot& robot, const Judge& judge) {
+void TruthWatch::begins(EmulatedWorld& world, const robot::Robot& robot, const Judge& judge,
+                        const LimitWatch& limits) {
   world_ = &world;
   robot_ = &robot;
   judge_ = &judge;
+  limits_ = &limits;
   for (bus::CanBus* bus : world.emulator.buses())
     bus->set_observer([this](const can::StampedFrame& stamped) {
       mix(frames_hash_, static_cast<std::uint64_t>(stamped.time.count()));
@@ -47,31 +42,16 @@ void TruthWatch::begins(EmulatedWorld& world, const robot::Robot& robot, const J
       }
       mix(frames_hash_, data);
     });
-  watch_devices();
-  up_B_ = world.emulator.plant().X_WL(0).linear().row(2).transpose();
-}
-
-void TruthWatch::watch_devices() {
-  const RobotModel& model = world_->robot.model;
-  for (const Bus& bus : world_->robot.devices.buses) {
-    for (const Device& device : bus.devices) {
-      if (device.kind == DeviceKind::kJointDrive) {
-        const int index = model.joint_index(device.name);
-        const JointLimits& limits = model.joints[static_cast<std::size_t>(index)].limits;
-        joints_.push_back({index, device.name, limits.lower, limits.upper, limits.effort});
-      } else if (device.kind == DeviceKind::kForceTorque) {
-        const ForceTorqueKind kind = load_force_torque_kind(sensor_folder_ / (device.sensor + ".yaml"));
-        WatchedSensor sensor{device.name, {}};
-        sensor.range << kind.torque_range, kind.force_range;
-        sensors_.push_back(std::move(sensor));
-      }
-    }
+  for (const Bus& bus : world.robot.devices.buses) {
+    for (const Device& device : bus.devices)
+      if (device.kind == DeviceKind::kJointDrive)
+        joints_.emplace_back(world.robot.model.joint_index(device.name), device.name);
   }
 }
 
 void TruthWatch::cycle() {
   compare();
-  watch_limits();
+  watch_touches();
   watch_faults();
   ++cycle_;
 }
@@ -79,8 +59,8 @@ void TruthWatch::cycle() {
 void TruthWatch::compare() {
   const plant::Plant& plant = world_->emulator.plant();
   positions_.clear();
-  for (const WatchedJoint& joint : joints_)
-    positions_.push_back(static_cast<float>(plant.joint_position(joint.joint)));
+  for (const auto& [joint, name] : joints_)
+    positions_.push_back(static_cast<float>(plant.joint_position(joint)));
   path_.insert(path_.end(), positions_.begin(), positions_.end());
   const auto place = [&](const Eigen::Isometry3d& X_W) {
     for (int i = 0; i < 3; ++i) positions_.push_back(static_cast<float>(X_W.translation()[i]));
@@ -116,51 +96,12 @@ bool TruthWatch::off_path() {
   return least > 1;
 }
 
-void TruthWatch::pass(const std::string& what, double value, double limit) {
-  const bool known = std::any_of(observation_.limits.begin(), observation_.limits.end(),
-                                 [&](const PassedLimit& passed) { return passed.what == what; });
-  if (!known) observation_.limits.push_back({what, now(), value, limit});
-}
-
-void TruthWatch::watch_limits() {
-  const plant::Plant& plant = world_->emulator.plant();
-  for (WatchedJoint& joint : joints_) {
-    const double torque = std::abs(plant.joint_torque(joint.joint));
-    if (torque > kMomentaryPeak * joint.effort)
-      pass("torque of " + joint.name + ", N·m", torque, kMomentaryPeak * joint.effort);
-    const double position = plant.joint_position(joint.joint);
-    if (position < joint.lower + kAtStop && joint.speed < -kHardStop)
-      pass("speed into the lower stop of " + joint.name + ", rad/s", -joint.speed, kHardStop);
-    if (position > joint.upper - kAtStop && joint.speed > kHardStop)
-      pass("speed into the upper stop of " + joint.name + ", rad/s", joint.speed, kHardStop);
-    joint.speed = plant.joint_velocity(joint.joint);
-  }
-  for (std::size_t i = 0; i < sensors_.size(); ++i) {
-    const Wrench& F = plant.F_So_S(static_cast<int>(i));
-    Eigen::Matrix<double, 6, 1> load;
-    load << F.torque, F.force;
-    for (int axis = 0; axis < 6; ++axis)
-      if (std::abs(load[axis]) > sensors_[i].range[axis])
-        pass(fmt::format("{} on {}, {}", axis < 3 ? "torque" : "force", sensors_[i].name,
-                         axis < 3 ? "N·m" : "N"),
-             std::abs(load[axis]), sensors_[i].range[axis]);
-  }
-  const double lean = std::acos(std::clamp(plant.X_WL(0).linear().row(2).dot(up_B_), -1.0, 1.0));
-  if (lean > kFallen) pass("lean of the base, rad", lean, kFallen);
-  const double dt = now() - last_time_;
-  last_time_ = now();
-  heights_.resize(world_->scene.objects.size(), std::numeric_limits<double>::quiet_NaN());
-  for (std::size_t i = 0; i < heights_.size(); ++i) {
-    const double height = plant.X_WO(static_cast<int>(i)).translation().z();
-    const double speed = (heights_[i] - height) / dt;
-    if (speed > kFallingSpeed)
-      pass("fall of " + world_->scene.objects[i].name + ", m/s", speed, kFallingSpeed);
-    heights_[i] = height;
-  }
+void TruthWatch::watch_touches() {
   const std::vector<UnwantedTouch>& touches = judge_->touches();
   for (; touches_ < touches.size(); ++touches_)
-    pass(fmt::format("{} against {}, N", touches[touches_].link, touches[touches_].other),
-         touches[touches_].force, 0);
+    observation_.limits.push_back(
+        {fmt::format("{} against {}, N", touches[touches_].link, touches[touches_].other), now(),
+         touches[touches_].force, 0});
 }
 
 void TruthWatch::find_standstill() {
@@ -177,7 +118,7 @@ void TruthWatch::find_standstill() {
       observation_.still = static_cast<double>(before + 1) * period;
       if (now() - *observation_.still >= kStillFor) return;
       observation_.still.reset();
-      observation_.moving = joints_[i].name;
+      observation_.moving = joints_[i].second;
       return;
     }
   }
@@ -190,12 +131,17 @@ void TruthWatch::watch_faults() {
     show(ShownEvent::By::kDriver, std::chrono::duration<double>(fault->time).count(), fault->device,
          fault->text);
   }
-  // A fault that was cleared in the same cycle in which it was latched.
   const std::vector<std::string>& recovered = judge_->recovered_from();
   for (; recoveries_ < recovered.size(); ++recoveries_) {
-    const auto is_it = [&](const ShownEvent& event) { return event.text == recovered[recoveries_]; };
-    if (std::any_of(observation_.events.begin(), observation_.events.end(), is_it)) continue;
-    show(ShownEvent::By::kDriver, now(), device_in(recovered[recoveries_]), recovered[recoveries_]);
+    const auto is_it = [&](const ShownEvent& event) {
+      return event.text == recovered[recoveries_] && !event.recovered;
+    };
+    auto found = std::find_if(observation_.events.begin(), observation_.events.end(), is_it);
+    if (found == observation_.events.end()) {  // it was cleared in the same cycle in which it was latched
+      show(ShownEvent::By::kDriver, now(), device_in(recovered[recoveries_]), recovered[recoveries_]);
+      found = observation_.events.end() - 1;
+    }
+    found->recovered = now();
   }
 }
 
@@ -204,7 +150,7 @@ void TruthWatch::warned(std::string_view sentence) {
 }
 
 void TruthWatch::show(ShownEvent::By by, double time, std::string device, std::string text) {
-  observation_.events.push_back({by, time, std::move(device), std::move(text)});
+  observation_.events.push_back({by, time, std::move(device), std::move(text), std::nullopt});
 }
 
 std::string TruthWatch::device_in(std::string_view text) const {
@@ -236,6 +182,9 @@ void TruthWatch::over(const RepetitionResult& result, robot::Cycle& cycle) {
   if (result.outcome == Outcome::kRegraspLimit)
     show(ShownEvent::By::kMethod, observation_.ended, "", to_string(result.outcome));
   while (now() - observation_.ended < kWatched) cycle.next();
+  observation_.limits.insert(observation_.limits.end(), limits_->passed().begin(), limits_->passed().end());
+  std::stable_sort(observation_.limits.begin(), observation_.limits.end(),
+                   [](const PassedLimit& a, const PassedLimit& b) { return a.time < b.time; });
   find_standstill();
 }
 

@@ -77,7 +77,7 @@ ExperimentPlan plan_of(int number, const ExperimentArguments& options, const std
   return plan;
 }
 
-/// All inputs on which the results of a plan depend, except the seeds.
+/// All inputs on which the results of a plan depend, except the number of repetitions.
 std::string inputs_of(const ExperimentPlan& plan, const ExperimentArguments& options,
                       const std::filesystem::path& data) {
   std::vector<std::filesystem::path> places = {data / "urdf", data / "adaptation", data / "emulator",
@@ -86,9 +86,9 @@ std::string inputs_of(const ExperimentPlan& plan, const ExperimentArguments& opt
   if (!options.master.layout.empty()) places.emplace_back(options.master.layout);
   for (const std::string& package : options.scene.robot.packages) places.emplace_back(package);
   return inputs_text(
-      fmt::format("{}, model error {}, layout {}, SYNC {}, FD {}, state log {}", plan.scene,
-                  options.scene.model_error, options.master.layout, options.master.rate_hz.value_or(0),
-                  options.scene.robot.fd, options.state_log),
+      fmt::format("{}, from seed {}, model error {}, layout {}, SYNC {}, FD {}, state log {}", plan.scene,
+                  plan.repetition.seed, options.scene.model_error, options.master.layout,
+                  options.master.rate_hz.value_or(0), options.scene.robot.fd, options.state_log),
       places);
 }
 

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <fstream>
 #include <iterator>
+#include <limits>
 #include <sstream>
 
 #include <fmt/format.h>
@@ -62,15 +63,23 @@ std::string chart(const std::string& inside, const std::string& caption) {
       kHeight, inside, caption);
 }
 
-/// d_v, d_v + d and d_r of each repetition, as in the paper's figure.
+/// d_v, d_v + d and d_r of each repetition, as in the paper's figure; to the right of them those of a load
+/// that changed.
 std::string com_chart(const ExperimentResult& result) {
   std::vector<const RepetitionResult*> weighed;
   for (const RepetitionResult& r : result.repetitions)
     if (r.weighed) weighed.push_back(&r);
   if (weighed.empty()) return "";
+  constexpr double kBeside = 0.25;
+  std::vector<std::pair<double, const TableRow*>> rows;
+  for (std::size_t i = 0; i < weighed.size(); ++i) {
+    const auto place = static_cast<double>(i + 1);
+    rows.emplace_back(place, &weighed[i]->row);
+    if (weighed[i]->after_change) rows.emplace_back(place + kBeside, &weighed[i]->after_change->row);
+  }
   double low = 1e9, high = -1e9;
-  for (const RepetitionResult* r : weighed)
-    for (const double d : {r->row.d_v, r->row.d_v + r->row.d, r->row.d_r}) {
+  for (const auto& [place, row] : rows)
+    for (const double d : {row->d_v, row->d_v + row->d, row->d_r}) {
       low = std::min(low, d);
       high = std::max(high, d);
     }
@@ -78,21 +87,21 @@ std::string com_chart(const ExperimentResult& result) {
   const Axis y{low - room, high + room, kHeight - 24, 14};
   const Axis x{0.5, static_cast<double>(weighed.size()) + 0.5, kMargin, kWidth - 8};
   std::string svg = y_grid(y, "m from the left end");
-  for (std::size_t i = 0; i < weighed.size(); ++i) {
-    const TableRow& row = weighed[i]->row;
-    const double u = x.at(static_cast<double>(i) + 1);
+  for (const auto& [place, row] : rows) {
+    const double u = x.at(place);
     const auto dot = [&](double d, const char* colour, int size) {
       svg += fmt::format("<circle cx='{:.1f}' cy='{:.1f}' r='{}' fill='{}'/>", u, y.at(d), size, colour);
     };
-    const double deviation = 2 * row.d_deviation;
+    const double deviation = 2 * row->d_deviation;
     svg += fmt::format("<line x1='{0:.1f}' x2='{0:.1f}' y1='{1:.1f}' y2='{2:.1f}' stroke='#2a6'/>", u,
-                       y.at(row.d_v + row.d - deviation), y.at(row.d_v + row.d + deviation));
-    dot(row.d_v, "#36c", 4);
-    dot(row.d_v + row.d, "#2a6", 4);
-    dot(row.d_r, "#c33", 3);
-    svg += fmt::format("<text x='{:.1f}' y='{}' text-anchor='middle'>{}</text>", u, kHeight - 6,
-                       weighed[i]->seed);
+                       y.at(row->d_v + row->d - deviation), y.at(row->d_v + row->d + deviation));
+    dot(row->d_v, "#36c", 4);
+    dot(row->d_v + row->d, "#2a6", 4);
+    dot(row->d_r, "#c33", 3);
   }
+  for (std::size_t i = 0; i < weighed.size(); ++i)
+    svg += fmt::format("<text x='{:.1f}' y='{}' text-anchor='middle'>{}</text>",
+                       x.at(static_cast<double>(i + 1)), kHeight - 6, weighed[i]->seed);
   return chart(svg,
                "Centre of mass along the object for each seed: blue, where the hand first grasped "
                "(d<sub>v</sub>); green, where the weighing places it (d<sub>v</sub> + d, with two standard "
@@ -212,37 +221,59 @@ double spread(const ExperimentResult& result, Value value) {
   return n < 2 ? 0 : std::sqrt(std::max(0.0, (squares - sum * sum / n) / (n - 1)));
 }
 
-std::string table_1_row(const std::string& name, const TableRow& row, double true_reduction, double sigma,
-                        int n, bool paper) {
+/// Distance between the centre of mass by the weighing and the true one, along the object, m.
+double off(const TableRow& row) { return std::abs(row.d_v + row.d - row.d_r); }
+
+std::string table_1_row(const std::string& name, const TableRow& row, double off, double true_reduction,
+                        double sigma, int n, bool paper) {
   std::string out = fmt::format("<tr{}><td>{}</td>", paper ? " class='paper'" : "", name);
   out += cell(row.d_r, 3) + cell(row.d_v, 3) + cell(row.f_g, 1) + cell(row.tau, 3) + cell(row.d, 4) +
-         cell(row.tau_after, 3) + cell(row.d_after, 4) + cell(row.reduction_percent, 1);
+         cell(row.tau_after, 3) + cell(row.d_after, 4) + cell(1e3 * off, 1) + cell(row.reduction_percent, 1);
   out += paper ? "<td></td><td></td><td></td>"
                : fmt::format("<td>{:.1f}</td><td>{:.1f}</td><td>{}</td>", true_reduction, sigma, n);
   return out + "</tr>\n";
+}
+
+/// Mean of `off` over the rows that `row_of` returns for the repetitions; null for those without one.
+template <typename RowOf>
+double mean_off(const ExperimentResult& result, RowOf row_of) {
+  double sum = 0;
+  int n = 0;
+  for (const RepetitionResult& r : result.repetitions) {
+    const TableRow* row = r.outcome == Outcome::kStopped ? nullptr : row_of(r);
+    if (row == nullptr) continue;
+    sum += off(*row);
+    ++n;
+  }
+  return n == 0 ? std::numeric_limits<double>::quiet_NaN() : sum / n;
 }
 
 std::string table_1(const std::vector<ExperimentResult>& results) {
   std::string out =
       "<h2>Table 1</h2>\n" +
       table_head({"Experiment", "d<sub>r</sub>, m", "d<sub>v</sub>, m", "f<sub>g</sub>, N", "τ, N·m", "d, m",
-                  "τ′, N·m", "d′, m", "less torque, %", "by true torques, %", "σ of it", "n"});
+                  "τ′, N·m", "d′, m", "|d<sub>v</sub> + d − d<sub>r</sub>|, mm", "less torque, %",
+                  "by true torques, %", "σ of it", "n"});
   for (const ExperimentResult& result : results) {
     if (!result.paper || std::isnan(result.paper->row.d_r)) continue;
     const Mean mean = result.mean();
     if (mean.n > 0)
       out +=
-          table_1_row(title(result), mean.whole.row, mean.whole.truth.reduction_percent,
+          table_1_row(title(result), mean.whole.row, mean_off(result, [](const auto& r) { return &r.row; }),
+                      mean.whole.truth.reduction_percent,
                       spread(result, [](const auto& r) { return r.truth.reduction_percent; }), mean.n, false);
-    out += table_1_row("the paper's", result.paper->row, 0, 0, 0, true);
+    out += table_1_row("the paper's", result.paper->row, off(result.paper->row), 0, 0, 0, true);
     if (mean.after_change)
       out += table_1_row(
-          "weight taken off", mean.after_change->row, mean.after_change->truth.reduction_percent,
+          "weight taken off", mean.after_change->row,
+          mean_off(result, [](const auto& r) { return r.after_change ? &r.after_change->row : nullptr; }),
+          mean.after_change->truth.reduction_percent,
           spread(result,
                  [](const auto& r) { return r.after_change ? r.after_change->truth.reduction_percent : 0; }),
           mean.changed, false);
     if (result.paper->after_change)
-      out += table_1_row("the paper's", *result.paper->after_change, 0, 0, 0, true);
+      out += table_1_row("the paper's", *result.paper->after_change, off(*result.paper->after_change), 0, 0,
+                         0, true);
   }
   return out + "</table>\n";
 }
@@ -302,8 +333,9 @@ std::string experiment_page(const std::vector<ExperimentResult>& results,
   page += fmt::format(
       "<h1>The paper's experiments</h1>\n<p>{} repetitions, {} of them ended with the object held at the "
       "graspable place with the least wrist torque. Torques are norms about the hand frame, with "
-      "the sign of d; \"true\" is the emulated plant's. The paper is Kanoulas et al., \"Center-of-Mass-Based "
-      "Grasp Adaptation Using 3D Range and Force/Torque Sensing\".</p>\n",
+      "the sign of d where all repetitions agree on it; \"true\" is the emulated plant's. The paper is "
+      "Kanoulas et al., \"Center-of-Mass-Based Grasp Pose Adaptation Using 3D Range and Force/Torque "
+      "Sensing\".</p>\n",
       done, well);
   page += table_1(results) + table_2(results);
   for (std::size_t i = 0; i < results.size(); ++i) {

@@ -94,10 +94,11 @@ void Judge::watch(const HandParts& hand) {
   hand_links_ = links_below(robot_, static_cast<std::size_t>(sensor_link_));
 }
 
-void Judge::trace_to(const std::filesystem::path& csv_file) {
+void Judge::trace_to(const std::filesystem::path& csv_file, std::string_view note) {
   trace_file_ = csv_file;
   trace_.open(partial(csv_file));
   if (!trace_) throw EnvironmentError(csv_file.string() + ": cannot be written");
+  if (!note.empty()) trace_ << "# " << note << '\n';
   trace_
       << "# wrist force/torque sensor's reading about and in its own frame, the hand's measured position in "
          "the "
@@ -117,6 +118,8 @@ void Judge::finish() {
 void Judge::on_phase(std::string_view phase, Time) {
   phase_ = phase;
   if (phase == "tare") tare_ = {};
+  if (phase == "lift")
+    grasp_positions_.back() = place_on_object(emulator_.plant().X_WL(grasp_link_).translation());
   if (phase == "weigh") {
     load_ = {};
     newest_load_ = object_load();
@@ -182,8 +185,11 @@ void Judge::on_grasp(const Eigen::Isometry3d& X_TG) {
       visual_com_error_ = (*p_WCm_seen_ - emulator_.plant().X_WO(object_) * p_OCv).norm();
     }
   }
-  const Eigen::Vector3d p_OG = emulator_.plant().X_WO(object_).inverse() * p_WG;
-  grasp_positions_.push_back(p_OG.x() - object_in_scene().left_end);
+  grasp_positions_.push_back(place_on_object(p_WG));
+}
+
+double Judge::place_on_object(const Eigen::Vector3d& p_W) const {
+  return (emulator_.plant().X_WO(object_).inverse() * p_W).x() - object_in_scene().left_end;
 }
 
 void Judge::on_weighed(const regrasp::Weighing& weighing) {

@@ -29,7 +29,7 @@ struct TrueWeighing {
   double slip = 0;  ///< path of the object in the hand since the first lift, while held by nothing else, m
   double slip_turn = 0;  ///< angle turned along that path, in any direction, rad
   double d_r = 0;        ///< centre of mass along the object's x axis from its left end, m
-  double d_v = 0;        ///< the same for the grasp frame when it was chosen
+  double d_v = 0;        ///< the same for the hand when it had closed
 };
 
 /// Returns why a report is wrong, one sentence; nullopt if it is right: the centre of mass within
@@ -55,8 +55,9 @@ class Judge : public regrasp::Observer {
         std::function<void(std::string_view)> phase_changed, std::function<void(Time)> each_cycle,
         std::function<void(std::string_view)> warned = {});
 
-  /// Starts writing the wrench trace, as CSV. Throws EnvironmentError.
-  void trace_to(const std::filesystem::path& csv_file);
+  /// Starts writing the wrench trace, as CSV; `note`: one line for its head, omitted if empty. Throws
+  /// EnvironmentError.
+  void trace_to(const std::filesystem::path& csv_file, std::string_view note);
   /// Writes the first cloud as PCD, and what was detected in it as a picture.
   void keep_cloud(std::filesystem::path pcd_file, std::filesystem::path picture) {
     cloud_file_ = std::move(pcd_file);
@@ -77,7 +78,8 @@ class Judge : public regrasp::Observer {
   void on_grasp(const Eigen::Isometry3d& X_TG) override;
   void on_weighed(const regrasp::Weighing& weighing) override;
 
-  /// Position of each chosen grasp frame on the object, m from its left end, when it was chosen.
+  /// Position of each grasp on the object, m from its left end: of the hand when it had closed; of the chosen
+  /// grasp frame, when it was chosen, if the hand did not get that far.
   [[nodiscard]] const std::vector<double>& grasp_positions() const { return grasp_positions_; }
   [[nodiscard]] const std::vector<regrasp::Weighing>& weighings() const { return weighings_; }
   /// One for each of `weighings`.
@@ -106,6 +108,8 @@ class Judge : public regrasp::Observer {
   [[nodiscard]] const SceneObject& object_in_scene() const {
     return scene_.objects[static_cast<std::size_t>(object_)];
   }
+  /// Returns where a point (m in W) is along the object, m from its left end.
+  [[nodiscard]] double place_on_object(const Eigen::Vector3d& p_W) const;
   /// Index of the object whose surface is nearest to a point, m in W.
   [[nodiscard]] int object_at(const Eigen::Vector3d& p_W) const;
 

@@ -10,6 +10,7 @@
 #include "adaptation/regrasp/regrasp.h"
 #include "apps/experiment/judge.h"
 #include "apps/experiment/least_torque.h"
+#include "apps/experiment/limit_watch.h"
 #include "apps/experiment/repetition_watch.h"
 #include "apps/picture/png_file.h"
 #include "apps/picture/scene_painting.h"
@@ -31,6 +32,7 @@
 namespace walkman::apps {
 namespace {
 
+constexpr Time kWatchedAfterStop = std::chrono::milliseconds(1500);  // long enough to fall over
 constexpr PictureView kHeldView{-1.0, 0.25, 640, 480, 9, 1};
 
 double seconds(Time t) { return std::chrono::duration<double>(t).count(); }
@@ -63,9 +65,9 @@ class WireTap {
     if (!options.out.empty()) {
       log_file_ = options.out / "can.log";
       state_file_ = options.out / "state.csv";
-      log_ = std::make_unique<bus::CandumpLog>(partial(log_file_),
-                                               faults::log_note(emulator.injections(), false));
-      if (options.state_log) states_ = std::make_unique<datasheets::StateLog>(partial(state_file_));
+      const std::string note = faults::log_note(emulator.injections(), false);
+      log_ = std::make_unique<bus::CandumpLog>(partial(log_file_), note);
+      if (options.state_log) states_ = std::make_unique<datasheets::StateLog>(partial(state_file_), note);
     }
     for (bus::CanBus* bus : emulator.buses()) {
       if (log_) {
@@ -94,19 +96,21 @@ class WireTap {
   std::unique_ptr<datasheets::StateLog> states_;
 };
 
-/// The emulated clock, with an observer.
+/// The emulated clock, with observers.
 class WatchedCycle : public LockstepCycle {
  public:
-  WatchedCycle(Emulator& emulator, const RepetitionOptions& options)
-      : LockstepCycle(emulator, options.robot.cycle), watch_(options.watch) {}
+  WatchedCycle(Emulator& emulator, const RepetitionOptions& options, LimitWatch& limits)
+      : LockstepCycle(emulator, options.robot.cycle), limits_(limits), watch_(options.watch) {}
 
   Time next() override {
     const Time now = LockstepCycle::next();
+    limits_.cycle();
     if (watch_ != nullptr) watch_->cycle();
     return now;
   }
 
  private:
+  LimitWatch& limits_;
   RepetitionWatch* watch_;
 };
 
@@ -209,12 +213,13 @@ void fill_rows(const Scene& scene, const Judge& judge, RepetitionResult& result)
   if (change < weighings.size()) result.after_change = judged_row(judge, change, weighings.size());
   // A load that changes in the hand is weighed again without a regrasp.
   const auto in_hand = std::count_if(weighings.begin(), weighings.end(),
-                                     [](const auto& weighing) { return weighing.changed; });
+                                     [](const auto& weighing) { return weighing.in_hand; });
   result.regrasps = static_cast<int>(weighings.size()) - 1 - static_cast<int>(in_hand);
 }
 
 /// Settles the outcome of a method that came to its end: the plant decides whether its result is true.
-void settle_outcome(const Judge& judge, double displacement_threshold, RepetitionResult& result) {
+void settle_outcome(const Judge& judge, const LimitWatch& limits, double displacement_threshold,
+                    RepetitionResult& result) {
   if (!judge.always_held() || !judge.held_now()) {
     result.outcome = Outcome::kDropped;
     return;
@@ -227,6 +232,9 @@ void settle_outcome(const Judge& judge, double displacement_threshold, Repetitio
   } else if (!judge.touches().empty()) {
     result.outcome = Outcome::kCollided;
     result.reason = to_string(judge.touches().front());
+  } else if (!limits.passed().empty()) {
+    result.outcome = Outcome::kOverloaded;
+    result.reason = to_string(limits.passed().front());
   }
 }
 
@@ -273,6 +281,8 @@ std::string to_string(Outcome outcome) {
       return "wrong";
     case Outcome::kCollided:
       return "collided";
+    case Outcome::kOverloaded:
+      return "limit exceeded";
     case Outcome::kStopped:
       return "stopped";
   }
@@ -310,7 +320,8 @@ RepetitionResult run_repetition(const RepetitionOptions& options) {
   robot::RobotOptions robot_options = options.robot;
   robot_options.allow_overload = true;  // the emulated buses show the consequences
   robot::Robot robot(world.robot.model, world.robot.devices, world.emulator.interfaces(), robot_options);
-  WatchedCycle cycle(world.emulator, options);
+  LimitWatch limits(world, options.actuators / "../../nodes/measuring");
+  WatchedCycle cycle(world.emulator, options, limits);
   WireTap tap(world.emulator, options);
   if (options.prepare) options.prepare(world.emulator);
 
@@ -340,9 +351,9 @@ RepetitionResult run_repetition(const RepetitionOptions& options) {
         if (options.watch != nullptr) options.watch->warned(sentence);
         if (options.warned) options.warned(sentence);
       });
-  if (options.watch != nullptr) options.watch->begins(world, robot, judge);
+  if (options.watch != nullptr) options.watch->begins(world, robot, judge, limits);
   if (!options.out.empty()) {
-    judge.trace_to(options.out / "wrench.csv");
+    judge.trace_to(options.out / "wrench.csv", faults::log_note(world.emulator.injections(), false));
     judge.keep_cloud(options.out / "cloud.pcd", options.out / "seen.png");
     write_whole(options.out / "model_error.yaml",
                 to_yaml(world.truth, world.scene.model_error, world.scene.seed));
@@ -357,7 +368,7 @@ RepetitionResult run_repetition(const RepetitionOptions& options) {
     const regrasp::Report report = method.run();
     result.outcome = outcome_of(report.ending);
     result.reason = report.hindrance;
-    settle_outcome(judge, parameters.stage_two.displacement_threshold, result);
+    settle_outcome(judge, limits, parameters.stage_two.displacement_threshold, result);
   } catch (const regrasp::RunStopped& stop) {
     result.outcome = Outcome::kStopped;
     result.reason = stop.what() + full_buses(world.emulator);
@@ -399,7 +410,13 @@ RepetitionResult run_repetition(const RepetitionOptions& options) {
   result.warnings = judge.warnings();
   for (const UnwantedTouch& touch : judge.touches()) result.touches.push_back(to_string(touch));
   result.simulated_seconds = progress.simulated_seconds;
-  if (options.watch != nullptr) options.watch->over(result, cycle);
+  if (options.watch != nullptr) {
+    options.watch->over(result, cycle);
+  } else if (result.outcome == Outcome::kStopped) {
+    const Time end = world.emulator.now() + kWatchedAfterStop;
+    while (world.emulator.now() < end) cycle.next();
+  }
+  for (const PassedLimit& passed : limits.passed()) result.limits.push_back(to_string(passed));
   return result;
 }
 

@@ -20,7 +20,7 @@ namespace walkman::apps {
 /// One row of the paper's Table 1. Distances are along the object from its left end.
 struct TableRow {
   double d_r = 0;        ///< true centre of mass, m
-  double d_v = 0;        ///< visual grasp, m
+  double d_v = 0;        ///< visual grasp: where the hand closed, m
   double f_g = 0;        ///< force along gravity, N
   double tau = 0;        ///< torque after the visual grasp, N·m, signed like d
   double d = 0;          ///< displacement from the grasp to the CoM line, m, positive to the right
@@ -42,10 +42,11 @@ enum class Outcome {
   kMinimumTorque,
   kMinimumDisplacement,
   kRegraspLimit,
-  kDropped,   ///< the object did not hang free at a weighing
-  kWrong,     ///< the last weighing does not agree with the plant (see `contradiction`)
-  kCollided,  ///< the robot touched what it should not have (see `touches`)
-  kStopped,   ///< by regrasp::RunStopped
+  kDropped,     ///< the object did not hang free at a weighing
+  kWrong,       ///< the last weighing does not agree with the plant (see `contradiction`)
+  kCollided,    ///< the robot touched what it should not have (see `touches`)
+  kOverloaded,  ///< a hardware limit was exceeded (see `limits`)
+  kStopped,     ///< by regrasp::RunStopped
 };
 
 /// The true values, by the plant, of `tau`, `d` and the other fields of the same names in a row.
@@ -91,7 +92,7 @@ struct RepetitionResult {
   DrawnRobot robot;
   TableRow row;
   TrueRow truth;  ///< meaningful only if `weighed`
-  /// For a load that changed in the hand: from the first weighing after the change.
+  /// For a load that changed, in the hand or between two lifts: from the first weighing after the change.
   std::optional<JudgedRow> after_change;
   /// Least torque with which the object in its final state can be held level, N·m; see `least_torque`. Only
   /// for a repetition that ended with the object held.
@@ -111,6 +112,7 @@ struct RepetitionResult {
   };
   std::vector<Injected> faults;
   std::vector<std::string> touches;   ///< of the robot with itself or its surroundings, one sentence each
+  std::vector<std::string> limits;    ///< of the hardware that were exceeded, one sentence each: `LimitWatch`
   std::vector<std::string> warnings;  ///< of drivers and method, one sentence each
   std::string unwritten;  ///< which file could not be written completely, one sentence; empty: all files were
   double simulated_seconds = 0;

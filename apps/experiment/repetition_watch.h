@@ -3,6 +3,7 @@
 #include <string_view>
 
 #include "apps/experiment/judge.h"
+#include "apps/experiment/limit_watch.h"
 #include "apps/experiment/repetition.h"
 #include "apps/shared/emulated_world.h"
 #include "drivers/robot/robot.h"
@@ -15,9 +16,10 @@ class RepetitionWatch {
  public:
   virtual ~RepetitionWatch() = default;
 
-  /// The emulated robot exists and its clock is at zero. All three arguments stay valid until the repetition
-  /// has ended.
-  virtual void begins(EmulatedWorld& /*world*/, const robot::Robot& /*robot*/, const Judge& /*judge*/) {}
+  /// The emulated robot exists and its clock is at zero. All arguments stay valid until the repetition has
+  /// ended.
+  virtual void begins(EmulatedWorld& /*world*/, const robot::Robot& /*robot*/, const Judge& /*judge*/,
+                      const LimitWatch& /*limits*/) {}
   /// The method begins a phase; neither the emulator nor the files have been notified yet.
   virtual void phase_begins(std::string_view /*phase*/) {}
   /// Every cycle, including those of booting and recovering.

@@ -20,7 +20,7 @@ struct Column {
   double TableRow::*value;
   bool needs_weighing = true;
   bool in_paper = true;
-  bool is_signed = false;  // the sign indicates a side: means are of magnitudes
+  bool is_signed = false;  // the sign indicates a side: see `Mean`
 };
 
 constexpr std::array<Column, 18> kColumns = {
@@ -190,10 +190,36 @@ PaperRow torques(double tau, double tau_after, double reduction_percent) {
   return {row, {}};
 }
 
+/// Mean of one value of all rows. If it has a sign that is not the same in all, the mean of its magnitudes:
+/// values on either side must not cancel.
+template <typename Value>
+double mean_of(const std::vector<JudgedRow>& rows, bool is_signed, Value value) {
+  double sum = 0, magnitudes = 0;
+  for (const JudgedRow& row : rows) {
+    sum += value(row);
+    magnitudes += std::abs(value(row));
+  }
+  const bool one_side = std::all_of(rows.begin(), rows.end(), [&](const JudgedRow& row) {
+    return (value(row) < 0) == (value(rows.front()) < 0);
+  });
+  return (is_signed && !one_side ? magnitudes : sum) / static_cast<double>(rows.size());
+}
+
+JudgedRow mean_of(const std::vector<JudgedRow>& rows) {
+  JudgedRow mean;
+  for (const Column& column : kColumns)
+    mean.row.*column.value =
+        mean_of(rows, column.is_signed, [&](const JudgedRow& judged) { return judged.row.*column.value; });
+  for (const TrueColumn& column : kTrueColumns)
+    mean.truth.*column.value =
+        mean_of(rows, column.is_signed, [&](const JudgedRow& judged) { return judged.truth.*column.value; });
+  return mean;
+}
+
 constexpr std::array kOutcomes = {Outcome::kMinimumTorque, Outcome::kMinimumDisplacement,
                                   Outcome::kRegraspLimit,  Outcome::kDropped,
                                   Outcome::kWrong,         Outcome::kCollided,
-                                  Outcome::kStopped};
+                                  Outcome::kOverloaded,    Outcome::kStopped};
 
 }  // namespace
 
@@ -225,25 +251,16 @@ std::optional<double> optimality(const RepetitionResult& result) {
 
 Mean ExperimentResult::mean() const {
   Mean mean;
-  const auto term = [](double value, bool is_signed) { return is_signed ? std::abs(value) : value; };
-  const auto add = [&](JudgedRow& sum, const TableRow& row, const TrueRow& truth) {
-    for (const Column& column : kColumns) sum.row.*column.value += term(row.*column.value, column.is_signed);
-    for (const TrueColumn& column : kTrueColumns)
-      sum.truth.*column.value += term(truth.*column.value, column.is_signed);
-  };
-  const auto divide = [](JudgedRow& sum, int n) {
-    for (const Column& column : kColumns) sum.row.*column.value /= n;
-    for (const TrueColumn& column : kTrueColumns) sum.truth.*column.value /= n;
-  };
+  std::vector<JudgedRow> whole, after_change;
   for (const RepetitionResult& repetition : repetitions) {
     if (repetition.outcome == Outcome::kStopped) continue;
-    ++mean.n;
-    add(mean.whole, repetition.row, repetition.truth);
-    if (!repetition.after_change) continue;
-    ++mean.changed;
-    if (!mean.after_change) mean.after_change.emplace();
-    add(*mean.after_change, repetition.after_change->row, repetition.after_change->truth);
+    whole.push_back({repetition.row, repetition.truth});
+    if (repetition.after_change) after_change.push_back(*repetition.after_change);
   }
+  mean.n = static_cast<int>(whole.size());
+  mean.changed = static_cast<int>(after_change.size());
+  if (mean.n > 0) mean.whole = mean_of(whole);
+  if (mean.changed > 0) mean.after_change = mean_of(after_change);
   double sum = 0;
   int with_optimality = 0;
   for (const RepetitionResult& repetition : repetitions) {
@@ -253,8 +270,6 @@ Mean ExperimentResult::mean() const {
     ++with_optimality;
   }
   if (with_optimality > 0) mean.optimality = sum / with_optimality;
-  if (mean.n > 0) divide(mean.whole, mean.n);
-  if (mean.after_change) divide(*mean.after_change, mean.changed);
   return mean;
 }
 
@@ -292,6 +307,7 @@ nlohmann::json to_json(const RepetitionResult& result) {
                               {"frames", fault.frames},
                               {"first", rounded(fault.first)}});
   if (!result.touches.empty()) json["touches"] = result.touches;
+  if (!result.limits.empty()) json["limits"] = result.limits;
   if (!result.warnings.empty()) json["warnings"] = result.warnings;
   if (!result.unwritten.empty()) json["unwritten"] = result.unwritten;
   json["simulated_seconds"] = rounded(result.simulated_seconds);
@@ -321,6 +337,7 @@ RepetitionResult repetition_from_json(const nlohmann::json& json) {
                              fault.at("target").get<std::string>(), fault.at("times").get<int>(),
                              fault.at("frames").get<std::uint64_t>(), fault.at("first").get<double>()});
   result.touches = json.value("touches", std::vector<std::string>());
+  result.limits = json.value("limits", std::vector<std::string>());
   result.warnings = json.value("warnings", std::vector<std::string>());
   result.unwritten = json.value("unwritten", "");
   result.simulated_seconds = json.at("simulated_seconds").get<double>();
@@ -361,16 +378,19 @@ std::string title(const ExperimentResult& result) {
 }
 
 std::string to_csv(const std::vector<ExperimentResult>& results) {
-  std::string text = "experiment,seed,load,outcome,regrasps";
+  std::string text = "experiment,seed,load,outcome,regrasps,least_torque,optimality";
   for (const Column& column : kColumns) text += fmt::format(",{}", column.key);
   for (const TrueColumn& column : kTrueColumns) text += fmt::format(",{}", column.key);
   text += "\n";
   for (const ExperimentResult& result : results) {
     for (const RepetitionResult& r : result.repetitions) {
       const auto line = [&](const char* load, const TableRow& row, const TrueRow& truth) {
-        text +=
-            fmt::format("{},{},{},{},{}", result.number == 0 ? result.scene : std::to_string(result.number),
-                        r.seed, load, to_string(r.outcome), r.regrasps);
+        const auto number = [](const std::optional<double>& value) {
+          return value ? fmt::format("{:.6g}", *value) : std::string();
+        };
+        text += fmt::format("{},{},{},{},{},{},{}",
+                            result.number == 0 ? result.scene : std::to_string(result.number), r.seed, load,
+                            to_string(r.outcome), r.regrasps, number(r.least_torque), number(optimality(r)));
         for (const Column& column : kColumns)
           text += r.weighed || !column.needs_weighing ? fmt::format(",{:.6g}", row.*column.value) : ",";
         for (const TrueColumn& column : kTrueColumns)

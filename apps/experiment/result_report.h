@@ -19,8 +19,8 @@ struct PaperRow {
 /// Returns nullopt for an experiment that is not in the tables. Signs as printed.
 [[nodiscard]] std::optional<PaperRow> paper_row(int experiment);
 
-/// Mean over the repetitions that ran to any end: all but the stopped ones. Torques and displacements are
-/// averaged by magnitude, because signs that indicate a side would cancel.
+/// Mean over the repetitions that ran to any end: all but the stopped ones. A torque or displacement that is
+/// not on the same side in all of them is averaged by magnitude, because the signs would cancel.
 struct Mean {
   int n = 0;  ///< number of these repetitions; 0: the rows mean nothing
   JudgedRow whole;

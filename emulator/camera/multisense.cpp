@@ -153,7 +153,6 @@ void MultiSense::render(const Exposure& exposure, bool images, Frame& out) {
   disparity.frame = static_cast<std::int64_t>(exposure.frame);
   disparity.width = static_cast<std::uint16_t>(optics().width);
   disparity.height = static_cast<std::uint16_t>(optics().height);
-  disparity.pixels.resize(disparity_.size());
   if (exposure.dropout > 0) {
     std::mt19937_64 generator(exposure.dropout_seed ^ exposure.frame);
     std::bernoulli_distribution lost(exposure.dropout);
@@ -165,10 +164,7 @@ void MultiSense::render(const Exposure& exposure, bool images, Frame& out) {
   for (auto row = disparity_.begin(); exposure.hidden.to > exposure.hidden.from && row != disparity_.end();
        row += optics().width)
     std::fill(row + column(exposure.hidden.from), row + column(exposure.hidden.to), 0.F);
-  std::transform(disparity_.begin(), disparity_.end(), disparity.pixels.begin(), [](float d) {
-    const float steps = d / multisense::Disparity::kStep + 0.5F;
-    return static_cast<std::uint16_t>(std::min<float>(steps, multisense::Disparity::kLargest));
-  });
+  multisense::quantize(disparity_, disparity.pixels);
   if (!images) return;
   const auto fill = [&](std::vector<std::uint8_t>& pixels, multisense::Image& image) {
     image.bits = 8;

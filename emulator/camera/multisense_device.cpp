@@ -40,6 +40,23 @@ constexpr std::uint8_t kLights = 0x0F;
 
 bool at_least(float value, float least) { return std::isfinite(value) && value >= least; }
 
+bool all_finite(std::span<const float> values) {
+  return std::all_of(values.begin(), values.end(), [](float value) { return std::isfinite(value); });
+}
+
+bool all_finite(const CameraCalibration& calibration) {
+  const auto camera = [](const CameraCalibration::Camera& one) {
+    return all_finite(one.M) && all_finite(one.D) && all_finite(one.R) && all_finite(one.P);
+  };
+  return camera(calibration.left) && camera(calibration.right) && camera(calibration.aux);
+}
+
+/// Refers the calibration to `rows` more pixels above the image.
+void shift_down(CameraCalibration& calibration, double rows) {
+  for (CameraCalibration::Camera* camera : {&calibration.left, &calibration.right})
+    for (float* cy : {&camera->M[5], &camera->P[6]}) *cy = static_cast<float>(*cy + rows);
+}
+
 }  // namespace
 
 MultiSenseDevice::MultiSenseDevice(MultiSense& camera) : camera_(camera) {
@@ -206,7 +223,8 @@ void MultiSenseDevice::receive(Address from, std::span<const std::uint8_t> datag
 
 void MultiSenseDevice::handle(Client& client, std::span<const std::uint8_t> message) {
   const std::uint16_t id = *id_of(message);
-  if (handle_query(client, id)) return;
+  // No query has a body.
+  if (message.size() == kMessageHeadBytes && handle_query(client, id)) return;
   if (const auto stream = decode<StreamControl>(message)) {
     const std::uint64_t before = client.sources;
     client.sources = (before & ~stream->modify) | (stream->control & stream->modify);
@@ -249,10 +267,7 @@ bool MultiSenseDevice::handle_setting(Client& client, std::span<const std::uint8
   }
   if (const auto imu = decode<ImuConfig>(message))
     return keep(camera_.imu() != nullptr && camera_.imu()->set(*imu));
-  if (const auto external = decode<ExternalCalibration>(message)) {
-    external_ = *external;
-    return keep(true);
-  }
+  if (const auto stored = store(message)) return keep(*stored);
   if (const auto lights = decode<SetLights>(message)) {
     const auto before = lighting_.intensity;
     lighting_ = lights->settings;
@@ -261,6 +276,40 @@ bool MultiSenseDevice::handle_setting(Client& client, std::span<const std::uint8
     return keep(true);
   }
   return false;
+}
+
+/// Stores what later queries return; returns whether it was acceptable, nullopt if it is another message.
+std::optional<bool> MultiSenseDevice::store(std::span<const std::uint8_t> message) {
+  if (const auto external = decode<ExternalCalibration>(message)) {
+    external_ = *external;
+    return true;
+  }
+  if (const auto delay = decode<TransmitDelay>(message)) {
+    if (delay->milliseconds < 0) return false;
+    transmit_delay_ = *delay;
+    return true;
+  }
+  if (auto wanted = decode<DeviceInfo>(message)) {
+    const DeviceInfo now = info();
+    if (wanted->imager_width != now.imager_width || wanted->imager_height != now.imager_height) return false;
+    wanted->key.clear();
+    stored_info_ = std::move(*wanted);
+    return true;
+  }
+  if (const auto calibration = decode<CameraCalibration>(message)) {
+    if (!all_finite(*calibration)) return false;
+    stored_calibration_ = *calibration;
+    shift_down(*stored_calibration_, rows_above());
+    return true;
+  }
+  if (const auto calibration = decode<LidarCalibration>(message)) {
+    if (camera_.laser_calibration() == nullptr || !all_finite(calibration->X_SpL) ||
+        !all_finite(calibration->X_CSp))
+      return false;
+    stored_lidar_calibration_ = *calibration;
+    return true;
+  }
+  return std::nullopt;
 }
 
 bool MultiSenseDevice::handle_query(Client& client, std::uint16_t id) {
@@ -289,8 +338,8 @@ bool MultiSenseDevice::handle_query(Client& client, std::uint16_t id) {
     case Query::kDeviceModes:
       return give(modes());
     case Query::kLidarCalibration:
-      if (const LidarCalibration* calibration = camera_.laser_calibration()) return give(*calibration);
-      return false;
+      if (camera_.laser_calibration() == nullptr) return false;
+      return give(stored_lidar_calibration_.value_or(*camera_.laser_calibration()));
     case Query::kImuInfo:
       if (camera_.imu() == nullptr) return false;
       return give(HeadImu::info());
@@ -304,6 +353,8 @@ bool MultiSenseDevice::handle_query(Client& client, std::uint16_t id) {
       return give(Network{1, "127.0.0.1", "127.0.0.1", "255.0.0.0"});
     case Query::kExternalCalibration:
       return give(external_);
+    case Query::kTransmitDelay:
+      return give(transmit_delay_);
     case Query::kLighting:
       return give(Lights{kLights, lighting_});
   }
@@ -342,8 +393,16 @@ std::int32_t MultiSenseDevice::control(const CameraControl& wanted) {
   return Ack::kOk;
 }
 
+/// Rows of the imager above those that are used.
+double MultiSenseDevice::rows_above() const { return (imager_.height - used_rows_) / 2.0; }
+
 DeviceInfo MultiSenseDevice::info() const {
   DeviceInfo info;
+  if (stored_info_) {
+    info = *stored_info_;
+    info.imager_height = static_cast<std::uint32_t>(used_rows_);
+    return info;
+  }
   info.name = "MultiSense-SL, emulated";
   info.serial_number = "walkman-hil";
   info.imager_name = "CMV4000";
@@ -379,6 +438,11 @@ CameraConfig MultiSenseDevice::config() const {
 }
 
 CameraCalibration MultiSenseDevice::calibration() const {
+  if (stored_calibration_) {
+    CameraCalibration stored = *stored_calibration_;
+    shift_down(stored, -rows_above());
+    return stored;
+  }
   const sensors::StereoOptions& optics = camera_.optics();
   const double scale = static_cast<double>(imager_.width) / optics.width;
   const auto f = static_cast<float>(optics.focal_px * scale);

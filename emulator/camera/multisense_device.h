@@ -6,6 +6,7 @@
 #include <deque>
 #include <map>
 #include <memory>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -19,7 +20,12 @@ namespace walkman {
 /// requested. Has no socket, no thread and no clock.
 ///
 /// A client's requests are answered in order, and after every frame that was exposed before the request was
-/// sent. A datagram that is not a request of the protocol is not answered.
+/// sent. A datagram that is not a request of the protocol is not answered. A request gets an acknowledgement,
+/// in a datagram of 28 bytes, and nothing else unless it is a query, which has no body, a complete MTU test
+/// or a request for a stream.
+///
+/// Device information and calibrations that a client sets are stored and returned to later queries. They do
+/// not change what the camera sees, and the imager's size stays that of the rows in use.
 class MultiSenseDevice {
  public:
   /// Identifies a client to the transport.
@@ -85,10 +91,12 @@ class MultiSenseDevice {
   void handle(Client& client, std::span<const std::uint8_t> message);
   [[nodiscard]] bool handle_query(Client& client, std::uint16_t id);
   [[nodiscard]] bool handle_setting(Client& client, std::span<const std::uint8_t> message);
+  [[nodiscard]] std::optional<bool> store(std::span<const std::uint8_t> message);
   [[nodiscard]] std::int32_t set_resolution(const multisense::Resolution& wanted);
   [[nodiscard]] double fastest() const;  // in the present mode, frames per second
   [[nodiscard]] std::int32_t control(const multisense::CameraControl& wanted);
   void note_streams();
+  [[nodiscard]] double rows_above() const;
   [[nodiscard]] multisense::DeviceInfo info() const;
   [[nodiscard]] multisense::CameraConfig config() const;
   [[nodiscard]] multisense::CameraCalibration calibration() const;
@@ -101,6 +109,11 @@ class MultiSenseDevice {
   multisense::CameraControl control_;
   multisense::ExternalCalibration external_;
   multisense::LightSettings lighting_;
+  multisense::TransmitDelay transmit_delay_;
+  // As set by a client, in place of the camera's own.
+  std::optional<multisense::DeviceInfo> stored_info_;
+  std::optional<multisense::CameraCalibration> stored_calibration_;  // of the whole imager
+  std::optional<multisense::LidarCalibration> stored_lidar_calibration_;
   MultiSense::Frame frame_;
   multisense::LidarData scan_;
   multisense::ImuData imu_;

@@ -6,7 +6,10 @@
 
 #include "emulator/nodes/cia301/canopen_slave.h"
 #include "emulator/plant/actuators/series_elastic_actuator.h"
-#include "emulator/scene/scene_event.h"
+
+namespace walkman::nodes {
+class ForceTorqueNode;
+}  // namespace walkman::nodes
 
 namespace walkman::faults {
 
@@ -17,9 +20,8 @@ class BreakableDevice {
 
   [[nodiscard]] virtual nodes::CanopenSlave& node() noexcept = 0;
 
-  /// Applies this fault to its readings from now on. Force/torque sensors only.
-  virtual void set_sensor_fault(const SensorFaultEvent& /*fault*/) {}
-  virtual void mend() {}
+  /// Its node as that of a force/torque sensor, whose readings can be faulty; null if it is none.
+  [[nodiscard]] virtual nodes::ForceTorqueNode* force_torque() noexcept { return nullptr; }
 
   /// Applies this fault to its actuator from now on. Drives only.
   virtual void set_actuator_fault(const plant::ActuatorFault& /*fault*/) {}

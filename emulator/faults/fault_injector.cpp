@@ -1,6 +1,7 @@
 #include "emulator/faults/fault_injector.h"
 
 #include <algorithm>
+#include <array>
 #include <stdexcept>
 
 #include <fmt/format.h>
@@ -23,18 +24,49 @@ class Twin final : public nodes::CanopenSlave {
   }
 };
 
+/// If several of these are there at once, the first one counts: an interface that is down carries nothing,
+/// whoever sends, and a program that is gone meets no full queue.
+constexpr std::array kHostSides = {bus::HostSide::kDown, bus::HostSide::kDeserted, bus::HostSide::kFull};
+
+nodes::ReadingFault::Parameters reading_parameters(const Injection& injection) {
+  nodes::ReadingFault::Parameters out;
+  out.seed = injection.stream_seed();
+  const std::string_view name = injection.kind->name;
+  const auto axis = [&](std::string_view parameter) {
+    return static_cast<Eigen::Index>(injection.value(parameter));
+  };
+  const auto set_both = [&](nodes::Vector6& channels) {
+    channels.head<3>().setConstant(injection.value("force"));
+    channels.tail<3>().setConstant(injection.value("torque"));
+  };
+  if (name == "ft-bias-drift") set_both(out.drift);
+  if (name == "ft-noise") set_both(out.noise);
+  if (name == "ft-saturation") set_both(out.end);
+  if (name == "ft-sign") out.matrix.row(axis("axis")) *= -1;
+  if (name == "ft-swap") out.matrix.row(axis("axis")).swap(out.matrix.row(axis("other")));
+  if (name == "ft-gain") out.matrix *= injection.value("gain");
+  if (name == "ft-stuck") {
+    out.forces_stuck = axis("part") != 1;
+    out.torques_stuck = axis("part") != 0;
+  }
+  return out;
+}
+
 }  // namespace
 
 void FaultInjector::add(const Injection& injection, Time now) {
   require_target(injection, world_.known);
-  for (const Entry& entry : entries_)
-    if (entry.state.injection.name == injection.name)
-      throw std::runtime_error(fmt::format("a fault \"{}\" already exists", injection.name));
+  const auto same = std::find_if(entries_.begin(), entries_.end(), [&](const Entry& entry) {
+    return entry.state.injection.name == injection.name;
+  });
+  if (same != entries_.end() && same->state.stage != InjectionState::Stage::kOver)
+    throw std::runtime_error(fmt::format("a fault \"{}\" already exists", injection.name));
   Entry entry;
   entry.state.injection = injection;
   entry.effect = make(injection);
   if (!injection.phase && !injection.frame && !injection.condition)
     entry.state.begins = std::max(now, time_of(injection.at));
+  if (same != entries_.end()) entries_.erase(same);
   entries_.push_back(std::move(entry));
   if (!injection.frame) return;
   const auto bus = std::find_if(world_.buses.begin(), world_.buses.end(),
@@ -118,6 +150,11 @@ void FaultInjector::begin(Entry& entry) {
     entry.effect.frames->start();
     faults_of(entry.effect.bus).add(*entry.effect.frames);
   }
+  if (entry.effect.readings) {
+    entry.effect.readings->start();
+    for (BreakableDevice* device : entry.effect.devices)
+      device->force_torque()->faults().add(*entry.effect.readings);
+  }
   if (entry.effect.once) entry.effect.once();
   if (entry.effect.during) entry.effect.during();
   if (entry.effect.switched) entry.effect.switched(true);
@@ -129,6 +166,9 @@ void FaultInjector::end(Entry& entry) {
     faults_of(entry.effect.bus).remove(*entry.effect.frames);
     entry.effect.frames->finish();
   }
+  if (entry.effect.readings)
+    for (BreakableDevice* device : entry.effect.devices)
+      device->force_torque()->faults().remove(*entry.effect.readings);
   if (entry.effect.switched) entry.effect.switched(false);
   entry.state.stage = InjectionState::Stage::kOver;
   put_together(entry.effect);
@@ -146,12 +186,23 @@ void FaultInjector::put_together(const Effect& changed) {
   if (changed.camera) world_.camera.set_fault(camera);
   if (changed.on_object) world_.plant.set_object_fault(changed.object, object);
   for (BreakableDevice* device : changed.devices) put_together(*device, changed);
+  for (bus::CanBus* bus : changed.host_buses) bus->computer_port().set_host_side(host_side_of(bus));
+}
+
+bus::HostSide FaultInjector::host_side_of(const bus::CanBus* bus) const {
+  for (const bus::HostSide side : kHostSides)
+    for (const Entry& entry : entries_) {
+      const auto& buses = entry.effect.host_buses;
+      if (entry.state.stage == InjectionState::Stage::kActive && entry.effect.host == side &&
+          std::find(buses.begin(), buses.end(), bus) != buses.end())
+        return side;
+    }
+  return bus::HostSide::kSound;
 }
 
 void FaultInjector::put_together(BreakableDevice& device, const Effect& changed) {
   plant::ActuatorFault actuator;
-  SensorFaultEvent sensor;
-  bool sensor_broken = false;
+  double ppm = 0;
   for (const Entry& entry : entries_) {
     const Effect& effect = entry.effect;
     const auto& whom = effect.devices;
@@ -159,18 +210,11 @@ void FaultInjector::put_together(BreakableDevice& device, const Effect& changed)
         std::find(whom.begin(), whom.end(), &device) == whom.end())
       continue;
     if (effect.actuator) effect.actuator(actuator);
-    if (effect.sensor) {
-      effect.sensor(sensor);
-      sensor_broken = true;
-    }
+    // Rates multiply; in this form one fault alone gives exactly its own.
+    if (effect.ppm) ppm += *effect.ppm + ppm * *effect.ppm * 1e-6;
   }
   if (changed.actuator) device.set_actuator_fault(actuator);
-  if (!changed.sensor) return;
-  if (sensor_broken) {
-    device.set_sensor_fault(sensor);
-  } else {
-    device.mend();
-  }
+  if (changed.ppm) device.node().detune(ppm);
 }
 
 BusFaults& FaultInjector::faults_of(std::size_t bus) {
@@ -222,14 +266,15 @@ FaultInjector::Effect FaultInjector::make_on_device(const Injection& injection) 
   Effect effect;
   if (injection.kind->target == Target::kDrive || injection.kind->target == Target::kDrives)
     effect = make_on_drive(injection);
-  if (injection.kind->target == Target::kForceTorque) effect = make_on_sensor(injection);
+  if (injection.kind->target == Target::kForceTorque)
+    effect.readings = std::make_unique<nodes::ReadingFault>(
+        target.device->force_torque()->make_fault(reading_parameters(injection)));
   effect.devices = {target.device};
   effect.bus = target.bus;
   effect.frames = faults_of(target.bus).make(injection, target.node_id, &node);
   const std::string_view name = injection.kind->name;
   if (name == "silent-reboot") effect.once = [&node] { node.restart(); };
-  if (name == "clock-drift")
-    effect.switched = [&node, ppm = injection.value("ppm")](bool on) { node.detune(on ? ppm : 0); };
+  if (name == "clock-drift") effect.ppm = injection.value("ppm");
   if (name == "nmt-preop-drop") effect.once = [&node] { node.leave_operational(); };
   if (name == "overcurrent-trip")
     effect.once = [device = target.device] {
@@ -297,47 +342,6 @@ FaultInjector::Effect FaultInjector::make_on_drive(const Injection& injection) {
   return effect;
 }
 
-FaultInjector::Effect FaultInjector::make_on_sensor(const Injection& injection) {
-  Effect effect;
-  const std::string_view name = injection.kind->name;
-  const auto value = [&](std::string_view parameter) { return injection.value(parameter); };
-  const auto axis = [&](std::string_view parameter) { return static_cast<Eigen::Index>(value(parameter)); };
-  const auto of_both = [&](auto change) {
-    effect.sensor = [force = value("force"), torque = value("torque"), change](SensorFaultEvent& fault) {
-      change(fault, force, torque);
-    };
-  };
-  if (name == "ft-bias-drift")
-    of_both([](SensorFaultEvent& fault, double force, double torque) {
-      fault.drift.head<3>().array() += force;
-      fault.drift.tail<3>().array() += torque;
-    });
-  if (name == "ft-noise")
-    of_both([](SensorFaultEvent& fault, double force, double torque) {
-      fault.noise.head<3>().setConstant(force);
-      fault.noise.tail<3>().setConstant(torque);
-    });
-  if (name == "ft-saturation")
-    of_both([](SensorFaultEvent& fault, double force, double torque) {
-      fault.end.head<3>().setConstant(force);
-      fault.end.tail<3>().setConstant(torque);
-    });
-  if (name == "ft-sign")
-    effect.sensor = [axis = axis("axis")](SensorFaultEvent& fault) { fault.matrix.row(axis) *= -1; };
-  if (name == "ft-swap")
-    effect.sensor = [axis = axis("axis"), other = axis("other")](SensorFaultEvent& fault) {
-      fault.matrix.row(axis).swap(fault.matrix.row(other));
-    };
-  if (name == "ft-gain")
-    effect.sensor = [gain = value("gain")](SensorFaultEvent& fault) { fault.matrix *= gain; };
-  if (name == "ft-stuck")
-    effect.sensor = [part = axis("part")](SensorFaultEvent& fault) {
-      fault.forces_stuck = fault.forces_stuck || part != 1;
-      fault.torques_stuck = fault.torques_stuck || part != 0;
-    };
-  return effect;
-}
-
 FaultInjector::Effect FaultInjector::make_on_camera(const Injection& injection) {
   Effect effect;
   const std::string_view name = injection.kind->name;
@@ -350,7 +354,7 @@ FaultInjector::Effect FaultInjector::make_on_camera(const Injection& injection) 
   };
   if (name == "cloud-missing") effect.camera = [](CameraFault& fault) { fault.blind = true; };
   if (name == "cloud-dropout")
-    effect.camera = [share = value("share"), seed = injection.seed](CameraFault& fault) {
+    effect.camera = [share = value("share"), seed = injection.stream_seed()](CameraFault& fault) {
       fault.dropout = share;
       fault.seed = seed;
     };
@@ -404,15 +408,13 @@ FaultInjector::Effect FaultInjector::make_on_computer(const Injection& injection
     effect.once = [this, stall = time_of(injection.value("stall"))] { stall_ = stall; };
     return effect;
   }
-  std::vector<bus::CanBus*> buses = world_.buses;
-  bus::HostSide host = bus::HostSide::kDeserted;
-  if (name != "driver-kill") {
-    buses = {world_.buses[bus_of(injection)]};
-    host = name == "interface-down" ? bus::HostSide::kDown : bus::HostSide::kFull;
+  if (name == "driver-kill") {
+    effect.host_buses = world_.buses;
+    effect.host = bus::HostSide::kDeserted;
+  } else {
+    effect.host_buses = {world_.buses[bus_of(injection)]};
+    effect.host = name == "interface-down" ? bus::HostSide::kDown : bus::HostSide::kFull;
   }
-  effect.switched = [buses, host](bool on) {
-    for (bus::CanBus* bus : buses) bus->computer_port().set_host_side(on ? host : bus::HostSide::kSound);
-  };
   return effect;
 }
 

@@ -3,6 +3,7 @@
 #include <functional>
 #include <map>
 #include <memory>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -11,6 +12,7 @@
 #include "emulator/faults/breakable_device.h"
 #include "emulator/faults/fault_plan.h"
 #include "emulator/faults/frame_faults.h"
+#include "emulator/nodes/measuring/force_torque_node.h"
 #include "emulator/plant/plant.h"
 
 namespace walkman::faults {
@@ -29,14 +31,14 @@ struct BreakableWorld {
 };
 
 /// Injects faults into the emulation: the only class that reaches into buses, devices, camera and plant for
-/// that purpose. Each fault has its own random stream, so adding one changes no other.
+/// that purpose. Each fault has its own state and random stream, so adding or ending one changes no other.
 class FaultInjector {
  public:
   /// Everything that `world` refers to must outlive the injector.
   explicit FaultInjector(BreakableWorld world) : world_(std::move(world)) {}
 
-  /// Throws std::runtime_error if the target does not exist or cannot have the fault, or if the name is
-  /// taken.
+  /// Replaces a fault of the same name that is over. Throws std::runtime_error if the target does not exist
+  /// or cannot have the fault, or if the fault of that name is not over.
   void add(const Injection& injection, Time now);
   /// Ends and removes an injection; returns false if there is none of that name.
   bool clear(const std::string& name);
@@ -61,7 +63,10 @@ class FaultInjector {
     int object = -1;                     // index in the plant
     std::function<void(plant::ObjectFault&)> on_object;
     std::function<void(plant::ActuatorFault&)> actuator;
-    std::function<void(SensorFaultEvent&)> sensor;
+    std::unique_ptr<nodes::ReadingFault> readings;  // of the devices' sensors
+    std::optional<double> ppm;                      // by which the devices' clocks are fast
+    std::vector<bus::CanBus*> host_buses;           // on which the computer's side is `host`
+    bus::HostSide host = bus::HostSide::kSound;
     std::function<void(CameraFault&)> camera;
     std::size_t bus = 0;  // that the frames are on
   };
@@ -75,7 +80,6 @@ class FaultInjector {
   [[nodiscard]] static Effect make_on_drive(const Injection& injection);
   /// For all drives of a bus.
   [[nodiscard]] Effect make_on_drives(const Injection& injection, std::size_t bus);
-  [[nodiscard]] static Effect make_on_sensor(const Injection& injection);
   [[nodiscard]] static Effect make_on_camera(const Injection& injection);
   [[nodiscard]] Effect make_on_world(const Injection& injection);
   [[nodiscard]] Effect make_on_computer(const Injection& injection);
@@ -88,9 +92,10 @@ class FaultInjector {
   [[nodiscard]] bool holds(const ConditionBegin& condition) const;
   void begin(Entry& entry);
   void end(Entry& entry);
-  /// Applies the combined faults of all active entries to devices, object and camera.
+  /// Applies the combined faults of all active entries to devices, object, camera and host.
   void put_together(const Effect& changed);
   void put_together(BreakableDevice& device, const Effect& changed);
+  [[nodiscard]] bus::HostSide host_side_of(const bus::CanBus* bus) const;
 
   BreakableWorld world_;
   std::vector<std::unique_ptr<nodes::CanopenSlave>> twins_;  // duplicates of nodes

@@ -141,6 +141,15 @@ void take_word(const std::string& key, const std::string& text, Injection& out) 
 
 }  // namespace
 
+std::uint64_t Injection::stream_seed() const noexcept {
+  // FNV-1a: std::hash may differ from one library to another, and results must not.
+  std::uint64_t hash = 0xCBF29CE484222325U;
+  const auto mix = [&hash](std::uint8_t byte) { hash = (hash ^ byte) * 0x100000001B3U; };
+  for (const char character : name) mix(static_cast<std::uint8_t>(character));
+  for (unsigned shift = 0; shift < 64; shift += 8) mix(static_cast<std::uint8_t>(seed >> shift));
+  return hash;
+}
+
 double Injection::value(std::string_view parameter) const {
   for (std::size_t i = 0; i < values.size(); ++i)
     if (kind->parameters[i].name == parameter) return values[i];

@@ -47,6 +47,9 @@ struct Injection {
   std::uint64_t seed = 1;       ///< of its random draws
   std::string where;            ///< file:line
 
+  /// Seed of its own random stream, from `seed` and `name`: two faults of a plan draw different numbers, and
+  /// adding another one changes neither.
+  [[nodiscard]] std::uint64_t stream_seed() const noexcept;
   /// Value of one of the kind's parameters.
   [[nodiscard]] double value(std::string_view parameter) const;
 };

@@ -386,24 +386,24 @@ std::unique_ptr<FrameFault> BusFaults::make(const Injection& injection, std::uin
     if (port_ == nullptr) port_ = &bus_.add_port();
     return *port_;
   };
+  const std::uint64_t stream = injection.stream_seed();
   const bool own_frames = injection.kind->target == Target::kDevice;
   const FrameFault base(node, own_frames ? Direction::kFrom : injection.direction);
-  if (name == "frame-drop") return std::make_unique<Drop>(base, injection.seed, value("share"));
+  if (name == "frame-drop") return std::make_unique<Drop>(base, stream, value("share"));
   if (name == "frame-burst-loss") return std::make_unique<BurstLoss>(base, value("frames"));
   if (name == "frame-delay")
     return std::make_unique<Queueing>(base, Queueing::How::kLater, bus_, seconds(value("delay")),
-                                      seconds(value("jitter")), injection.seed, value("share"));
+                                      seconds(value("jitter")), stream, value("share"));
   if (name == "frame-duplicate")
-    return std::make_unique<Queueing>(base, Queueing::How::kTwice, bus_, Time{}, Time{}, injection.seed,
+    return std::make_unique<Queueing>(base, Queueing::How::kTwice, bus_, Time{}, Time{}, stream,
                                       value("share"));
   if (name == "frame-reorder")
-    return std::make_unique<Queueing>(base, Queueing::How::kBehindTheNext, bus_, Time{}, Time{},
-                                      injection.seed, value("share"));
+    return std::make_unique<Queueing>(base, Queueing::How::kBehindTheNext, bus_, Time{}, Time{}, stream,
+                                      value("share"));
   if (name == "payload-bitflip")
-    return std::make_unique<BitFlip>(base, static_cast<int>(value("bits")), injection.seed, value("share"));
+    return std::make_unique<BitFlip>(base, static_cast<int>(value("bits")), stream, value("share"));
   if (name == "wrong-length")
-    return std::make_unique<WrongLength>(base, static_cast<int>(value("bytes")), injection.seed,
-                                         value("share"));
+    return std::make_unique<WrongLength>(base, static_cast<int>(value("bytes")), stream, value("share"));
   if (name == "babbling-idiot")
     return std::make_unique<Babble>(
         base, port(), frame_of(static_cast<std::uint32_t>(value("id")), {0, 0, 0, 0, 0, 0, 0, 0}),

@@ -13,11 +13,13 @@ namespace walkman::bus {
 namespace {
 
 constexpr std::size_t kBatchReserve = 4096;
+constexpr std::size_t kFileBuffer = 1 << 18;  // a run writes a megabyte and more per emulated second
 
 }  // namespace
 
-CanLog::CanLog(std::filesystem::path file) : file_(std::move(file)) {
+CanLog::CanLog(std::filesystem::path file) : file_(std::move(file)), file_buffer_(kFileBuffer) {
   require_regular_output(file_);
+  stream_.rdbuf()->pubsetbuf(file_buffer_.data(), static_cast<std::streamsize>(file_buffer_.size()));
   stream_.open(file_, std::ios::binary);
   if (!stream_) {
     throw std::runtime_error(file_.string() + ": cannot be created (" + std::strerror(errno) +

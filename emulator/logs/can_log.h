@@ -56,6 +56,7 @@ class CanLog {
   };
 
   std::filesystem::path file_;
+  std::vector<char> file_buffer_;  // outlives the stream, which uses it
   std::ofstream stream_;
   std::vector<Record> batch_;
   std::vector<std::pair<Time, std::size_t>> order_;  // by time, then by position in the batch

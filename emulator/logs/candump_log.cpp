@@ -62,16 +62,21 @@ void format_frame(Text& out, const can::Frame& frame) noexcept {
   out.put('\n');
 }
 
-}  // namespace
-
-std::string candump_line(std::string_view interface_name, const can::StampedFrame& frame) {
+void append_line(std::string& text, std::string_view interface_name, const can::StampedFrame& frame) {
   Text time;
   format_time(time, frame.time);
   Text tail;
   format_frame(tail, frame.frame);
-  std::string line(time.view());
-  line.append(interface_name).push_back(' ');
-  return line.append(tail.view());
+  text.append(time.view()).append(interface_name).push_back(' ');
+  text.append(tail.view());
+}
+
+}  // namespace
+
+std::string candump_line(std::string_view interface_name, const can::StampedFrame& frame) {
+  std::string line;
+  append_line(line, interface_name, frame);
+  return line;
 }
 
 CandumpLog::CandumpLog(std::filesystem::path file, std::string_view note) : CanLog(std::move(file)) {
@@ -79,11 +84,9 @@ CandumpLog::CandumpLog(std::filesystem::path file, std::string_view note) : CanL
 }
 
 void CandumpLog::put(std::string_view interface_name, const can::StampedFrame& frame) {
-  Text time;
-  format_time(time, frame.time);
-  Text tail;
-  format_frame(tail, frame.frame);
-  stream() << time.view() << interface_name << ' ' << tail.view();
+  line_.clear();
+  append_line(line_, interface_name, frame);
+  stream().write(line_.data(), static_cast<std::streamsize>(line_.size()));
 }
 
 }  // namespace walkman::bus

@@ -20,6 +20,8 @@ class CandumpLog final : public CanLog {
 
  private:
   void put(std::string_view interface_name, const can::StampedFrame& frame) override;
+
+  std::string line_;
 };
 
 }  // namespace walkman::bus

@@ -28,11 +28,13 @@ std::int64_t number(const nodes::Entry& entry) noexcept {
 
 }  // namespace
 
-StateLog::StateLog(std::filesystem::path file) : file_(std::move(file)), stream_(file_) {
+StateLog::StateLog(std::filesystem::path file, std::string_view note)
+    : file_(std::move(file)), stream_(file_) {
   if (!stream_) {
     throw std::runtime_error(file_.string() + ": cannot be created (" + std::strerror(errno) +
                              "), expected a writable path for the state log");
   }
+  if (!note.empty()) stream_ << "# " << note << '\n';
   stream_ << "time,node,cob_id,index,sub,raw\n";
 }
 

@@ -2,6 +2,7 @@
 
 #include <filesystem>
 #include <fstream>
+#include <string_view>
 
 #include "emulator/bus/can_bus.h"
 
@@ -13,8 +14,10 @@ namespace walkman::datasheets {
 /// effect. Reference for checking a CAN log: times are on the same clock.
 class StateLog {
  public:
-  /// Creates or truncates the file. Throws std::runtime_error with the file and the system's reason.
-  explicit StateLog(std::filesystem::path file);
+  /// Creates or truncates the file. `note`: one line, written before the names of the columns as a comment
+  /// that begins with "# "; omitted if empty. Throws std::runtime_error with the file and the system's
+  /// reason.
+  explicit StateLog(std::filesystem::path file, std::string_view note = {});
 
   /// Logs the PDOs of every device on `bus` from now on; must outlive the bus's last `advance`.
   void watch(const bus::CanBus& bus);

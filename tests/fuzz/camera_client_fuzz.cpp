@@ -73,7 +73,7 @@ class AnsweringPort final : public DatagramPort {
       default: {  // an answer with a body from the input
         static constexpr std::uint16_t kIds[] = {
             Ack::kId,   Status::kId,           DeviceInfo::kId,    CameraCalibration::kId,
-            Image::kId, LidarCalibration::kId, ImageMetadata::kId, LidarData::kId};
+            Image::kId, LidarCalibration::kId, ImageMetadata::kId, CameraConfig::kId};
         Writer writer(kIds[how >> 3U & 7U], 2);
         writer.raw(bytes);
         push(writer.take(), false);
@@ -113,6 +113,12 @@ class AnsweringPort final : public DatagramPort {
         camera->P = {600, 0, 4, 0, 0, 600, 1, 0, 0, 0, 1, 0};
       calibration.right.P[3] = -42;
       push(encode(calibration), false);
+    } else if (id == static_cast<std::uint16_t>(Query::kCameraConfig)) {
+      CameraConfig config;  // not in the ratio of the imager
+      config.width = 6;
+      config.height = 2;
+      config.fx = config.fy = 600;
+      push(encode(config), false);
     } else if (id == static_cast<std::uint16_t>(Query::kLidarCalibration)) {
       LidarCalibration calibration;
       for (auto* X : {&calibration.X_SpL, &calibration.X_CSp})

@@ -98,5 +98,21 @@ TEST(StateLog, SaysWhichFileItCannotCreate) {
   EXPECT_THROW(StateLog("/nonexistent/folder/state.csv"), std::runtime_error);
 }
 
+TEST(StateLog, BeginsWithItsNoteIfThereIsOne) {
+  const std::filesystem::path file = std::filesystem::path(testing::TempDir()) / "noted_state.csv";
+  for (const std::string note : {"", "INJECTED FAULTS: joint-locked of RElbj"}) {
+    StateLog(file, note).flush();
+    std::ifstream lines(file);
+    std::string line;
+    if (!note.empty()) {
+      std::getline(lines, line);
+      EXPECT_EQ(line, "# " + note);
+    }
+    std::getline(lines, line);
+    EXPECT_EQ(line, "time,node,cob_id,index,sub,raw");
+  }
+  std::filesystem::remove(file);
+}
+
 }  // namespace
 }  // namespace walkman::datasheets

@@ -20,9 +20,80 @@ def refused(done, what):
     return done.stderr
 
 
+# The 54 names that the emulator is to have, in a few words, and the kinds of fault that are theirs. H3 to H5 are the host's:
+# they are listed with what to do instead, and refused.
+TAXONOMY = {
+    "B1": ("frames dropped by chance", "frame-drop"),
+    "B2": ("frames in a row dropped", "frame-burst-loss"),
+    "B3": ("frames late, with jitter", "frame-delay"),
+    "B4": ("frames sent twice", "frame-duplicate"),
+    "B5": ("neighbouring frames swapped", "frame-reorder"),
+    "B6": ("bits of a payload flipped past the CRC", "payload-bitflip"),
+    "B7": ("payload too short or too long", "wrong-length"),
+    "B8": ("flood with a high priority", "babbling-idiot"),
+    "B9": ("a node's controller bus-off", "bus-off"),
+    "B10": ("controller error-passive or warning", "error-passive"),
+    "B11": ("no acknowledgement", "no-acknowledge"),
+    "B12": ("network interface down", "interface-down"),
+    "B13": ("transmit queue full", "tx-queue-full"),
+    "N1": ("heartbeats stop", "heartbeat-loss"),
+    "N2": ("reboot during operation", "silent-reboot"),
+    "N3": ("node falls to pre-operational", "nmt-preop-drop"),
+    "N4": ("burst of emergencies", "emergency-storm"),
+    "N5": ("object refused with an abort code", "sdo-abort"),
+    "N6": ("no answer to a request, or a wrong toggle bit", "sdo-timeout", "sdo-toggle-error"),
+    "N7": ("another identity", "wrong-identity"),
+    "N8": ("second node with the same ID", "duplicate-node"),
+    "N9": ("firmware hangs, PDOs repeat", "pdo-frozen"),
+    "N10": ("node's clock drifts", "clock-drift"),
+    "S1": ("encoder holds its value", "encoder-stuck"),
+    "S2": ("encoder jumps in operation", "encoder-offset"),
+    "S3": ("encoder off from the start", "encoder-offset"),
+    "S4": ("force/torque zero drifts", "ft-bias-drift"),
+    "S5": ("force/torque axes swapped or reversed", "ft-swap", "ft-sign"),
+    "S6": ("force/torque readings clipped", "ft-saturation"),
+    "S7": ("more noise in force/torque readings", "ft-noise"),
+    "S8": ("torque reading lost", "torque-dropout"),
+    "S9": ("temperature rises", "temperature-high"),
+    "A1": ("less torque than asked for", "torque-loss"),
+    "A2": ("joint does not move", "joint-locked"),
+    "A3": ("brake released in part", "brake-drag"),
+    "A4": ("drive trips with over-current", "overcurrent-trip"),
+    "A5": ("supply too low for several drives", "undervoltage"),
+    "A6": ("motor ignores its set-point", "runaway"),
+    "A7": ("play, or another stiffness", "backlash", "compliance-change"),
+    "P1": ("no cloud, or an old one", "cloud-missing", "cloud-stale"),
+    "P2": ("thin or partly hidden cloud", "cloud-dropout", "cloud-occlusion"),
+    "P3": ("camera not where it is thought to be", "extrinsic-error"),
+    "P4": ("tilted table", "plane-misfit"),
+    "P5": ("points of nothing", "phantom-points"),
+    "X1": ("centre of mass moves in the lift", "weight-removed"),
+    "X2": ("object slips", "slip"),
+    "X3": ("object too heavy", "payload"),
+    "X4": ("push from outside", "push"),
+    "H1": ("control program not run for a while", "scheduler-stall"),
+    "H2": ("control program killed", "driver-kill"),
+    "H3": ("no space for the log", "log-disk-full"),
+    "H4": ("wall clock jumps", "clock-step"),
+    "H5": ("damaged file", "config-corrupt"),
+    "H6": ("another master on the bus", "rogue-master"),
+}
+NAMES_OF_A_LETTER = {"B": 13, "N": 10, "S": 9, "A": 7, "P": 5, "X": 4, "H": 6}
+
+
+def taxonomy(listed):
+    for letter, count in NAMES_OF_A_LETTER.items():
+        missing = [f"{letter}{i}" for i in range(1, count + 1) if f"{letter}{i}" not in TAXONOMY]
+        check(not missing, f"without a kind: {missing}")
+    check(len(TAXONOMY) == 54, f"{len(TAXONOMY)} names")
+    known = {kind["fault"] for kind in listed}
+    for name, (what, *of_it) in TAXONOMY.items():
+        check(of_it and known.issuperset(of_it), f"{name}, {what}: {of_it} are listed")
+
+
 def kinds():
     listed = json.loads(run("fault", "list", "--json").stdout)["faults"]
-    check(len(listed) >= 51, f"{len(listed)} kinds are listed")
+    taxonomy(listed)
     text = run("fault", "list").stdout
     for kind in listed:
         check(kind["fault"] in text, f"{kind['fault']} is in the text, too")
@@ -114,6 +185,10 @@ def live(folder):
             time.sleep(0.05)
         check(states["RElbj-encoder-stuck"]["stage"] == "over", f"it is over after its time: {states}")
         check(states["rarm-frame-drop"]["stage"] == "active", f"and the other is not: {states}")
+        done = run("fault", "inject", "RElbj", "encoder-stuck", "--for", "60s", *at)
+        check(done.returncode == 0, f"one that is over may come again: {done.stderr}")
+        check("already exists" in refused(run("fault", "inject", "RElbj", "encoder-stuck", *at), "one that is not over"),
+              "and why is told")
         check(run("fault", "clear", "all", *at).stdout == "2 cleared\n", "all are cleared")
         refused(run("fault", "clear", "rarm-frame-drop", *at), "there is nothing to clear")
         refused(run("fault", "inject", "RElbj", "encoder-stuk", *at), "an unknown fault")

@@ -4,6 +4,9 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <cstdint>
+#include <filesystem>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -13,6 +16,7 @@
 
 #include "drivers/canopen/sdo_client.h"
 #include "emulator/faults/fault_plan.h"
+#include "emulator/nodes/cia301/canopen_slave.h"
 #include "tests/rigs/breakable_robot.h"
 
 namespace walkman {
@@ -39,6 +43,12 @@ TEST(InjectedClockDrift, IsInTheHeartbeatsPeriod) {
   };
   const double sound = period();
   rig.emulator->inject(faults::parse_fault({"clock-drift", "RElbj", "ppm=250000"}));
+  EXPECT_NEAR(period(), sound / 1.25, 1e-3);
+  faults::Injection other = faults::parse_fault({"clock-drift", "RElbj", "ppm=100000"});
+  other.name = "other";
+  rig.emulator->inject(other);
+  EXPECT_NEAR(period(), sound / 1.25 / 1.1, 1e-3);
+  rig.emulator->clear_fault("other");
   EXPECT_NEAR(period(), sound / 1.25, 1e-3);
   rig.emulator->clear_fault("RElbj-clock-drift");
   EXPECT_NEAR(period(), sound, 1e-3);
@@ -210,6 +220,112 @@ TEST(InjectedSensorFault, IsInTheReadingsAndGoesAway) {
   EXPECT_NEAR(saturated.force.cwiseAbs().maxCoeff(), 1, 0.051);  // half a resolution step on the bus
   EXPECT_LE(saturated.torque.cwiseAbs().maxCoeff(), 0.055);
   EXPECT_FALSE(rig.robot->fault()) << rig.robot->fault()->text;
+}
+
+/// The robot of Experiment 1 on its brakes, with sensors that have no errors of their own.
+struct RobotOnBrakes {
+  static constexpr std::uint8_t kNode = 18;  // of r_arm_ft
+
+  explicit RobotOnBrakes(const std::vector<SceneEvent>& events = {}) {
+    scene.base = BaseKind::kFixed;
+    scene.events = events;
+    options.actuators = tree / "emulator/plant/actuators";
+    options.sensor_errors = SensorErrors::kNone;
+    emulator.emplace(model, devices, scene, options);
+    for (const Bus& bus : devices.buses)
+      for (const Device& device : bus.devices) {
+        if (device.name == "r_arm_ft") return;
+        sensor += device.kind == DeviceKind::kForceTorque ? 1 : 0;
+      }
+  }
+
+  /// Fy that the wrist's sensor reads, N, by 7130h: in 0.1 N.
+  [[nodiscard]] double reading() {
+    for (bus::CanBus* bus : emulator->buses())
+      for (bus::Participant* participant : bus->participants()) {
+        const auto* node = dynamic_cast<const nodes::CanopenSlave*>(participant);
+        if (bus->name() == "rarm" && node != nullptr && node->node_id() == kNode)
+          return 0.1 * nodes::from_raw<std::int16_t>(node->dictionary().find(0x7130, 2)->raw);
+      }
+    return std::nan("");
+  }
+  /// By how much that is wrong.
+  [[nodiscard]] double error() { return reading() - emulator->plant().F_So_S(sensor).force.y(); }
+  void inject(const std::vector<std::string>& words) { emulator->inject(faults::parse_fault(words)); }
+
+  std::filesystem::path tree = WALKMAN_SOURCE_TREE;
+  Scene scene = load_scene(tree / "urdf/scenes/experiment_1.yaml");
+  RobotModel model = load_robot_model(scene.robot.urdf);
+  DeviceTable devices = load_device_table(scene.robot.device_table, model);
+  EmulatorOptions options;
+  std::optional<Emulator> emulator;
+  int sensor = 0;  // its number in the plant
+};
+
+/// Half a step of 7130h, and the sample or two that a fault begins later.
+constexpr double kReadingError = 0.05 + 2 * 0.05;  // N
+
+TEST(InjectedSensorFaults, KeepTheirStateWhenAnotherBeginsOrEnds) {
+  RobotOnBrakes robot;
+  robot.inject({"ft-bias-drift", "r_arm_ft", "force=50"});
+  robot.emulator->advance(1s);
+  EXPECT_NEAR(robot.error(), 50, kReadingError);
+  robot.inject({"ft-sign", "r_arm_ft", "axis=0"});
+  robot.emulator->advance(2s);
+  EXPECT_NEAR(robot.error(), 100, kReadingError);
+  robot.inject({"ft-stuck", "r_arm_ft"});
+  robot.emulator->advance(2050ms);
+  const double frozen = robot.reading();
+  robot.emulator->clear_fault("r_arm_ft-ft-sign");
+  robot.emulator->advance(3s);
+  EXPECT_EQ(robot.reading(), frozen);
+  robot.inject({"ft-noise", "r_arm_ft", "force=5"});
+  robot.emulator->advance(3050ms);
+  EXPECT_EQ(robot.reading(), frozen);
+  robot.emulator->clear_fault("r_arm_ft-ft-noise");
+  robot.emulator->clear_fault("r_arm_ft-ft-stuck");
+  robot.emulator->advance(4s);
+  EXPECT_NEAR(robot.error(), 200, kReadingError);
+  robot.emulator->clear_fault("r_arm_ft-ft-bias-drift");
+  robot.emulator->advance(4050ms);
+  EXPECT_NEAR(robot.error(), 0, kReadingError);
+}
+
+TEST(InjectedSensorFaults, LeaveTheFaultOfTheScene) {
+  SensorFaultEvent drift;
+  drift.sensor = "r_arm_ft";
+  drift.drift[1] = 50;
+  SceneEvent event;
+  event.what = drift;
+  RobotOnBrakes robot({event});
+  robot.emulator->advance(1s);
+  EXPECT_NEAR(robot.error(), 50, kReadingError);
+  robot.inject({"ft-sign", "r_arm_ft", "axis=0"});
+  robot.emulator->advance(2s);
+  EXPECT_NEAR(robot.error(), 100, kReadingError);
+  robot.emulator->clear_fault("r_arm_ft-ft-sign");
+  robot.emulator->advance(3s);
+  EXPECT_NEAR(robot.error(), 150, kReadingError);
+}
+
+TEST(InjectedNoise, IsDrawnFromThePlansSeedWhateverElseBreaks) {
+  const auto readings = [](std::uint64_t seed, bool more) {
+    RobotOnBrakes robot;
+    faults::Injection noise = faults::parse_fault({"ft-noise", "r_arm_ft", "force=5"});
+    noise.seed = seed;
+    robot.emulator->inject(noise);
+    std::vector<double> out;
+    for (int i = 1; i <= 100; ++i) {
+      if (more && i == 50) robot.inject({"ft-sign", "r_arm_ft", "axis=0"});
+      if (more && i == 75) robot.emulator->clear_fault("r_arm_ft-ft-sign");
+      robot.emulator->advance(std::chrono::milliseconds(i));
+      out.push_back(robot.reading());
+    }
+    return out;
+  };
+  const std::vector<double> first = readings(1, false);
+  EXPECT_EQ(first, readings(1, true));
+  EXPECT_NE(first, readings(2, false));
 }
 
 TEST(InjectedNoise, HasTheDeviationAskedFor) {

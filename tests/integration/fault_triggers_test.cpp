@@ -1,16 +1,20 @@
-// When injected faults begin, how long they last, that an additional one changes no other, and which are
-// refused.
+// When injected faults begin, how long they last, that one that is added or ends changes no other, and which
+// are refused.
 
+#include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <cstdint>
 #include <stdexcept>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include "emulator/faults/fault_plan.h"
+#include "emulator/faults/frame_faults.h"
 #include "tests/rigs/breakable_robot.h"
 
 namespace walkman {
@@ -98,6 +102,77 @@ TEST(InjectedFaults, OneMoreChangesNoOther) {
     return rig.emulator->injections().front().touched;
   };
   EXPECT_EQ(run(false), run(true));
+}
+
+TEST(InjectedFaults, OfOneKindAndSeedDrawTheirOwnNumbers) {
+  bus::CanBus bus("rarm", "can_rarm");
+  faults::BusFaults made(bus);
+  const auto dropped = [&](const char* name, std::uint64_t seed) {
+    faults::Injection drops = faults::parse_fault({"frame-drop", "RElbj", "share=0.5"});
+    drops.name = name;
+    drops.seed = seed;
+    const auto fault = made.make(drops, 14, nullptr);
+    std::vector<bool> out;
+    for (int i = 0; i < 64; ++i) {
+      can::Frame frame(0x18E, {0});
+      out.push_back(!fault->ends(frame, Time{}));
+    }
+    return out;
+  };
+  EXPECT_EQ(dropped("first", 1), dropped("first", 1));
+  EXPECT_NE(dropped("first", 1), dropped("second", 1));
+  EXPECT_NE(dropped("first", 1), dropped("first", 2));
+}
+
+TEST(InjectedFaults, ThatAreOverAreReplaced) {
+  BreakableRobot rig(false);
+  const faults::Injection drops = faults::parse_fault({"frame-drop", "RElbj", "share=1", "for=0.01"});
+  for (int i = 0; i < 2; ++i) {
+    rig.emulator->inject(drops);
+    rig.run(5ms);
+    ASSERT_EQ(rig.emulator->injections().size(), 1U);
+    EXPECT_EQ(rig.emulator->injections().front().times, 1);
+    EXPECT_THROW(rig.emulator->inject(drops), std::runtime_error) << "it is not over yet";
+    rig.run(95ms);
+    EXPECT_EQ(rig.emulator->injections().front().stage, faults::InjectionState::Stage::kOver);
+    EXPECT_GT(rig.emulator->injections().front().touched, 0U);
+  }
+  EXPECT_FALSE(rig.robot->fault()) << rig.robot->fault()->text;
+}
+
+/// Each has its own end, and what is left then is what the others do.
+TEST(InjectedHostFaults, LeaveTheOthersWhenTheyEnd) {
+  BreakableRobot rig(false);
+  const auto port = [&](std::string_view name) -> bus::ComputerPort& {
+    const auto buses = rig.emulator->buses();
+    return (*std::find_if(buses.begin(), buses.end(), [&](bus::CanBus* one) { return one->name() == name; }))
+        ->computer_port();
+  };
+  bus::ComputerPort &right = port("rarm"), &left = port("larm");
+  const can::Frame frame(0x7FF, {0});
+  const auto inject = [&](const std::vector<std::string>& words) {
+    rig.emulator->inject(faults::parse_fault(words));
+  };
+  const auto run = [&](Time time) { rig.emulator->advance(rig.emulator->now() + time); };
+  inject({"tx-queue-full", "rarm"});
+  inject({"driver-kill", "for=0.2"});
+  inject({"interface-down", "rarm", "for=0.1"});
+  run(50ms);
+  EXPECT_EQ(right.link(), can::LinkState::kDown);
+  EXPECT_EQ(left.link(), can::LinkState::kActive);
+  run(100ms);  // the interface is up again, and the program is still gone
+  EXPECT_EQ(right.link(), can::LinkState::kActive);
+  for (bus::ComputerPort* one : {&right, &left}) {
+    EXPECT_EQ(one->send(frame), can::SendResult::kQueued);
+    EXPECT_EQ(one->pending(), nullptr);
+  }
+  run(100ms);  // it is back, and the queue is still full
+  EXPECT_EQ(right.send(frame), can::SendResult::kQueueFull);
+  EXPECT_EQ(left.send(frame), can::SendResult::kQueued);
+  EXPECT_NE(left.pending(), nullptr);
+  EXPECT_TRUE(rig.emulator->clear_fault("rarm-tx-queue-full"));
+  EXPECT_EQ(right.send(frame), can::SendResult::kQueued);
+  EXPECT_NE(right.pending(), nullptr);
 }
 
 TEST(InjectedFaults, AreRefusedWhereTheyCannotBe) {

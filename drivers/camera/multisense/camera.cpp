@@ -25,7 +25,28 @@ constexpr std::size_t kMostScans = 4096;                  // not yet taken
 constexpr double kPerMinute = 2 * std::numbers::pi / 60;  // rad/s
 constexpr std::uint32_t kFirstMtu = kMostMtu, kSecondMtu = kLeastMtu;
 
+bool usable_length(float value) { return std::isfinite(value) && value > 0; }
+
 }  // namespace
+
+void triangulate(const Disparity& image, const RectifiedProjection& projection, camera::OrganizedCloud& out) {
+  out.width = image.width;
+  out.height = image.height;
+  out.points.resize(image.pixels.size());
+  const auto [fx, fy, cx, cy, focal_baseline] = projection;
+  const float baseline = focal_baseline / fx;
+  const float square = fx / fy;
+  auto point = out.points.begin();
+  auto pixel = image.pixels.begin();
+  for (int v = 0; v < out.height; ++v) {
+    const float y = (static_cast<float>(v) - cy) * baseline * square;
+    for (int u = 0; u < out.width; ++u, ++point, ++pixel) {
+      const float per_px = *pixel > 0 ? 1 / (static_cast<float>(*pixel) * Disparity::kStep)
+                                      : std::numeric_limits<float>::quiet_NaN();
+      *point = {(static_cast<float>(u) - cx) * baseline * per_px, y * per_px, focal_baseline * per_px};
+    }
+  }
+}
 
 Camera::Camera(DatagramPort& port, std::string name, std::function<Time()> now)
     : port_(port), name_(std::move(name)), now_(std::move(now)) {
@@ -92,11 +113,11 @@ void Camera::open() {
 }
 
 void Camera::check_calibration() const {
-  const auto usable = [](float value) { return std::isfinite(value) && value > 0; };
   const auto& left = calibration_.left.P;
   const float shift = -calibration_.right.P[3];
-  if (!usable(left[0]) || !usable(left[5]) || !usable(shift) || !std::isfinite(left[2]) ||
-      !std::isfinite(left[6]) || device_.imager_width == 0 || device_.imager_height == 0) {
+  if (!usable_length(left[0]) || !usable_length(left[5]) || !usable_length(shift) ||
+      !std::isfinite(left[2]) || !std::isfinite(left[6]) || device_.imager_width == 0 ||
+      device_.imager_height == 0) {
     fail(fmt::format(
         "an imager of {} by {} px, a focal length of {:g} by {:g} px and fx times the baseline of "
         "{:g} px·m, expected positive numbers",
@@ -143,10 +164,11 @@ void Camera::take(std::span<const std::uint8_t> message) {
       if (const auto metadata = decode<ImageMetadata>(message)) {
         captured_.push_back({metadata->frame, time_of(metadata->captured)});
         if (captured_.size() > kKeptFrames) captured_.erase(captured_.begin());
+        lost_before_ = assembler_.lost();
       }
       return;
     case Disparity::kId:
-      has_disparity_ = decode(message, disparity_);
+      take_disparity(message);
       return;
     case Image::kId:
       // Only requested sources, and only one source each: there are never more images than bits.
@@ -161,12 +183,28 @@ void Camera::take(std::span<const std::uint8_t> message) {
     case LidarCalibration::kId:
     case DeviceInfo::kId:
     case CameraCalibration::kId:
+    case CameraConfig::kId:
     case MtuAnswer::kId:
       answers_[id].assign(message.begin(), message.end());
       return;
     default:
       return;
   }
+}
+
+void Camera::take_disparity(std::span<const std::uint8_t> message) {
+  has_disparity_ = decode(message, disparity_);
+  // Metadata of which only a part is missing are among the assembler's lost messages.
+  if (streaming_ && has_disparity_ && captured(disparity_.frame) == nullptr &&
+      assembler_.lost() == lost_before_)
+    ++without_metadata_;
+  lost_before_ = assembler_.lost();
+}
+
+const Camera::Captured* Camera::captured(std::int64_t frame) const {
+  const auto found = std::find_if(captured_.begin(), captured_.end(),
+                                  [frame](const Captured& one) { return one.frame == frame; });
+  return found == captured_.end() ? nullptr : &*found;
 }
 
 void Camera::ask_status() {
@@ -275,57 +313,50 @@ bool Camera::latest(Time not_before, camera::OrganizedCloud& out) {
   return true;
 }
 
-/// Whether the calibration is for the imager rows that the frame shows; if not, requests the one that is.
-bool Camera::calibrated() {
-  const auto fits = [this] {
-    return std::uint64_t{disparity_.width} * device_.imager_height ==
-           std::uint64_t{disparity_.height} * device_.imager_width;
-  };
-  if (fits()) return true;
-  const auto device = decode<DeviceInfo>(answers_[DeviceInfo::kId]);
-  const auto calibration = decode<CameraCalibration>(answers_[CameraCalibration::kId]);
-  if (device && calibration) {
-    device_ = *device;
-    calibration_ = *calibration;
-    check_calibration();
-    if (fits()) return true;
+/// Projection for the last disparity image; nullopt, and requests what is missing, if it is not known yet.
+///
+/// The calibration refers to the imager as the device information states it, of which an image has the same
+/// part across as down. Where that does not hold (rows are cropped or scaled by themselves), the device's
+/// configuration has the projection at the present size.
+std::optional<RectifiedProjection> Camera::projection() {
+  const auto& left = calibration_.left.P;
+  const float shift = -calibration_.right.P[3];
+  if (std::uint64_t{disparity_.width} * device_.imager_height ==
+      std::uint64_t{disparity_.height} * device_.imager_width) {
+    const float across = static_cast<float>(disparity_.width) / static_cast<float>(device_.imager_width);
+    const float down = static_cast<float>(disparity_.height) / static_cast<float>(device_.imager_height);
+    return RectifiedProjection{left[0] * across, left[5] * down, left[2] * across, left[6] * down,
+                               shift * across};
   }
-  answers_.erase(DeviceInfo::kId);
-  answers_.erase(CameraCalibration::kId);
-  send(encode(Query::kDeviceInfo));
-  send(encode(Query::kCameraCalibration));
-  return false;
+  const auto answered = answers_.find(CameraConfig::kId);
+  if (answered != answers_.end()) {
+    if (const auto config = decode<CameraConfig>(answered->second)) config_ = *config;
+    answers_.erase(answered);
+  }
+  if (config_.width != disparity_.width || config_.height != disparity_.height) {
+    send(encode(Query::kCameraConfig));
+    return std::nullopt;
+  }
+  if (!usable_length(config_.fx) || !usable_length(config_.fy) || !std::isfinite(config_.cx) ||
+      !std::isfinite(config_.cy)) {
+    fail(fmt::format(
+        "a focal length of {:g} by {:g} px and an optical axis at ({:g}, {:g}) px in images of {} by {} px, "
+        "expected positive numbers",
+        config_.fx, config_.fy, config_.cx, config_.cy, config_.width, config_.height));
+  }
+  return RectifiedProjection{config_.fx, config_.fy, config_.cx, config_.cy, shift * (config_.fx / left[0])};
 }
 
 bool Camera::cloud(Time not_before, camera::OrganizedCloud& out) {
   if (!has_disparity_ || !offset_) return false;
-  const auto captured = std::find_if(captured_.begin(), captured_.end(),
-                                     [this](const Captured& one) { return one.frame == disparity_.frame; });
-  if (captured == captured_.end() || captured->at + *offset_ < not_before || !calibrated()) return false;
+  const Captured* const exposed = captured(disparity_.frame);
+  if (exposed == nullptr || exposed->at + *offset_ < not_before) return false;
+  const std::optional<RectifiedProjection> at_this_size = projection();
+  if (!at_this_size) return false;
   has_disparity_ = false;
-  out.stamp = captured->at + *offset_;
+  out.stamp = exposed->at + *offset_;
   out.frame = static_cast<std::uint64_t>(disparity_.frame);
-  out.width = disparity_.width;
-  out.height = disparity_.height;
-  out.points.resize(disparity_.pixels.size());
-  // The calibration refers to the whole imager.
-  const float across = static_cast<float>(out.width) / static_cast<float>(device_.imager_width);
-  const float down = static_cast<float>(out.height) / static_cast<float>(device_.imager_height);
-  const auto& left = calibration_.left.P;
-  const float fx = left[0] * across, fy = left[5] * down, cx = left[2] * across, cy = left[6] * down;
-  const float focal_baseline = -calibration_.right.P[3] * across;
-  const float baseline = focal_baseline / fx;
-  const float square = fx / fy;
-  auto point = out.points.begin();
-  auto pixel = disparity_.pixels.begin();
-  for (int v = 0; v < out.height; ++v) {
-    const float y = (static_cast<float>(v) - cy) * baseline * square;
-    for (int u = 0; u < out.width; ++u, ++point, ++pixel) {
-      const float per_px = *pixel > 0 ? 1 / (static_cast<float>(*pixel) * Disparity::kStep)
-                                      : std::numeric_limits<float>::quiet_NaN();
-      *point = {(static_cast<float>(u) - cx) * baseline * per_px, y * per_px, focal_baseline * per_px};
-    }
-  }
+  triangulate(disparity_, *at_this_size, out);
   return true;
 }
 

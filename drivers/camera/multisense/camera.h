@@ -16,6 +16,16 @@
 
 namespace walkman::multisense {
 
+/// Projection of the rectified pair for images of one size.
+struct RectifiedProjection {
+  float fx = 0, fy = 0, cx = 0, cy = 0;  ///< px
+  float fx_baseline = 0;                 ///< fx times the baseline, px·m
+};
+
+/// Writes the points of a disparity image and their numbers of columns and rows into `out`, whose stamp and
+/// frame stay as they are.
+void triangulate(const Disparity& image, const RectifiedProjection& projection, camera::OrganizedCloud& out);
+
 /// Point clouds from a MultiSense's left disparity image.
 ///
 /// Images are streamed only from a call of `latest` until it returns a cloud. The sensor's clock is derived
@@ -54,8 +64,9 @@ class Camera final : public camera::RangeCamera {
   [[nodiscard]] const Image* image(std::uint64_t source) const;
 
   [[nodiscard]] const DeviceInfo& device() const { return device_; }
-  /// Number of frames of which a part did not arrive.
-  [[nodiscard]] std::uint64_t lost_frames() const { return assembler_.lost(); }
+  /// Number of frames of which a part did not arrive; one that lost parts of several messages counts for
+  /// each.
+  [[nodiscard]] std::uint64_t lost_frames() const { return assembler_.lost() + without_metadata_; }
 
  private:
   struct Captured {
@@ -65,7 +76,7 @@ class Camera final : public camera::RangeCamera {
 
   void open();
   void check_calibration() const;
-  [[nodiscard]] bool calibrated();
+  [[nodiscard]] std::optional<RectifiedProjection> projection();
   /// Sends `message` until `answered` returns true; throws if it never does.
   void ask(const std::vector<std::uint8_t>& message, const std::function<bool()>& answered);
   template <typename Message>
@@ -78,6 +89,8 @@ class Camera final : public camera::RangeCamera {
   /// Waits for `answered`; returns false if nothing arrives for `limit`, or too many other messages do.
   [[nodiscard]] bool came(const std::function<bool()>& answered, Time limit);
   void take(std::span<const std::uint8_t> message);
+  void take_disparity(std::span<const std::uint8_t> message);
+  [[nodiscard]] const Captured* captured(std::int64_t frame) const;
   void ask_status();
   void synchronise();
   [[nodiscard]] bool cloud(Time not_before, camera::OrganizedCloud& out);
@@ -98,11 +111,14 @@ class Camera final : public camera::RangeCamera {
 
   DeviceInfo device_;
   CameraCalibration calibration_;
+  CameraConfig config_;            // requested only for an image size that does not follow from the above
   std::deque<Time> asked_status_;  // times of unanswered requests, on the caller's clock
   std::optional<Time> told_at_;    // time of the last status request
   std::optional<Time> offset_;     // caller's clock minus sensor's clock
   bool streaming_ = false;
-  std::vector<Captured> captured_;  // of the last few frames
+  std::vector<Captured> captured_;      // of the last few frames
+  std::uint64_t without_metadata_ = 0;  // disparity images
+  std::uint64_t lost_before_ = 0;       // the assembler's count after the last metadata or disparity image
   Disparity disparity_;
   bool has_disparity_ = false;
   std::uint64_t images_wanted_ = 0;

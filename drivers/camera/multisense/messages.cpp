@@ -1,5 +1,6 @@
 #include "drivers/camera/multisense/messages.h"
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 
@@ -19,6 +20,14 @@ std::int32_t microradians(double angle) {
 }
 
 std::vector<std::uint8_t> encode(Query query) { return Writer(static_cast<std::uint16_t>(query), 1).take(); }
+
+void quantize(std::span<const float> disparities, std::vector<std::uint16_t>& pixels) {
+  pixels.resize(disparities.size());
+  std::transform(disparities.begin(), disparities.end(), pixels.begin(), [](float d) {
+    const float steps = d / Disparity::kStep + 0.5F;
+    return static_cast<std::uint16_t>(std::min<float>(steps, Disparity::kLargest));
+  });
+}
 
 std::vector<std::uint8_t> encode(const Disparity& image) {
   const std::size_t pairs = image.pixels.size() / 2;

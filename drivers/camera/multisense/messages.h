@@ -41,6 +41,7 @@ enum class Query : std::uint16_t {
   kImuInfo = 0x001F,
   kImuConfig = 0x0020,
   kExternalCalibration = 0x0024,
+  kTransmitDelay = 0x0027,
   kMotorPosition = 0x0028,
 };
 [[nodiscard]] std::vector<std::uint8_t> encode(Query query);
@@ -89,6 +90,7 @@ struct Status {
   }
 };
 
+/// The answer to Query::kDeviceInfo, and the request that stores it.
 struct DeviceInfo {
   static constexpr std::uint16_t kId = 0x010C, kVersion = 1;
   static constexpr std::uint8_t kMostBoards = 8;
@@ -114,8 +116,13 @@ struct DeviceInfo {
     archive(self.key, self.name, self.build_date, self.serial_number, self.hardware_revision);
     auto count = static_cast<std::uint8_t>(self.boards.size());
     archive(count);
-    if constexpr (std::remove_cvref_t<decltype(archive)>::kReads)
-      self.boards.resize(std::min(count, kMostBoards));
+    if constexpr (std::remove_cvref_t<decltype(archive)>::kReads) {
+      if (count > kMostBoards) {
+        static_cast<void>(archive.raw(SIZE_MAX));  // marks the message as incomplete
+        return;
+      }
+      self.boards.resize(count);
+    }
     for (auto& board : self.boards) archive(board.name, board.revision);
     archive(self.imager_name, self.imager_type, self.imager_width, self.imager_height, self.lens_name,
             self.lens_type, self.baseline, self.focal_length, self.aperture, self.lighting_type, self.lights,
@@ -140,7 +147,8 @@ struct DeviceModes {
   }
 };
 
-/// Calibration of the full imager: consumers scale it to the current mode.
+/// Calibration of the full imager: consumers scale it to the current mode. The answer to
+/// Query::kCameraCalibration, and the request that stores it.
 struct CameraCalibration {
   static constexpr std::uint16_t kId = 0x010D, kVersion = 2;
   struct Camera {
@@ -204,7 +212,7 @@ struct CameraConfig {
   std::uint16_t width = 0, height = 0;
   float frames_per_second = 0;
   ExposureSettings exposure;
-  float fx = 0, fy = 0, cx = 0, cy = 0;   ///< of the rectified pair at this width, px
+  float fx = 0, fy = 0, cx = 0, cy = 0;   ///< of the rectified pair at this size, px
   std::array<float, 3> translation{};     ///< m
   std::array<float, 3> roll_pitch_yaw{};  ///< rad
   std::int32_t disparities = 0;
@@ -262,6 +270,13 @@ struct Network {
   static void fields(auto& self, auto& archive) {
     archive(self.interface, self.address, self.gateway, self.netmask);
   }
+};
+
+/// The answer to Query::kTransmitDelay, and the request that sets it.
+struct TransmitDelay {
+  static constexpr std::uint16_t kId = 0x0026, kVersion = 1;
+  std::int32_t milliseconds = 0;
+  static void fields(auto& self, auto& archive) { archive(self.milliseconds); }
 };
 
 /// Pose of the left optical frame in a user-defined frame.
@@ -399,7 +414,8 @@ struct Image {
   }
 };
 
-/// Homogeneous transforms, row-major, m.
+/// Homogeneous transforms, row-major, m. The answer to Query::kLidarCalibration, and the request that stores
+/// it.
 struct LidarCalibration {
   static constexpr std::uint16_t kId = 0x010E, kVersion = 1;
   std::array<float, 16> X_SpL{};  ///< laser frame in the spindle frame, which turns about its z axis
@@ -459,6 +475,8 @@ struct Disparity {
   std::uint16_t width = 0, height = 0;
   std::vector<std::uint16_t> pixels;  ///< row-major, in units of kStep
 };
+/// Writes an image's disparities (px), each rounded to the nearest step, up to the largest.
+void quantize(std::span<const float> disparities, std::vector<std::uint16_t>& pixels);
 /// `image` must have an even number of pixels.
 [[nodiscard]] std::vector<std::uint8_t> encode(const Disparity& image);
 /// Decodes into `image`, reusing its memory; returns false if this is not a disparity image, or if it has

@@ -56,13 +56,12 @@ ForceTorqueNode::ForceTorqueNode(const ForceTorqueParameters& parameters)
   configure_pdos({}, vector_tpdos());
 }
 
-void ForceTorqueNode::set_fault(const ReadingFault::Parameters& parameters) {
-  fault_.emplace(parameters, wire_units(), sample_period_);
+ReadingFault ForceTorqueNode::make_fault(const ReadingFault::Parameters& parameters) const {
+  return {parameters, wire_units(), sample_period_};
 }
 
 void ForceTorqueNode::sample(const Wrench& F_So_S) noexcept {
-  Vector6 measured = transducer_.measure(F_So_S);
-  if (fault_) measured = fault_->apply(measured);
+  const Vector6 measured = faults_.apply(transducer_.measure(F_So_S));
   std::array<double, kChannels> readings{};
   for (std::size_t i = 0; i < kChannels; ++i) readings[i] = measured[static_cast<Eigen::Index>(i)];
   temperature_.set(wire_temperature(transducer_));

@@ -2,7 +2,6 @@
 
 #include <array>
 #include <cstdint>
-#include <optional>
 #include <string>
 
 #include "emulator/nodes/measuring/force_torque_transducer.h"
@@ -46,14 +45,14 @@ class ForceTorqueNode : public MeasuringNode {
   /// period. A value that is not finite makes its channel invalid; its last value stays.
   void sample(const Wrench& F_So_S) noexcept;
 
-  /// Applies this fault to the transducer's readings from now on, in place of an earlier one.
-  void set_fault(const ReadingFault::Parameters& parameters);
-  void clear_fault() noexcept { fault_.reset(); }
+  /// Makes a fault of the transducer's readings that has no effect until it is added to `faults`.
+  [[nodiscard]] ReadingFault make_fault(const ReadingFault::Parameters& parameters) const;
+  [[nodiscard]] ReadingFaults& faults() noexcept { return faults_; }
 
  private:
   ForceTorqueTransducer transducer_;
   double sample_period_;  // s
-  std::optional<ReadingFault> fault_;
+  ReadingFaults faults_;
   Object<std::int16_t> temperature_;
 };
 

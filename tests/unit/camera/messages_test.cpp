@@ -66,6 +66,12 @@ TEST(MultiSenseMessages, PackTwoPixelsInThreeBytes) {
   EXPECT_FALSE(decode(std::span(bytes).first(18), back));
 }
 
+TEST(MultiSenseMessages, HaveDisparitiesRoundedToSixteenthsOfAPixel) {
+  std::vector<std::uint16_t> pixels(9);
+  quantize(std::vector<float>{0, 0.03F, 0.04F, 10, 255.9F, 300}, pixels);
+  EXPECT_THAT(pixels, ElementsAre(0, 0, 1, 160, 4094, 4095));
+}
+
 // Exposure and gain follow the pixels.
 TEST(MultiSenseMessages, AnImageIsAsTheVendorsClientReadsIt) {
   Image image{std::uint64_t{1} << 4U, 8, 5, 2, 1, {0x33, 0x44}, 0x1234, 1};

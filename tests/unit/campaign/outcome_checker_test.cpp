@@ -120,6 +120,15 @@ TEST_F(OutcomeCheckerTest, ATaskDoneWorseThanByTheGoldenTwinIsDegraded) {
   EXPECT_EQ(run_class(), RunClass::kDegraded);
 }
 
+TEST_F(OutcomeCheckerTest, ARecoveryThatTakesTooLongIsLate) {
+  shown(40.1);
+  run_.events.front().recovered = 52.0;
+  EXPECT_EQ(run_class(), RunClass::kRecovered);
+  run_.events.front().recovered = 52.2;
+  EXPECT_EQ(run_class(), RunClass::kDetectedLate);
+  EXPECT_THAT(checked().reason, HasSubstr("recovered after 12.100 s, limit 12.000 s"));
+}
+
 TEST_F(OutcomeCheckerTest, WithoutAnythingShownItIsMaskedOrWasNeverActive) {
   EXPECT_EQ(run_class(), RunClass::kMasked);
   EXPECT_TRUE(checked().activated);
@@ -144,6 +153,7 @@ TEST_F(OutcomeCheckerTest, ARecordIsReadAsItWasWritten) {
   shown(40.1);
   stopped(40.1, 40.3);
   run_.limits = {{"fall of bar, m/s", 41, 0.7, 0.5}};
+  run_.events.front().recovered = 40.9;
   CampaignPlan plan;
   plan.twins = {{"1", "experiment_1.yaml", 3}};
   fault_.phase = PhaseBegin{"lift", 2, 0.5};

@@ -1,5 +1,6 @@
-// A fault as written on the command line and on the control socket.
+// A fault as written on the command line and on the control socket, and the random stream that it gets.
 
+#include <cstdint>
 #include <stdexcept>
 
 #include <gmock/gmock.h>
@@ -29,6 +30,21 @@ TEST(FaultInWords, ThatComesAgainIsOverBefore) {
       },
       ThrowsMessage<std::runtime_error>(
           "joint-locked: every=1, expected for=S as well, with S no longer than that"));
+}
+
+/// The value comes from a separate script: FNV-1a with 64 bits, of the name's bytes and then of the seed's
+/// eight, the lowest first.
+TEST(FaultsRandomStream, IsThatOfItsNameAndSeed) {
+  Injection fault;
+  fault.name = "frame-drop-1";
+  fault.seed = 7;
+  EXPECT_EQ(fault.stream_seed(), 0xF5FC69D15C2C4A7DU);
+  const std::uint64_t own = fault.stream_seed();
+  fault.seed = 8;
+  EXPECT_NE(fault.stream_seed(), own);
+  fault.seed = 7;
+  fault.name = "frame-drop-2";
+  EXPECT_NE(fault.stream_seed(), own);
 }
 
 }  // namespace

@@ -72,10 +72,13 @@ TEST(ExperimentPage, ShowsTracesAndPicturesThatAreThere) {
 TEST(Csv, HasALineForEachLoadOfEachRepetition) {
   ExperimentResult changed = result(5);
   changed.repetitions[0].after_change.emplace();
+  changed.repetitions[0].after_change->truth.tau_after = 0.3;
+  changed.repetitions[0].least_torque = 0.25;
   const std::string csv = to_csv({result(1), changed});
   EXPECT_EQ(std::count(csv.begin(), csv.end(), '\n'), 4);
-  EXPECT_THAT(csv, HasSubstr("\n1,7,first,minimum torque,0,0.52,0.44,11.7,0.911,"));
-  EXPECT_THAT(csv, HasSubstr("\n5,7,changed,"));
+  EXPECT_THAT(csv, HasSubstr("outcome,regrasps,least_torque,optimality,d_r"));
+  EXPECT_THAT(csv, HasSubstr("\n1,7,first,minimum torque,0,0.2,1.05,0.52,0.44,11.7,0.911,"));
+  EXPECT_THAT(csv, HasSubstr("\n5,7,changed,minimum torque,0,0.25,1.2,"));
 }
 
 TEST(PaperTable, OfTheLastFiveHasTorquesAndNothingElse) {

@@ -74,7 +74,7 @@ Scored scored(const std::vector<Piece>& pieces, const std::vector<perception::Ha
   const auto on_axis = [](const perception::Handle& handle, const Piece& piece) {
     const Eigen::Vector3d from_middle = piece.p_C - handle.p_CM;
     const double along = handle.axis_C.dot(from_middle);
-    return (from_middle - along * handle.axis_C).norm() < piece.radius
+    return (from_middle - along * handle.axis_C).norm() < kCentimetre
                ? along
                : std::numeric_limits<double>::infinity();
   };
@@ -97,7 +97,7 @@ Scored scored(const std::vector<Piece>& pieces, const std::vector<perception::Ha
             };
             return off(a) < off(b);
           });
-      if (!nearest->holds) {
+      if (!nearest->holds || (nearest->p_C - p_C).norm() > kCentimetre) {
         ++out.wrong;
         continue;
       }

@@ -3,6 +3,7 @@
 #include <bit>
 #include <cmath>
 #include <limits>
+#include <vector>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -59,17 +60,23 @@ TEST_F(ForceTorqueNodeTest, AFaultTurnsTheReadingsThatItTurnsInBytes) {
   fault.matrix.setIdentity();
   fault.matrix(0, 0) = 1.3;
   fault.matrix.row(3).swap(fault.matrix.row(4));
-  node.set_fault(fault);
+  ReadingFault turned = node.make_fault(fault);
+  node.faults().add(turned);
   sample(10.0, 0, 0, 0.5, -0.25, 0);
   // 130 = 0082h; Tx -25 = FFE7h, Ty 50 = 0032h.
   EXPECT_THAT(talk.ask("080#"), ElementsAre("192#8200000000000100", "292#E7FF3200000000"));
   fault = {};
   fault.bit = ReadingFault::Bit{4, 6, true};  // 64 of Ty's hundredths of a newton metre
-  node.set_fault(fault);
+  node.faults().remove(turned);
+  ReadingFault stuck = node.make_fault(fault);
+  node.faults().add(stuck);
   sample(0, 0, 0, 0, 0.1, 0);
   EXPECT_THAT(talk.ask("080#"), ElementsAre("192#0000000000000200", "292#00004A00000000"));  // 10 | 64
   sample(0, 0, 0, 0, -0.1, 0);
   EXPECT_THAT(talk.ask("080#"), ElementsAre("192#0000000000000300", "292#0000F6FF000000"));  // bit set in -10
+  node.faults().remove(stuck);
+  sample(0, 0, 0, 0, 0.1, 0);
+  EXPECT_THAT(talk.ask("080#"), ElementsAre("192#0000000000000400", "292#00000A00000000"));
 }
 
 TEST_F(ForceTorqueNodeTest, DriftAddsUpAndBitsFlipAsOftenAsTheyShould) {
@@ -78,20 +85,81 @@ TEST_F(ForceTorqueNodeTest, DriftAddsUpAndBitsFlipAsOftenAsTheyShould) {
   ReadingFault::Parameters drifting;
   drifting.drift[5] = 0.02;
   ReadingFault drift(drifting, units, 1e-3);
+  ReadingFaults drifts;
+  drifts.add(drift);
   double last = 0;
-  for (int i = 0; i < 2000; ++i) last = drift.apply(Vector6::Zero())[5];
+  for (int i = 0; i < 2000; ++i) last = drifts.apply(Vector6::Zero())[5];
   EXPECT_NEAR(last, 0.04, 1e-9);
   ReadingFault::Parameters flipping;
   flipping.bit = ReadingFault::Bit{0, 3, {}, 0.05};
   ReadingFault flip(flipping, units, 1e-3);
+  ReadingFaults flips;
+  flips.add(flip);
   int flipped = 0;
   const int count = 20'000;
   for (int i = 0; i < count; ++i) {
-    const double reading = flip.apply(Vector6::Zero())[0];
+    const double reading = flips.apply(Vector6::Zero())[0];
     EXPECT_TRUE(reading == 0 || std::abs(reading - 0.8) < 1e-12) << reading;
     flipped += reading != 0 ? 1 : 0;
   }
   EXPECT_NEAR(flipped, 0.05 * count, 4 * std::sqrt(0.05 * 0.95 * count));
+}
+
+TEST_F(ForceTorqueNodeTest, EachOfItsFaultsKeepsItsOwnTimeAndItsOwnDraws) {
+  const auto readings = [&](bool more) {
+    ReadingFault::Parameters drifting, noisy, turning;
+    drifting.drift[0] = 3;
+    noisy.noise[1] = 2;
+    noisy.seed = 7;
+    turning.matrix(2, 2) = -1;
+    turning.noise[3] = 1;
+    ReadingFault drift = node.make_fault(drifting), noise = node.make_fault(noisy),
+                 turn = node.make_fault(turning);
+    ReadingFaults faults;
+    faults.add(drift);
+    faults.add(noise);
+    std::vector<Vector6> out;
+    for (int i = 0; i < 300; ++i) {
+      if (more && i == 100) faults.add(turn);
+      if (more && i == 200) faults.remove(turn);
+      out.push_back(faults.apply(Vector6::Ones()));
+    }
+    return out;
+  };
+  const std::vector<Vector6> two = readings(false), three = readings(true);
+  EXPECT_NEAR(two.back()[0], 1 + 0.9, 1e-9);  // 3 N/s for 0.3 s
+  EXPECT_EQ(three[150][2], -1);
+  for (std::size_t i = 0; i < two.size(); ++i) EXPECT_EQ(two[i].head<2>(), three[i].head<2>()) << i;
+}
+
+TEST_F(ForceTorqueNodeTest, AFrozenReadingStaysSoWhateverElseBreaks) {
+  ReadingFault::Parameters sticking, noisy, sticking_too;
+  sticking.forces_stuck = true;
+  sticking_too.forces_stuck = sticking_too.torques_stuck = true;
+  noisy.noise.setOnes();
+  ReadingFault first = node.make_fault(sticking), noise = node.make_fault(noisy),
+               second = node.make_fault(sticking_too);
+  ReadingFaults faults;
+  faults.add(first);
+  EXPECT_EQ(faults.apply(Vector6::Constant(1))[0], 1);
+  faults.add(noise);
+  EXPECT_EQ(faults.apply(Vector6::Constant(2))[0], 1);
+  EXPECT_NE(faults.apply(Vector6::Constant(2))[5], 2);
+  faults.remove(noise);
+  faults.add(second);
+  EXPECT_EQ(faults.apply(Vector6::Constant(3))[5], 3);
+  const Vector6 frozen = faults.apply(Vector6::Constant(4));
+  EXPECT_EQ(frozen[0], 1);
+  EXPECT_EQ(frozen[5], 3);
+  // The second froze what the first had left.
+  faults.remove(first);
+  EXPECT_EQ(faults.apply(Vector6::Constant(5))[0], 1);
+  // One that comes again freezes what is there then.
+  faults.remove(second);
+  second.start();
+  faults.add(second);
+  EXPECT_EQ(faults.apply(Vector6::Constant(6))[0], 6);
+  EXPECT_EQ(faults.apply(Vector6::Constant(7))[0], 6);
 }
 
 TEST_F(ForceTorqueNodeTest, IdentityUnitsAndDigits) {
