@@ -258,7 +258,8 @@ void RayScene::update(std::span<const Eigen::Isometry3d> poses) {
   impl_->pose_movable(poses);
   rtcUpdateGeometryBuffer(impl_->movable_geometry, RTC_BUFFER_TYPE_VERTEX, 0);
   rtcCommitGeometry(impl_->movable_geometry);
-  commit(impl_->scene);
+  // A refit changes only the boxes of a tree that exists: they are the same whichever threads compute them.
+  rtcCommitScene(impl_->scene);
   check_device(impl_->device, "refitting the scene");
 }
 

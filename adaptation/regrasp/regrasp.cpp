@@ -286,7 +286,7 @@ void Regrasp::Impl::look_around() {
   const camera::OrganizedCloud first = cloud, first_outside = outside;
   const Eigen::Isometry3d X_TC_first = X_TC;
   const motion::KinematicTree posed_first = posed;
-  Survey::Found found = survey.around(X_TC, seen.object());
+  Survey::Found found = survey.around(X_TC_first, seen.object());
   cloud = first;
   outside = first_outside;
   X_TC = X_TC_first;

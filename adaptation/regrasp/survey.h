@@ -31,8 +31,8 @@ class Survey {
   Survey(Manipulator& manipulator, camera::RangeCamera& camera, std::function<View()> take)
       : manipulator_(manipulator), camera_(camera), take_(std::move(take)) {}
 
-  /// Returns views of `object`, first seen by a camera at X_TC, from around it. The head ends where it was,
-  /// to within the smallest turn it makes.
+  /// Returns views of `object`, first seen by a camera at X_TC, from around it; `take` must not change
+  /// either. The head ends where it was, to within the smallest turn it makes.
   [[nodiscard]] Found around(const Eigen::Isometry3d& X_TC, const perception::SeenObject& object);
 
  private:
