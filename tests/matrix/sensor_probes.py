@@ -25,7 +25,7 @@ FROM_BOOT = "at_s: 0.5"
 COM_ERROR = 0.02  # m, the method's d_thres
 DRIFTS = "drift|is not steady|contradict"
 EMPTY_HAND = "empty hand contradict"  # before anything is lifted
-LIES = "contradict|weighs|is not steady|drift|beside|to one side|holds nothing|object turns|outside of the object"
+LIES = "contradict|weighs|is not steady|drift|beside|to one side|holds nothing|object turns|outside of the object|off the vertical"
 
 
 def event(text):
