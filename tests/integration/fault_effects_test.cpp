@@ -223,13 +223,11 @@ TEST(InjectedSensorFault, IsInTheReadingsAndGoesAway) {
 }
 
 /// The robot of Experiment 1 on its brakes, with sensors that have no errors of their own.
-struct RobotOnBrakes {
+struct RobotOnBrakes : rigs::HeldRobot {
   static constexpr std::uint8_t kNode = 18;  // of r_arm_ft
 
   explicit RobotOnBrakes(const std::vector<SceneEvent>& events = {}) {
-    scene.base = BaseKind::kFixed;
     scene.events = events;
-    options.actuators = tree / "emulator/plant/actuators";
     options.sensor_errors = SensorErrors::kNone;
     emulator.emplace(model, devices, scene, options);
     for (const Bus& bus : devices.buses)
@@ -253,12 +251,6 @@ struct RobotOnBrakes {
   [[nodiscard]] double error() { return reading() - emulator->plant().F_So_S(sensor).force.y(); }
   void inject(const std::vector<std::string>& words) { emulator->inject(faults::parse_fault(words)); }
 
-  std::filesystem::path tree = WALKMAN_SOURCE_TREE;
-  Scene scene = load_scene(tree / "urdf/scenes/experiment_1.yaml");
-  RobotModel model = load_robot_model(scene.robot.urdf);
-  DeviceTable devices = load_device_table(scene.robot.device_table, model);
-  EmulatorOptions options;
-  std::optional<Emulator> emulator;
   int sensor = 0;  // its number in the plant
 };
 

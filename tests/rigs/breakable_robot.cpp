@@ -13,8 +13,6 @@ namespace walkman::rigs {
 using namespace std::chrono_literals;
 
 BreakableRobot::BreakableRobot(bool moves, const char* layout) : moving(moves) {
-  scene.base = BaseKind::kFixed;
-  options.actuators = tree / "emulator/plant/actuators";
   emulator.emplace(model, devices, scene, options);
   robot::RobotOptions master;
   master.identities = robot::load_identities(tree / "urdf/walkman.identities.yaml");

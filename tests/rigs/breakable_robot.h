@@ -11,9 +11,24 @@
 
 namespace walkman::rigs {
 
+/// What the robot of Experiment 1 is made from, held by its base; its emulator is made from these.
+struct HeldRobot {
+  HeldRobot() {
+    scene.base = BaseKind::kFixed;
+    options.actuators = tree / "emulator/plant/actuators";
+  }
+
+  std::filesystem::path tree = WALKMAN_SOURCE_TREE;
+  Scene scene = load_scene(tree / "urdf/scenes/experiment_1.yaml");
+  RobotModel model = load_robot_model(scene.robot.urdf);
+  DeviceTable devices = load_device_table(scene.robot.device_table, model);
+  EmulatorOptions options;
+  std::optional<Emulator> emulator;
+};
+
 /// The robot of Experiment 1, held by its base, commanded by the drivers to stay or to sway: for injecting
 /// faults, with access to ground truth for judging.
-struct BreakableRobot {
+struct BreakableRobot : HeldRobot {
   static constexpr Time kCycle = std::chrono::milliseconds(5);
 
   /// Boots, and commands for half a second. `layout`: file of a PDO layout that replaces the robot's own.
@@ -39,12 +54,6 @@ struct BreakableRobot {
   [[nodiscard]] Wrench wrist() const;
 
   bool moving;
-  std::filesystem::path tree = WALKMAN_SOURCE_TREE;
-  Scene scene = load_scene(tree / "urdf/scenes/experiment_1.yaml");
-  RobotModel model = load_robot_model(scene.robot.urdf);
-  DeviceTable devices = load_device_table(scene.robot.device_table, model);
-  EmulatorOptions options;
-  std::optional<Emulator> emulator;
   std::optional<robot::Robot> robot;
   std::vector<double> start;
   std::vector<robot::JointCommand> told;
