@@ -59,7 +59,7 @@ class QuadraticProgram {
   InequalityVector multipliers_, slack_;
   int iterations_ = 0;
 
-  Eigen::LLT<VariableMatrix> cholesky_;
+  Eigen::LLT<VariableMatrix> cholesky_{VariableMatrix()};  ///< default-constructed, its info() is not set
   VariableMatrix J_;  ///< G⁻¹ = J Jᵀ; its first columns span the active rows' normals in the metric of G
   VariableMatrix R_;  ///< upper triangular: Jᵀ N = [R; 0] for the active normals N
   VariableVector projected_normal_, primal_step_, dual_step_;
