@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
-"""A user's own scene: a pole of two links, one of them a mesh, and a box beside it, both on the table. The pole is the larger
-one; the result is judged by the plant, from the pole's centre of mass in its URDF. Usage: own_scene_test.py PROGRAM
-SOURCE_TREE"""
+"""A user's own scenes. A pole of two links, one of them a mesh, and a box beside it, both on the table: the pole is the larger
+one, and the result is judged by the plant, from the pole's centre of mass in its URDF. And a robot that is hit so hard that its
+hardware would not survive. Usage: own_scene_test.py PROGRAM SOURCE_TREE"""
 
 import json
 import math
@@ -71,6 +71,23 @@ objects:
     return scene
 
 
+def hit(urdf):
+    """A blow on the other hand, beyond the range of its wrist's sensor."""
+    with tempfile.TemporaryDirectory() as scratch:
+        scene = pathlib.Path(scratch) / "hit.yaml"
+        scene.write_text(f"""extends: {urdf / "scenes" / "experiment_11.yaml"}
+events:
+  - in_phase: {{phase: approach, after_s: 0.5}}
+    push: {{link: LSoftHand, force_N: [0, 0, 2500], duration_s: 0.006}}
+""")
+        done = run("experiment", "--scene", str(scene), "--json", "--out", str(pathlib.Path(scratch) / "out"))
+        check(done.returncode == 1, f"exit {done.returncode}: {done.stderr[-300:]}")
+        repetition = json.loads(done.stdout)["repetitions"][0]
+    check(repetition["outcome"] == "stopped" and "l_arm_ft" in repetition["reason"], str(repetition))
+    torques = [limit for limit in repetition["limits"] if limit.startswith("torque on l_arm_ft, N·m: ")]
+    check(len(torques) == 1 and torques[0].endswith(" s, expected at most 35"), f"{repetition['limits']}")
+
+
 def main():
     urdf = pathlib.Path(sys.argv[2]).resolve() / "urdf"
     com = (BLOCK_MASS * BLOCK_AT - 0.02 * 0.36) / (POLE_MASS + BLOCK_MASS + 0.02) + LENGTH / 2  # from its left end
@@ -86,7 +103,10 @@ def main():
     check(abs(repetition["d_r"] - com) < 1e-6, f"centre of mass at {repetition['d_r']} m, by the URDF {com}")
     check(abs(repetition["f_g"] - 1.02 * 9.81) < 0.5, f"{repetition['f_g']} N")
     check(abs(repetition["d_after"] - repetition["d_after_true"]) < 0.005, f"{repetition['d_after']} m")
+    # Where the hand closed, as seen, and how far the centre of mass is from there, in truth.
+    check(abs(repetition["d_v"] + repetition["d_true"] - com) < 0.003, f"{repetition['d_v']} + {repetition['d_true']} m, {com}")
     check(repetition["regrasps"] >= 1 and repetition["reduction_percent_true"] > 80, f"{repetition['reduction_percent_true']} %")
+    hit(urdf)
     end()
 
 

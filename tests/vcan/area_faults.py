@@ -8,34 +8,13 @@ import time
 
 from can_socket import Bus
 from checks import equal, test, that
+from faulty import SOCKET, fault, with_limb
 from limb import JOINTS, START, Limb, Process
 from robot import RIGHT_ARM, Robot, ip
 
 OWN_PROCESSES = True
-SOCKET = "/run/faults.sock"
 ELBOW = JOINTS[3]  # RElbj
 BUS_OFF, RESTARTED = 0x040, 0x100  # CAN_ERR_BUSOFF, CAN_ERR_RESTARTED of linux/can/error.h
-
-
-def fault(program, *words):
-    done = subprocess.run([program, "fault", words[0], "--socket", SOCKET, *words[1:]], capture_output=True, text=True,
-                          timeout=20, check=False)
-    equal(done.returncode, 0, f"fault {' '.join(words)}: {done.stderr}")
-    return done.stdout
-
-
-def with_limb(function):
-    def run(under_test):
-        limb = Limb(*under_test, options=("--realtime", "--timing", "none", "--fault-socket", SOCKET))
-        try:
-            note = function(limb)
-            limb.emulator.alive()
-        finally:
-            status = limb.stop()
-        equal(status, 0, "exit status of the emulator at SIGINT")
-        return note
-    run.__name__ = function.__name__
-    return run
 
 
 def answering(limb):
