@@ -3,7 +3,7 @@
 
 One campaign runs without interruption; each of its runs must then equal, field for field, `experiment --faults` from power-on.
 On every engine the same campaign is killed and continued: the result must be the same to the byte. Its golden twins are taken
-from the first campaign, because they take most of the time.
+from the first campaign, because they take most of the time; once it is killed while a golden twin runs.
 """
 
 import json
@@ -99,6 +99,12 @@ def contents(folder):
     return {str(p.relative_to(folder)): p.read_bytes() for p in files + [folder / "campaign.json", folder / "plan.yaml"]}
 
 
+def others(out, whole):
+    """Returns the names of the files that are not the same."""
+    ours, theirs = contents(out), contents(whole)
+    return [name for name in set(ours) | set(theirs) if ours.get(name) != theirs.get(name)]
+
+
 def report_without_place(folder):
     return (folder / "report.json").read_text().replace(str(folder), "FOLDER")
 
@@ -150,6 +156,24 @@ def begun(whole, out):
         shutil.copy(whole / name, out)
 
 
+def killed_in_the_golden_run(plan, whole, out, draw):
+    begun(whole, out)
+    shutil.rmtree(out / "golden")
+    options = [PROGRAM, "campaign", "run", str(plan), "--out", str(out), "--jobs", "1"]
+    process = subprocess.Popen(options, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    limit = time.monotonic() + 120
+    while not (out / "engine.log").exists() and time.monotonic() < limit and process.poll() is None:
+        time.sleep(0.02)
+    time.sleep(draw.uniform(0.5, 3))
+    process.send_signal(signal.SIGKILL)
+    process.communicate()
+    check(not list(out.glob("golden/*.json")), "the golden run had not ended when it was killed")
+    nothing_left_of(out)
+    done = subprocess.run(options, capture_output=True, text=True, check=False)
+    check(done.returncode == 0, f"{done.returncode} {done.stderr}")
+    check(not others(out, whole), f"killed in the golden run: {others(out, whole)} are others")
+
+
 def killed_and_gone_on_with(engine, plan, whole, out, draw, environment=None):
     begun(whole, out)
     enough, moment = len(LONG_RUNS) + draw.randint(1, 2), draw.uniform(0, 0.1)
@@ -166,9 +190,7 @@ def killed_and_gone_on_with(engine, plan, whole, out, draw, environment=None):
     log = (out / "engine.log").read_text() if (out / "engine.log").exists() else ""
     check(done.returncode == 0, f"{engine}: {done.returncode} {done.stderr} {log}")
     check(enough <= before < RUNS, f"{engine}: {before} runs were done when it was killed")
-    ours, theirs = contents(out), contents(whole)
-    different = [name for name in set(ours) | set(theirs) if ours.get(name) != theirs.get(name)]
-    check(not different, f"{engine}, killed {moment:.3f} s after run {enough}, {before} done: {different} are others")
+    check(not others(out, whole), f"{engine}, killed {moment:.3f} s after run {enough}, {before} done: {others(out, whole)} are others")
     nothing_left_of(out)
     check(report_without_place(out) == report_without_place(whole), f"{engine}: the report is another")
 
@@ -304,6 +326,7 @@ def main():
         refusals(folder, plan, whole)
         limited(folder, whole)
         interrupted(plan, whole, folder / "interrupted")
+        killed_in_the_golden_run(plan, whole, folder / "begun", draw)
         for engine in ("local", "parallel"):
             killed_and_gone_on_with(engine, plan, whole, folder / engine, draw)
         (folder / "cluster").mkdir()
