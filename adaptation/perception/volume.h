@@ -37,8 +37,8 @@ class FreeSpace {
 /// the completion of shapes by symmetry in Bohg et al., ICRA 2011.
 ///
 /// `surface_C`: as seen, m, without points lower than `lowest` (m) above the plane: a surface that reaches
-/// down to there is continued to the plane. `tubes`: handles and similar cylinders. `cell`: edge of the
-/// voxels counted, m. Returns nullopt without a tube.
+/// down to there is continued to the plane. `tubes`: handles and similar cylinders. `cell`: gaps between
+/// points that are bridged, m. Returns nullopt without a tube.
 [[nodiscard]] std::optional<Eigen::Vector3d> volume_centroid(std::span<const Eigen::Vector3f> surface_C,
                                                              const Plane& plane,
                                                              std::span<const Handle> tubes,
