@@ -34,7 +34,7 @@ struct CampaignCommandLine {
   std::string plan, out, folder, engine = "local";
   int jobs = static_cast<int>(std::max(1U, std::thread::hardware_concurrency()));
   int chunk = -1;
-  bool as_json = false;
+  bool as_json = false, as_markdown = false;
 };
 
 std::string time_text(double seconds) {
@@ -42,13 +42,15 @@ std::string time_text(double seconds) {
 }
 
 /// Writes and prints the report of the results so far.
-void report(const CampaignFolder& folder, bool as_json) {
+void report(const CampaignFolder& folder, const CampaignCommandLine& options) {
   const CampaignReport report = campaign_report(folder);
   const std::string json = to_json(report).dump(2) + "\n";
   write_whole(folder.path() / "report.json", json);
   write_whole(folder.path() / "report.html", campaign_page(report));
-  if (as_json) {
+  if (options.as_json) {
     print_json(json);
+  } else if (options.as_markdown) {
+    print(to_markdown(report));
   } else {
     print(to_text(report) + fmt::format("written to {}: report.html, report.json, runs/NUMBER/record.json\n",
                                         one_line(folder.path().string())));
@@ -114,7 +116,7 @@ int run_campaign(const CampaignCommandLine& options) {
                                          (folder.path() / "engine.log").string(), end.said));
     }
   }
-  report(folder, options.as_json);
+  report(folder, options);
   if (interrupted) say("interrupted: the same command resumes from here");
   return interrupted ? kTaskFailed : kOk;
 }
@@ -129,7 +131,7 @@ int exec_chunk(const CampaignCommandLine& options) {
 }
 
 int report_campaign(const CampaignCommandLine& options) {
-  report(CampaignFolder::open(options.folder, true), options.as_json);
+  report(CampaignFolder::open(options.folder, true), options);
   return kOk;
 }
 
@@ -162,7 +164,8 @@ void add_campaign_command(CLI::App& app, std::function<int()>& run) {
       ->check(CLI::Range(0, 100000000));
   verb = add("report", "Write report.html and report.json of the runs done so far", report_campaign);
   verb->add_option("FOLDER", options->folder, "Folder of the campaign")->required();
-  verb->add_flag("--json", options->as_json, "Print the report as JSON");
+  verb->add_flag("--markdown", options->as_markdown, "Print tables by phase and by fault, in Markdown")
+      ->excludes(verb->add_flag("--json", options->as_json, "Print the report as JSON"));
 }
 
 }  // namespace walkman::apps

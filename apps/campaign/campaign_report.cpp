@@ -155,6 +155,11 @@ nlohmann::json group_json(const RunGroup& group) {
   return json;
 }
 
+/// "15 ms", or "9.7 s" from one second on.
+std::string latency_text(double seconds) {
+  return seconds < 1 ? fmt::format("{:.0f} ms", 1e3 * seconds) : fmt::format("{:.1f} s", seconds);
+}
+
 }  // namespace
 
 Proportion Proportion::of(std::size_t k, std::size_t n) {
@@ -274,6 +279,33 @@ std::string to_text(const CampaignReport& report) {
                      report.golden.wanted, report.golden.hours, share_text(report.golden.alarmed));
   for (const std::string& alarm : report.golden.false_alarms) out += "  " + alarm + "\n";
   for (const std::string& unfit : report.golden.unfit) out += "  " + unfit + "\n";
+  return out;
+}
+
+std::string to_markdown(const CampaignReport& report) {
+  std::vector<RunClass> shown;
+  std::string head, rule = "---|---";
+  for (std::size_t i = 0; i < report.all.classes.size(); ++i) {
+    if (report.all.classes[i] == 0) continue;
+    shown.push_back(static_cast<RunClass>(i));
+    head += fmt::format(" `{}` |", to_word(shown.back()));
+    rule += "|---";
+  }
+  const auto row = [&](const std::string& name, const RunGroup& group) {
+    std::string out = fmt::format("| {} | {} |", name, group.runs);
+    for (const RunClass one : shown)
+      out += group.count(one) == 0 ? "  |" : fmt::format(" {} |", group.count(one));
+    return out;
+  };
+  std::string out = fmt::format("| phase | runs |{}\n|{}|\n", head, rule);
+  for (const RunGroup& phase : report.phases) out += row(phase.phase, phase) + "\n";
+  out += row("all", report.all) + "\n\n";
+  out += fmt::format("| fault | runs |{} shown after (median, most) |\n|{}|---|\n", head, rule);
+  for (const RunGroup& fault : report.faults) {
+    const Quantiles& times = fault.detection;
+    const std::string when = times.n == 0 ? "" : latency_text(times.p50) + ", " + latency_text(times.most);
+    out += row("`" + fault.fault + "`", fault) + " " + when + " |\n";
+  }
   return out;
 }
 

@@ -76,6 +76,9 @@ struct CampaignReport {
 
 [[nodiscard]] nlohmann::json to_json(const CampaignReport& report);
 [[nodiscard]] std::string to_text(const CampaignReport& report);
+/// Two tables in Markdown: how many runs of each phase, then of each fault, had which outcome, and after what
+/// time the fault was shown.
+[[nodiscard]] std::string to_markdown(const CampaignReport& report);
 
 /// "experiment 3", or the scene file.
 [[nodiscard]] std::string experiment_text(const std::string& experiment);

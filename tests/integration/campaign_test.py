@@ -141,6 +141,12 @@ def classes(folder):
     check(report["all"]["runs"] == RUNS and report["golden"]["done"] == 1, "the report has all of it")
     check(report["golden"]["alarmed"]["k"] == 0, f"false alarms: {report['golden']['false_alarms']}")
     check(sum(group["runs"] for group in report["cells"]) == RUNS, "every run is in a cell")
+    tables = run("campaign", "report", str(folder), "--markdown").stdout.splitlines()
+    check(any(line.startswith(f"| all | {RUNS} |") for line in tables), f"{tables}")
+    columns = [cell.strip() for cell in tables[0].split("|")]
+    for fault, expected in (("overcurrent-trip", "recovered"), ("joint-locked", "safe-stop")):
+        cells = [[cell.strip() for cell in line.split("|")] for line in tables if line.startswith(f"| `{fault}` |")]
+        check(len(cells) == 1 and cells[0][2] == "1" and cells[0][columns.index(f"`{expected}`")] == "1", f"{fault}: {cells}")
     heat = re.search(r"<table class='heat'>.*?</table>", (folder / "report.html").read_text(), re.S)[0]
     filled = [cell for cell in re.findall(r"<td[^>]*>[^<]+", heat.replace("\n", "")) if ">" in cell]
     faults = {group["fault"] for group in report["cells"]}
