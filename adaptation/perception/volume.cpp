@@ -37,7 +37,8 @@ struct TubeFrame {
   /// Whether a point lies on the tube's own surface.
   [[nodiscard]] bool has(const Eigen::Vector3d& p_C) const {
     const double s = along.dot(p_C - tube.p_CM);
-    return s >= tube.from && s <= tube.to && std::abs(distance(p_C) - tube.radius) < kOnTube;
+    return s > tube.from - kOnTube && s < tube.to + kOnTube &&
+           std::abs(distance(p_C) - tube.radius) < kOnTube;
   }
 };
 

@@ -31,9 +31,12 @@ constexpr double kBesideRoom = 0.006;
 constexpr double kLeastBesideRoom = 0.002;
 constexpr const char* kBeside = "what lies beside the handle";
 constexpr double kNoGrasp = -1;
-constexpr double kWorthLeaving = 0.25;  // extra room that outweighs a straighter grasp or the first hand
-constexpr std::size_t kWayOver = 2;     // poses of an approach until the hand is above the grasp
-constexpr std::size_t kFewPitches = 3;  // of those above, tried beyond the best place
+constexpr double kWorthLeaving = 0.25;     // extra room that outweighs a straighter grasp or the first hand
+constexpr double kWayStep = 0.02;          // m, of the hand's way over the object; a finger is as thick
+constexpr double kHandReach = 0.3;         // m, beyond all parts of the open hand
+constexpr std::size_t kMostPoints = 1500;  // of the object, so that they are closer than a finger is thick
+constexpr std::size_t kWayOver = 2;        // poses of an approach until the hand is above the grasp
+constexpr std::size_t kFewPitches = 3;     // of those above, tried beyond the best place
 
 Eigen::Isometry3d turned_about_handle(const Eigen::Isometry3d& X_TG, double radius, double pitch) {
   const Eigen::Translation3d to_axis(0, -radius, 0);
@@ -199,6 +202,49 @@ GraspPlanner::Refusal GraspPlanner::touching(const View& view, const Hand& hand,
   return {};
 }
 
+/// The handle itself is no obstacle to the motion, so that the hand can come close to it from above: a hand
+/// that is turned about it may come over the object from behind.
+GraspPlanner::Refusal GraspPlanner::crossing(const View& view, const Hand& hand,
+                                             const std::vector<Eigen::Isometry3d>& way) const {
+  const std::vector<Eigen::Vector3f>& surface_C = view.seen->object().surface_C;
+  std::vector<Eigen::Vector3d> object_T;
+  Eigen::AlignedBox3d box_T;
+  for (std::size_t i = 0; i < surface_C.size(); i += 1 + surface_C.size() / kMostPoints) {
+    object_T.push_back(view.X_TC * surface_C[i].cast<double>());
+    box_T.extend(object_T.back());
+  }
+  const auto touching_at = [&](const Eigen::Isometry3d& X_TH) -> Refusal {
+    if (box_T.exteriorDistance(X_TH.translation()) > kHandReach) return {};
+    for (const motion::BodyShape& shape : hand.closing.front()) {
+      const Eigen::Isometry3d X_TS = X_TH * shape.X_LS;
+      const Eigen::Isometry3d X_ST = X_TS.inverse();
+      const double near = shape.extent();
+      for (const Eigen::Vector3d& p_T : object_T) {
+        if ((p_T - X_TS.translation()).squaredNorm() > near * near || distance(shape, X_ST, p_T) > 0)
+          continue;
+        return {fmt::format("{} would push the object on the way over it",
+                            known_.model.links[static_cast<std::size_t>(shape.link)].name),
+                false, true};
+      }
+    }
+    return {};
+  };
+  Eigen::Isometry3d X_TFrom = hand.motion.X_WH();
+  for (const Eigen::Isometry3d& X_TTo : way) {
+    const double length = (X_TTo.translation() - X_TFrom.translation()).norm();
+    const int steps = 1 + static_cast<int>(length / kWayStep);
+    const Eigen::Quaterniond from(X_TFrom.linear()), to(X_TTo.linear());
+    for (int step = 1; step <= steps; ++step) {
+      const double share = static_cast<double>(step) / steps;
+      Eigen::Isometry3d X_TH(from.slerp(share, to));
+      X_TH.translation() = X_TFrom.translation() + share * (X_TTo.translation() - X_TFrom.translation());
+      if (Refusal found = touching_at(X_TH); !found.reason.empty()) return found;
+    }
+    X_TFrom = X_TTo;
+  }
+  return {};
+}
+
 double GraspPlanner::judge(const View& view, Hand& hand, const Place& place, double beside_room,
                            PlannedGrasp& grasp, Refusal& refusal) {
   std::vector<Eigen::Isometry3d> way =
@@ -236,6 +282,8 @@ double GraspPlanner::judge(const View& view, Hand& hand, const Place& place, dou
   }
   grasp.way = std::move(route.way);
   grasp.way.resize(grasp.way.size() - beyond);
+  refusal = crossing(view, hand, grasp.way);
+  if (!refusal.reason.empty()) return kNoGrasp;
   return room_of(route.reach);
 }
 

@@ -101,6 +101,9 @@ class GraspPlanner {
   };
   [[nodiscard]] Refusal touching(const View& view, const Hand& hand, const Place& place, double beside_room,
                                  const Eigen::Isometry3d& X_TEnd) const;
+  /// Returns what of the hand would touch the object on its way `way`, before it is above the grasp.
+  [[nodiscard]] Refusal crossing(const View& view, const Hand& hand,
+                                 const std::vector<Eigen::Isometry3d>& way) const;
   /// "the right hand: ...; the left hand: ...".
   [[nodiscard]] std::string both_hands(const std::vector<std::string>& refusals) const;
   /// Returns the room of the grasp as a share of what is enough; kNoGrasp if it is not possible.

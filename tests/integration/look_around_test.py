@@ -27,7 +27,7 @@ def main():
     asked = argparse.ArgumentParser()
     asked.add_argument("program")
     asked.add_argument("folder")
-    asked.add_argument("experiments", nargs="*", type=int, default=[1, 6, 10])
+    asked.add_argument("experiments", nargs="*", type=int, default=[1, 6, 10, 11])
     asked.add_argument("--seeds", type=int, default=1)
     asked = asked.parse_args()
     cases = [(e, s) for e in asked.experiments for s in range(1, asked.seeds + 1)]

@@ -121,7 +121,7 @@ TEST(VolumeCentroid, OfABarIsOnItsAxis) {
   const FreeSpace free(table.cloud, 0.002);
   const auto centroid = volume_centroid(table.surface, table.plane, tubes, free, kUnseen, kCell);
   ASSERT_TRUE(centroid);
-  EXPECT_LT((*centroid - table.middle).norm(), kCell / 4);
+  EXPECT_LT((*centroid - table.middle).norm(), kCell / 10);
   EXPECT_FALSE(volume_centroid(table.surface, table.plane, {}, free, kUnseen, kCell));
 }
 
