@@ -13,7 +13,6 @@ from sdo import Abort
 OWN_PROCESSES = True
 ELBOW = JOINTS[3]  # RElbj
 CYCLIC_POSITION = 8
-FORCES, TORQUES = (1, 2, 3), (4, 5, 6)  # channels of the force/torque sensor
 
 
 def operational(limb):
@@ -90,8 +89,7 @@ def frames_of_nobody(limb):
     def seen(*can_ids):
         return from_now(limb, 0.2, *can_ids)
 
-    sent = {0x001: [], 0x080: [], 0x600 + ELBOW: [], 0x200 + ELBOW: []}
-    equal(seen(*sent), [], "frames that nobody sends")
+    equal(seen(0x001, 0x080, 0x600 + ELBOW, 0x200 + ELBOW), [], "frames that nobody sends")
     with injected(limb, "rarm", "babbling-idiot", "id=1", "rate=1000"):
         within(len(seen(0x001)), 180, 220, "babbled frames in 0.2 s")
     with injected(limb, "rarm", "rogue-master", "command=1", "rate=100"):
@@ -231,7 +229,7 @@ def a_controller_that_misbehaves(limb):
 @test(seconds=120)
 @with_limb
 def a_force_torque_sensor_that_lies(limb):
-    sdo = limb.fresh(SENSOR)
+    limb.fresh(SENSOR)
     limb.start(SENSOR)
     limb.wait(2.0)  # until the arm hangs still
 
