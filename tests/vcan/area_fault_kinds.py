@@ -288,6 +288,7 @@ def a_force_torque_sensor_that_lies(limb):
 @with_limb
 def encoders_and_thermistors_that_lie(limb):
     sdo = limb.fresh(ELBOW)
+    limb.wait(2.0)  # until the arm hangs still
     motor, link = sdo.i32(0x6064), sdo.i32(0x60E4, 1)
     for side, offset in ((0, 0.05), (1, -0.05)):
         with injected(limb, "RElbj", "encoder-offset", f"side={side}", f"offset={offset}"):
