@@ -5,10 +5,9 @@
 #include <cmath>
 #include <limits>
 
-#include <embree3/rtcore.h>
-
 #include "sensors/normal_distribution.h"
 #include "sensors/random_stream.h"
+#include "sensors/ray_batch.h"
 
 namespace walkman::sensors {
 namespace {
@@ -20,9 +19,7 @@ constexpr float kAmbient = 0.4F;
 // CMV2000 and CMV4000 (ams data sheets): full well of 13 500 electrons, 13 electrons of dark noise.
 constexpr float kFullWell = 13500, kDarkNoise = 13;
 
-constexpr int kHolePacket = 8;
-constexpr int kHolePackets = 32;
-constexpr int kHoleBatch = kHolePackets * kHolePacket;
+constexpr int kHoleBatch = 256;
 constexpr float kHole = -1;
 constexpr float kMostGap = 2;  // px, between neighbours of one surface in the other image
 constexpr int kTrianglesPerJob = 4096;
@@ -39,7 +36,7 @@ struct LumaImages::Worker {
   SurfacePoints seen_right;   // in the right camera's frame
   std::vector<float> column;
   std::vector<int> next, source, value;
-  std::array<RTCRayHit8, kHolePackets> rays;
+  RayBatch rays{kHoleBatch};
   std::array<int, kHoleBatch> u, v, at;  // of the hole of each ray: its pixel, and its index in `right`
   int holes = 0;
 };
@@ -68,7 +65,11 @@ void LumaImages::begin(const RayScene& scene, const PaintedSurfaces& surfaces, c
   X_LR.translation().x() = options_.baseline;
   X_BR_ = SurfacePoints::in_bodies(surfaces, X_WC * X_LR);
   R_WC_ = X_WC.linear().cast<float>();
-  p_WRo_ = (X_WC * X_LR).translation().cast<float>();
+  const Eigen::Vector3f p_WRo = (X_WC * X_LR).translation().cast<float>();
+  for (auto& worker : workers_) {
+    worker->rays.begin(surfaces.embree_scene());
+    worker->rays.set_origin(p_WRo);
+  }
   light(scene, X_WC.translation().cast<float>(), arena);
 }
 
@@ -193,45 +194,31 @@ void LumaImages::cast_holes(Worker& worker) const {
     return Eigen::Vector3f((static_cast<float>(worker.u[hole]) - cx) * per_focal,
                            (static_cast<float>(worker.v[hole]) - cy) * per_focal, 1);
   };
-  const int packets = (worker.holes + kHolePacket - 1) / kHolePacket;
-  for (int i = 0; i < packets * kHolePacket; ++i) {
-    RTCRayHit8& packet = worker.rays[static_cast<std::size_t>(i / kHolePacket)];
-    const int lane = i % kHolePacket;
-    const bool used = i < worker.holes;
-    const Eigen::Vector3f d_W =
-        R_WC_ * (used ? direction(static_cast<std::size_t>(i)) : Eigen::Vector3f::UnitZ());
-    packet.ray.org_x[lane] = p_WRo_.x();
-    packet.ray.org_y[lane] = p_WRo_.y();
-    packet.ray.org_z[lane] = p_WRo_.z();
-    packet.ray.dir_x[lane] = d_W.x();
-    packet.ray.dir_y[lane] = d_W.y();
-    packet.ray.dir_z[lane] = d_W.z();
-    packet.ray.tnear[lane] = used ? static_cast<float>(options_.min_depth) : 1;
-    packet.ray.tfar[lane] = used ? std::numeric_limits<float>::infinity() : -1;
-    packet.ray.time[lane] = 0;
-    packet.ray.mask[lane] = ~0U;
-    packet.ray.id[lane] = packet.ray.flags[lane] = 0;
-    packet.hit.geomID[lane] = packet.hit.instID[0][lane] = RTC_INVALID_GEOMETRY_ID;
+  for (int i = 0; i < worker.holes; ++i) {
+    const RayBatch::Group rays = worker.rays.group(i / RayBatch::kGroup);
+    const int lane = i % RayBatch::kGroup;
+    const Eigen::Vector3f d_W = R_WC_ * direction(static_cast<std::size_t>(i));
+    rays.dir_x[lane] = d_W.x();
+    rays.dir_y[lane] = d_W.y();
+    rays.dir_z[lane] = d_W.z();
+    rays.tnear[lane] = static_cast<float>(options_.min_depth);
+    rays.tfar[lane] = std::numeric_limits<float>::infinity();
   }
-  RTCIntersectContext context;
-  rtcInitIntersectContext(&context);
-  context.flags = RTC_INTERSECT_CONTEXT_FLAG_COHERENT;
-  rtcIntersectNM(surfaces_->embree_scene(), &context, reinterpret_cast<RTCRayHitN*>(worker.rays.data()),
-                 kHolePacket, static_cast<unsigned>(packets), sizeof(RTCRayHit8));
+  worker.rays.intersect(worker.holes);
   SurfacePoints& points = worker.seen_right;
   points.count = 0;
   for (int i = 0; i < worker.holes; ++i) {
-    const RTCRayHit8& packet = worker.rays[static_cast<std::size_t>(i / kHolePacket)];
-    const int lane = i % kHolePacket;
-    if (packet.hit.geomID[lane] == RTC_INVALID_GEOMETRY_ID) continue;
+    const RayBatch::Group rays = worker.rays.group(i / RayBatch::kGroup);
+    const int lane = i % RayBatch::kGroup;
+    if (rays.geometry[lane] == RayBatch::kNothing) continue;
     const auto hole = static_cast<std::size_t>(i);
-    const Eigen::Vector3f p_R = direction(hole) * packet.ray.tfar[lane];
+    const Eigen::Vector3f p_R = direction(hole) * rays.tfar[lane];
     points.x[points.count] = p_R.x();
     points.y[points.count] = p_R.y();
     points.z[points.count] = p_R.z();
     points.footprint[points.count] = p_R.z() * per_focal;
     points.triangle[points.count] =
-        surfaces_->triangle(packet.hit.instID[0][lane], packet.hit.geomID[lane], packet.hit.primID[lane]);
+        surfaces_->triangle(rays.instance[lane], rays.geometry[lane], rays.triangle[lane]);
     points.pixel[points.count++] = worker.at[hole];
   }
   points.place(*surfaces_, X_BR_);

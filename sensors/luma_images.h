@@ -52,7 +52,6 @@ class LumaImages {
   std::vector<float> light_;                 // on each triangle
   std::vector<SurfacePoints::Placed> X_BR_;  // right camera's pose in each body
   Eigen::Matrix3f R_WC_;
-  Eigen::Vector3f p_WRo_;
   std::vector<std::unique_ptr<Worker>> workers_;
 };
 

@@ -7,10 +7,9 @@
 #include <numbers>
 #include <stdexcept>
 
-#include <embree3/rtcore.h>
-
 #include "sensors/normal_distribution.h"
 #include "sensors/random_stream.h"
+#include "sensors/ray_batch.h"
 
 namespace walkman::sensors {
 namespace {
@@ -19,10 +18,10 @@ enum BeamTerm : std::uint64_t { kRange = 32, kBias };
 
 // One ray at a beam's centre and six around it, which share its light evenly: at √(7/12) of its radius, so
 // that the seven have the mean square radius of the disc, 1/2.
-constexpr std::size_t kRays = 7;
+constexpr int kRays = 7;
 const double kRing = std::sqrt(7.0 / 12);
-constexpr std::size_t kBeamPacket = 8;  // one packet per beam, of which the last lane is off
-constexpr double kKnee = 10;            // m, up to which the noise is constant
+constexpr int kLanes = RayBatch::kGroup;  // a group per beam, of which the last ray is off
+constexpr double kKnee = 10;              // m, up to which the noise is constant
 constexpr int kMostBeams = 100000;
 constexpr float kNoReturn = std::numeric_limits<float>::infinity();
 
@@ -44,13 +43,14 @@ LidarOptions LidarOptions::noise_free() const {
 }
 
 struct SpinningLidar::Impl {
-  std::vector<RTCRayHit8> packets;                     // one per beam
-  std::vector<Eigen::Matrix<float, 3, 8>> off, along;  // origins and directions of its rays, laser frame
-  std::vector<Echo> echoes;                            // of one beam, kept to reuse its memory
+  explicit Impl(int beams) : rays(beams * kLanes) {}
+  RayBatch rays;
+  std::vector<Eigen::Matrix<float, 3, kLanes>> off, along;  // origins and directions of its rays, laser frame
+  std::vector<Echo> echoes;                                 // of one beam, kept to reuse its memory
 };
 
 SpinningLidar::SpinningLidar(const LidarOptions& options, std::uint64_t seed)
-    : options_(options), seed_(seed), impl_(std::make_unique<Impl>()) {
+    : options_(options), seed_(seed), impl_(nullptr) {
   const LidarOptions& o = options;
   require(o.beams >= 1 && o.beams <= kMostBeams, "1 to 100000 beams");
   require(o.step > 0 && o.step * o.beams <= 2 * std::numbers::pi + o.step, "beams within a turn");
@@ -63,26 +63,20 @@ SpinningLidar::SpinningLidar(const LidarOptions& options, std::uint64_t seed)
   std::array<float, 1> draw{};
   fill_normal(RandomStream(seed, 0, kBias, 0), draw);
   bias_ = options.bias * static_cast<double>(draw[0]);
-  impl_->packets.resize(static_cast<std::size_t>(options.beams));
+  impl_ = std::make_unique<Impl>(options.beams);
   for (int i = 0; i < options.beams; ++i) {
     const double mirror = (i - 0.5 * (options.beams - 1)) * options.step;
     const Eigen::Vector3d along(std::sin(mirror), 0, std::cos(mirror));
     const Eigen::Vector3d across(std::cos(mirror), 0, -std::sin(mirror)), up = Eigen::Vector3d::UnitY();
     impl_->off.emplace_back();
     impl_->along.emplace_back();
-    for (int k = 0; k < static_cast<int>(kBeamPacket); ++k) {
+    for (int k = 0; k < kLanes; ++k) {
       const double around = 2 * std::numbers::pi * k / (kRays - 1.0);
       Eigen::Vector3d off = Eigen::Vector3d::Zero();
       if (k > 0 && k < static_cast<int>(kRays))
         off = kRing * (std::cos(around) * across + std::sin(around) * up);
       impl_->off.back().col(k) = (options.beam_radius * off).cast<float>();
       impl_->along.back().col(k) = (along + options.beam_angle * off).normalized().cast<float>();
-    }
-    RTCRayHit8& packet = impl_->packets[static_cast<std::size_t>(i)];
-    for (std::size_t k = 0; k < kBeamPacket; ++k) {
-      packet.ray.time[k] = 0;
-      packet.ray.mask[k] = ~0U;
-      packet.ray.id[k] = packet.ray.flags[k] = 0;
     }
   }
 }
@@ -92,60 +86,53 @@ SpinningLidar::~SpinningLidar() = default;
 void SpinningLidar::scan(const RayScene& scene, const std::function<Eigen::Isometry3d(double)>& X_WL,
                          std::uint64_t number, LidarScan& out) {
   surfaces_.begin(scene, seed_, PaintedSurfaces::Moved::kPlaced);
-  for (std::size_t i = 0; i < impl_->packets.size(); ++i) {
-    const Eigen::Isometry3f X = X_WL(static_cast<double>(i) * options_.beam_period).cast<float>();
-    const Eigen::Matrix<float, 3, 8> from = (X.linear() * impl_->off[i]).colwise() + X.translation();
-    const Eigen::Matrix<float, 3, 8> along = X.linear() * impl_->along[i];
-    RTCRayHit8& packet = impl_->packets[i];
-    for (std::size_t k = 0; k < kBeamPacket; ++k) {
-      const auto column = static_cast<Eigen::Index>(k);
-      packet.ray.org_x[k] = from(0, column);
-      packet.ray.org_y[k] = from(1, column);
-      packet.ray.org_z[k] = from(2, column);
-      packet.ray.dir_x[k] = along(0, column);
-      packet.ray.dir_y[k] = along(1, column);
-      packet.ray.dir_z[k] = along(2, column);
-      packet.ray.tnear[k] = k < kRays ? static_cast<float>(options_.least_range) : 1;
-      packet.ray.tfar[k] = k < kRays ? static_cast<float>(options_.most_range) : -1;
-      packet.hit.geomID[k] = packet.hit.instID[0][k] = RTC_INVALID_GEOMETRY_ID;
+  impl_->rays.begin(surfaces_.embree_scene());
+  for (int i = 0; i < options_.beams; ++i) {
+    const auto beam = static_cast<std::size_t>(i);
+    const Eigen::Isometry3f X = X_WL(i * options_.beam_period).cast<float>();
+    const Eigen::Matrix<float, 3, kLanes> from = (X.linear() * impl_->off[beam]).colwise() + X.translation();
+    const Eigen::Matrix<float, 3, kLanes> along = X.linear() * impl_->along[beam];
+    const RayBatch::Group rays = impl_->rays.group(i);
+    for (int k = 0; k < kLanes; ++k) {
+      rays.org_x[k] = from(0, k);
+      rays.org_y[k] = from(1, k);
+      rays.org_z[k] = from(2, k);
+      rays.dir_x[k] = along(0, k);
+      rays.dir_y[k] = along(1, k);
+      rays.dir_z[k] = along(2, k);
+      rays.tnear[k] = k < kRays ? static_cast<float>(options_.least_range) : 1;
+      rays.tfar[k] = k < kRays ? static_cast<float>(options_.most_range) : -1;
     }
   }
-  cast();
-  out.ranges.resize(impl_->packets.size());
-  out.intensities.resize(impl_->packets.size());
-  for (std::size_t i = 0; i < impl_->packets.size(); ++i) read(i, number, out);
-}
-
-void SpinningLidar::cast() {
-  const DenormalsFlushed guard;
-  RTCIntersectContext context;
-  rtcInitIntersectContext(&context);
-  context.flags = RTC_INTERSECT_CONTEXT_FLAG_COHERENT;
-  rtcIntersectNM(surfaces_.embree_scene(), &context, reinterpret_cast<RTCRayHitN*>(impl_->packets.data()),
-                 kBeamPacket, static_cast<unsigned>(impl_->packets.size()), sizeof(RTCRayHit8));
+  {
+    const DenormalsFlushed guard;
+    impl_->rays.intersect(options_.beams * kLanes);
+  }
+  const auto beams = static_cast<std::size_t>(options_.beams);
+  out.ranges.resize(beams);
+  out.intensities.resize(beams);
+  for (std::size_t beam = 0; beam < beams; ++beam) read(beam, number, out);
 }
 
 /// Reads the nearest surface that reflects enough light, together with everything less than a pulse behind
 /// it.
 void SpinningLidar::read(std::size_t beam, std::uint64_t number, LidarScan& out) const {
-  const RTCRayHit8& packet = impl_->packets[beam];
+  const RayBatch::Group rays = impl_->rays.group(static_cast<int>(beam));
   std::vector<Echo>& echoes = impl_->echoes;
   echoes.clear();
   std::size_t last_body = surfaces_.bodies();
   double albedo = 0;
-  for (std::size_t k = 0; k < kRays; ++k) {
-    if (packet.hit.geomID[k] == RTC_INVALID_GEOMETRY_ID) continue;
-    const Eigen::Vector3d d =
-        Eigen::Vector3f(packet.ray.dir_x[k], packet.ray.dir_y[k], packet.ray.dir_z[k]).cast<double>();
-    const Eigen::Vector3d o =
-        Eigen::Vector3f(packet.ray.org_x[k], packet.ray.org_y[k], packet.ray.org_z[k]).cast<double>();
+  for (int k = 0; k < kRays; ++k) {
+    if (rays.geometry[k] == RayBatch::kNothing) continue;
+    const Eigen::Vector3d d = Eigen::Vector3f(rays.dir_x[k], rays.dir_y[k], rays.dir_z[k]).cast<double>();
+    const Eigen::Vector3d o = Eigen::Vector3f(rays.org_x[k], rays.org_y[k], rays.org_z[k]).cast<double>();
     const Eigen::Vector3d n =
-        Eigen::Vector3f(packet.hit.Ng_x[k], packet.hit.Ng_y[k], packet.hit.Ng_z[k]).cast<double>();
-    const auto range = static_cast<double>(packet.ray.tfar[k]);
-    const std::size_t body = surfaces_.body_of(
-        surfaces_.triangle(packet.hit.instID[0][k], packet.hit.geomID[k], packet.hit.primID[k]));
+        Eigen::Vector3f(rays.normal_x[k], rays.normal_y[k], rays.normal_z[k]).cast<double>();
+    const auto range = static_cast<double>(rays.tfar[k]);
+    const std::size_t body =
+        surfaces_.body_of(surfaces_.triangle(rays.instance[k], rays.geometry[k], rays.triangle[k]));
     // An instance's normal is in its body's frame.
-    const bool placed = packet.hit.instID[0][k] != RTC_INVALID_GEOMETRY_ID;
+    const bool placed = rays.instance[k] != RayBatch::kNothing;
     const double squareness =
         std::abs(n.normalized().dot(placed ? Eigen::Vector3d(surfaces_.X_BW(body).linear() * d) : d));
     if (body != last_body) {  // the beam's rays lie within its footprint

@@ -61,7 +61,6 @@ class SpinningLidar {
 
  private:
   struct Impl;
-  void cast();
   void read(std::size_t beam, std::uint64_t number, LidarScan& out) const;
 
   LidarOptions options_;

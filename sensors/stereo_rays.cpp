@@ -6,69 +6,50 @@
 #include <cstddef>
 #include <limits>
 
-#include <embree3/rtcore.h>
+#include "sensors/ray_batch.h"
 
 namespace walkman::sensors {
 namespace {
 
 constexpr int kTileColumns = 32;
-constexpr int kPacket = 8;  // rays in a packet, a block of 4x2 px
-constexpr int kBlockColumns = 4;
-constexpr int kBlockRows = 2;
-constexpr int kPackets = kTileColumns * StereoRays::kBandRows / kPacket;
-constexpr int kBatch = kPackets * kPacket;
-constexpr int kBlocksPerRow = kTileColumns / kBlockColumns;
+constexpr int kBatch = kTileColumns * StereoRays::kBandRows;
+// Groups are 4x2 px; two after each other are 4x4 px.
+constexpr int kGroupColumns = 4;
+constexpr int kGroupRows = 2;
+constexpr int kGroups = kBatch / RayBatch::kGroup;
 constexpr float kInfinity = std::numeric_limits<float>::infinity();
 
 // Rounding error of u_R in float, px.
 constexpr float kColumnSlack = 0.01F;
 
-RTCIntersectContext coherent_context() {
-  RTCIntersectContext context;
-  rtcInitIntersectContext(&context);
-  context.flags = RTC_INTERSECT_CONTEXT_FLAG_COHERENT;
-  return context;
-}
-
-template <typename T, std::size_t kCount>
-void fill(T (&array)[kCount], T value) {
-  std::fill(array, array + kCount, value);
+/// First pixel of group `g` of a tile.
+struct GroupPixel {
+  int u, v;
+};
+GroupPixel group_pixel(int g) {
+  constexpr int kSquares = kTileColumns / kGroupColumns;
+  return {g / 2 % kSquares * kGroupColumns, (g / 2 / kSquares * 2 + g % 2) * kGroupRows};
 }
 
 int round_up(int value, int step) { return (value + step - 1) / step * step; }
 
 }  // namespace
 
-/// Ray buffers of one thread. Values that do not change from tile to tile are set once per frame.
+/// Rays of one thread. Values that do not change from tile to tile are set once per frame.
 struct StereoRays::Worker {
-  std::array<RTCRayHit8, kPackets> primary;
-  std::array<RTCRay8, kPackets> shadow;
+  RayBatch primary{kBatch}, shadow{kBatch};
   std::array<std::size_t, kBatch> shadow_pixel;
   int shadows = 0;
   std::size_t tests = 0;
 
-  void begin(const Eigen::Vector3f& p_WLo, const Eigen::Vector3f& p_WRo, float min_depth) {
+  void begin(RTCSceneTy* scene, const Eigen::Vector3f& p_WLo, const Eigen::Vector3f& p_WRo, float min_depth) {
     shadows = 0;
     tests = 0;
-    for (RTCRayHit8& packet : primary) {
-      set_constants(packet.ray, p_WLo);
-      fill(packet.ray.tnear, min_depth);
-    }
-    for (RTCRay8& packet : shadow) {
-      set_constants(packet, p_WRo);
-      fill(packet.dir_x, 0.0F);
-      fill(packet.dir_y, 0.0F);
-      fill(packet.dir_z, 1.0F);
-    }
-  }
-  static void set_constants(RTCRay8& ray, const Eigen::Vector3f& origin) {
-    fill(ray.org_x, origin.x());
-    fill(ray.org_y, origin.y());
-    fill(ray.org_z, origin.z());
-    fill(ray.time, 0.0F);
-    fill(ray.mask, ~0U);
-    fill(ray.id, 0U);
-    fill(ray.flags, 0U);
+    primary.begin(scene);
+    shadow.begin(scene);
+    primary.set_origin(p_WLo);
+    shadow.set_origin(p_WRo);
+    for (int g = 0; g < kGroups; ++g) std::fill_n(primary.group(g).tnear, RayBatch::kGroup, min_depth);
   }
 };
 
@@ -90,7 +71,7 @@ StereoRays::~StereoRays() = default;
 
 void StereoRays::begin(const RayScene& scene, const Eigen::Isometry3d& X_WC, tbb::task_arena& arena,
                        HiddenTest test) {
-  scene_ = RaySceneAccess::embree_scene(scene);
+  RTCSceneTy* const embree_scene = RaySceneAccess::embree_scene(scene);
   first_triangle_[RaySceneAccess::kMovable] =
       static_cast<std::uint32_t>(RaySceneAccess::triangles(scene)[RaySceneAccess::kFixed].triangles.size());
   test_ = test;
@@ -110,7 +91,7 @@ void StereoRays::begin(const RayScene& scene, const Eigen::Isometry3d& X_WC, tbb
         (R.col(1) * ((static_cast<double>(v) - options_.cy) / options_.focal_px) + R.col(2)).cast<float>();
   }
   for (auto& worker : workers_) {
-    worker->begin(p_WLo_, p_WLo_ + p_LR_W_, static_cast<float>(options_.min_depth));
+    worker->begin(embree_scene, p_WLo_, p_WLo_ + p_LR_W_, static_cast<float>(options_.min_depth));
   }
 }
 
@@ -126,45 +107,39 @@ void StereoRays::cast_band(int band, int worker_index, std::vector<float>& dispa
 }
 
 void StereoRays::cast_tile(int u0, int v0, Worker& worker, float* disparity, std::uint32_t* surface) const {
-  for (int p = 0; p < kPackets; ++p) {
-    RTCRayHit8& packet = worker.primary[static_cast<std::size_t>(p)];
-    const int u = u0 + p % kBlocksPerRow * kBlockColumns;
-    const int v = v0 + p / kBlocksPerRow * kBlockRows;
-    const float* const x = column_x_.data() + u;
-    const float* const y = column_y_.data() + u;
-    const float* const z = column_z_.data() + u;
-    for (int j = 0; j < kBlockRows; ++j) {
-      const Eigen::Vector3f& row = *(row_.begin() + v + j);
-      for (int i = 0; i < kBlockColumns; ++i) {
-        packet.ray.dir_x[kBlockColumns * j + i] = x[i] + row.x();
-        packet.ray.dir_y[kBlockColumns * j + i] = y[i] + row.y();
-        packet.ray.dir_z[kBlockColumns * j + i] = z[i] + row.z();
+  for (int g = 0; g < kGroups; ++g) {
+    const RayBatch::Group rays = worker.primary.group(g);
+    const auto [du, dv] = group_pixel(g);
+    const float* const x = column_x_.data() + u0 + du;
+    const float* const y = column_y_.data() + u0 + du;
+    const float* const z = column_z_.data() + u0 + du;
+    for (int j = 0; j < kGroupRows; ++j) {
+      const Eigen::Vector3f& row = *(row_.begin() + v0 + dv + j);
+      for (int i = 0; i < kGroupColumns; ++i) {
+        rays.dir_x[kGroupColumns * j + i] = x[i] + row.x();
+        rays.dir_y[kGroupColumns * j + i] = y[i] + row.y();
+        rays.dir_z[kGroupColumns * j + i] = z[i] + row.z();
       }
     }
-    fill(packet.ray.tfar, kInfinity);
-    fill(packet.hit.geomID, RTC_INVALID_GEOMETRY_ID);
-    fill(packet.hit.instID[0], RTC_INVALID_GEOMETRY_ID);
+    std::fill_n(rays.tfar, RayBatch::kGroup, kInfinity);
   }
-  RTCIntersectContext context = coherent_context();
-  rtcIntersectNM(scene_, &context, reinterpret_cast<RTCRayHitN*>(worker.primary.data()), kPacket, kPackets,
-                 sizeof(RTCRayHit8));
+  worker.primary.intersect(kBatch);
   // Directions have depth 1, so the ray parameter is the depth; without a hit it stays infinite.
-  for (int p = 0; p < kPackets; ++p) {
-    const RTCRayHit8& packet = worker.primary[static_cast<std::size_t>(p)];
-    const int u = u0 + p % kBlocksPerRow * kBlockColumns;
-    const int v = v0 + p / kBlocksPerRow * kBlockRows;
-    for (int j = 0; j < kBlockRows; ++j) {
-      const std::ptrdiff_t pixel = static_cast<std::ptrdiff_t>(v + j) * stride_ + u;
-      const std::ptrdiff_t lane = std::ptrdiff_t{kBlockColumns} * j;
+  for (int g = 0; g < kGroups; ++g) {
+    const RayBatch::Group rays = worker.primary.group(g);
+    const auto [du, dv] = group_pixel(g);
+    for (int j = 0; j < kGroupRows; ++j) {
+      const std::ptrdiff_t pixel = static_cast<std::ptrdiff_t>(v0 + dv + j) * stride_ + u0 + du;
+      const std::ptrdiff_t lane = std::ptrdiff_t{kGroupColumns} * j;
       float* const out = disparity + pixel;
-      const float* const depth = packet.ray.tfar + lane;
-      for (int i = 0; i < kBlockColumns; ++i) out[i] = focal_baseline_ / depth[i];
+      const float* const depth = rays.tfar + lane;
+      for (int i = 0; i < kGroupColumns; ++i) out[i] = focal_baseline_ / depth[i];
       if (surface == nullptr) continue;
-      const unsigned* const geometry = packet.hit.geomID + lane;
-      const unsigned* const triangle = packet.hit.primID + lane;
-      for (int i = 0; i < kBlockColumns; ++i) {
+      const unsigned* const geometry = rays.geometry + lane;
+      const unsigned* const triangle = rays.triangle + lane;
+      for (int i = 0; i < kGroupColumns; ++i) {
         surface[pixel + i] =
-            geometry[i] == RTC_INVALID_GEOMETRY_ID ? kNothing : first_triangle_[geometry[i]] + triangle[i];
+            geometry[i] == RayBatch::kNothing ? kNothing : first_triangle_[geometry[i]] + triangle[i];
       }
     }
   }
@@ -187,15 +162,15 @@ void StereoRays::scan_row(int v, Worker& worker, const float* disparity, float* 
     m[u] = in_both ? d[u] : 0;
     if (in_both && least <= column + kColumnSlack) {
       const int k = worker.shadows++;
-      RTCRay8& packet = worker.shadow[static_cast<std::size_t>(k / kPacket)];
-      const int i = k % kPacket;
+      const RayBatch::Group rays = worker.shadow.group(k / RayBatch::kGroup);
+      const int i = k % RayBatch::kGroup;
       const auto c = static_cast<std::size_t>(u);
       const float z = focal_baseline_ / d[u];
-      packet.dir_x[i] = (column_x_[c] + row.x()) * z - p_LR_W_.x();
-      packet.dir_y[i] = (column_y_[c] + row.y()) * z - p_LR_W_.y();
-      packet.dir_z[i] = (column_z_[c] + row.z()) * z - p_LR_W_.z();
-      packet.tnear[i] = static_cast<float>(options_.min_depth) / z;
-      packet.tfar[i] = d[u] / (d[u] + kHidingStep);
+      rays.dir_x[i] = (column_x_[c] + row.x()) * z - p_LR_W_.x();
+      rays.dir_y[i] = (column_y_[c] + row.y()) * z - p_LR_W_.y();
+      rays.dir_z[i] = (column_z_[c] + row.z()) * z - p_LR_W_.z();
+      rays.tnear[i] = static_cast<float>(options_.min_depth) / z;
+      rays.tfar[i] = d[u] / (d[u] + kHidingStep);
       worker.shadow_pixel[static_cast<std::size_t>(k)] = static_cast<std::size_t>(offset + u);
       if (worker.shadows == kBatch) test_hidden(worker, matched);
     }
@@ -214,17 +189,9 @@ void StereoRays::scan_row(int v, Worker& worker, const float* disparity, float* 
 
 void StereoRays::test_hidden(Worker& worker, float* matched) const {
   if (worker.shadows == 0) return;
-  const int packets = (worker.shadows + kPacket - 1) / kPacket;
-  for (int k = worker.shadows; k < packets * kPacket; ++k) {
-    // An empty interval switches a lane off.
-    worker.shadow[static_cast<std::size_t>(k / kPacket)].tnear[k % kPacket] = 1;
-    worker.shadow[static_cast<std::size_t>(k / kPacket)].tfar[k % kPacket] = -1;
-  }
-  RTCIntersectContext context = coherent_context();
-  rtcOccludedNM(scene_, &context, reinterpret_cast<RTCRayN*>(worker.shadow.data()), kPacket,
-                static_cast<unsigned>(packets), sizeof(RTCRay8));
+  worker.shadow.occlude(worker.shadows);
   for (int k = 0; k < worker.shadows; ++k) {
-    if (worker.shadow[static_cast<std::size_t>(k / kPacket)].tfar[k % kPacket] < 0) {
+    if (worker.shadow.group(k / RayBatch::kGroup).tfar[k % RayBatch::kGroup] < 0) {
       matched[worker.shadow_pixel[static_cast<std::size_t>(k)]] = 0;
     }
   }

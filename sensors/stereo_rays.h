@@ -64,7 +64,6 @@ class StereoRays {
   StereoOptions options_;
   int stride_, bands_;
   RightViewMargin margin_;
-  RTCSceneTy* scene_ = nullptr;
   std::array<std::uint32_t, 2> first_triangle_{};  // of each kind
   HiddenTest test_ = HiddenTest::kWhereNeeded;
   float focal_baseline_ = 0;                           // px·m
