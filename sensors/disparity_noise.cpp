@@ -1,7 +1,6 @@
 #include "sensors/disparity_noise.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 
 #include "sensors/normal_distribution.h"
@@ -10,17 +9,18 @@
 namespace walkman::sensors {
 namespace {
 
-enum MatchTerm : std::uint64_t { kCorrelated = 1, kWhite, kBlob };
+enum MatchTerm : std::uint64_t { kCorrelated = 1, kWhite, kSpike, kFlicker };
 
 constexpr double kCorrelatedPart = 0.8;
 constexpr double kWhitePart = 0.6;
 
-// Mismatched blobs are discs of radius 1 to 3 px, wrong by 1 to 9 px, each pixel of a blob by 0.7 to 1.3 of
-// its error. Where blobs overlap, their errors add up.
-constexpr int kLargestRadius = 3;
-constexpr double kMeanBlobArea = (5 + 13 + 29) / 3.0;  // px in discs x² + y² <= r² for r = 1, 2, 3
+// Wrong matches are off by 1 to 9 px, each pixel of a patch by about its error. Of all surfaces, those of
+// rank r have 3 (1 − r)² times the mean share of them. A patch has one in kCorrelatedPart² of all frames: the
+// share of the noise's variance that persists.
 constexpr float kLeastError = 1;
 constexpr float kErrorSpan = 8;
+constexpr float kErrorSpread = 0.15F;
+constexpr float kMostSpread = 2;  // standard deviations
 
 // A window of 7 px contains a dozen pieces of texture that are 2 px wide. They lie up to 3 px from its centre
 // and shift the disparity found by the window by this factor times the gradient: 3 px over the root of 3 for
@@ -35,6 +35,7 @@ DisparityNoise::DisparityNoise(const StereoOptions& options, int workers)
       noise_(options.width, options.sigma_d > 0 ? options.height : 0, options.correlation_px),
       texture_(options.width, workers),
       scratch_(static_cast<std::size_t>(workers)) {
+  if (options.spike_fraction > 0) spikes_.resize(static_cast<std::size_t>(options.height));
   if (options.dropout_fraction > 0)
     blank_.resize(static_cast<std::size_t>(options.width) * static_cast<std::size_t>(options.height));
 }
@@ -60,7 +61,6 @@ void DisparityNoise::begin(std::uint64_t seed, std::uint64_t frame, const std::v
       }
     }
   }
-  if (options_.spike_fraction > 0) draw_blobs();
 }
 
 void DisparityNoise::take_surfaces(int v, int worker, const SurfacePoints& points,
@@ -77,46 +77,32 @@ void DisparityNoise::take_surfaces(int v, int worker, const SurfacePoints& point
   std::copy_n(beside.begin(), margin, white.begin());
   std::copy_n(beside.rbegin(), margin, white.rbegin());
   const std::span<float> rank = std::span(scratch.b).first(width);
-  texture_.row(v, worker, points, pattern, std::span(white).subspan(margin, width), rank);
+  scratch.patch.resize(width);
+  const std::span<float> error = std::span(white).subspan(margin, width);
+  texture_.row(v, worker, points, pattern, error, rank, scratch.patch);
   if (!blank_.empty()) {
     const auto fraction = static_cast<float>(options_.dropout_fraction);
     std::uint8_t* const blank = blank_.data() + static_cast<std::ptrdiff_t>(v) * options_.width;
     for (std::size_t u = 0; u < width; ++u) blank[u] = rank[u] < fraction ? 1 : 0;
   }
+  if (!spikes_.empty()) find_spikes(v, error, rank, scratch.patch);
   if (options_.sigma_d > 0) noise_.prepare_row(index, white);
 }
 
-void DisparityNoise::draw_blobs() {
-  // Centres extend past the border, so that the density is the same up to it; blobs overlap at random, so
-  // that n of them leave exp(−n·area/total) of the pixels untouched.
-  const int width = options_.width + 2 * kLargestRadius;
-  const int height = options_.height + 2 * kLargestRadius;
-  const double count = -std::log1p(-options_.spike_fraction) * width * height / kMeanBlobArea;
-  const RandomStream rounding(seed_, frame_, kBlob, ~std::uint64_t{0});
-  const auto blobs = static_cast<std::uint64_t>(count + static_cast<double>(rounding.uniform(0)));
-
-  blobs_.clear();
-  row_start_.assign(static_cast<std::size_t>(options_.height) + 1, 0);
-  const auto rows = [this](const Blob& blob) {
-    return std::array{std::max(blob.v - blob.radius, 0), std::min(blob.v + blob.radius, options_.height - 1)};
-  };
-  for (std::uint64_t i = 0; i < blobs; ++i) {
-    const RandomStream random(seed_, frame_, kBlob, i);
-    const float magnitude = kLeastError + kErrorSpan * random.uniform(3);
-    const Blob blob{static_cast<int>(random.uniform(0) * static_cast<float>(width)) - kLargestRadius,
-                    static_cast<int>(random.uniform(1) * static_cast<float>(height)) - kLargestRadius,
-                    1 + static_cast<int>(random.uniform(2) * kLargestRadius),
-                    random.uniform(4) < 0.5F ? -magnitude : magnitude, i};
-    blobs_.push_back(blob);
-    const auto [first, last] = rows(blob);
-    for (int v = first; v <= last; ++v) ++row_start_[static_cast<std::size_t>(v) + 1];
-  }
-  for (std::size_t v = 1; v < row_start_.size(); ++v) row_start_[v] += row_start_[v - 1];
-  row_blob_.resize(row_start_.back());
-  std::vector<std::size_t> next(row_start_.begin(), row_start_.end() - 1);
-  for (std::size_t i = 0; i < blobs_.size(); ++i) {
-    const auto [first, last] = rows(blobs_[i]);
-    for (int v = first; v <= last; ++v) row_blob_[next[static_cast<std::size_t>(v)]++] = i;
+void DisparityNoise::find_spikes(int v, std::span<const float> error, std::span<const float> rank,
+                                 std::span<const std::uint32_t> patch) {
+  constexpr auto kPersistence = static_cast<float>(kCorrelatedPart * kCorrelatedPart);
+  std::vector<WrongMatch>& spikes = spikes_[static_cast<std::size_t>(v)];
+  spikes.clear();
+  const float most = 3 * static_cast<float>(options_.spike_fraction) / kPersistence;
+  for (std::size_t u = 0; u < patch.size(); ++u) {
+    const float weak = 1 - rank[u];
+    if (static_cast<float>(patch[u]) * 0x1p-32F >= most * weak * weak) continue;
+    if (RandomStream(seed_, frame_, kFlicker, patch[u]).uniform(0) >= kPersistence) continue;
+    const RandomStream random(seed_, 0, kSpike, patch[u]);
+    const float magnitude = kLeastError + kErrorSpan * random.uniform(0);
+    const float spread = 1 + kErrorSpread * std::clamp(error[u], -kMostSpread, kMostSpread);
+    spikes.push_back({static_cast<int>(u), (random.uniform(1) < 0.5F ? -magnitude : magnitude) * spread});
   }
 }
 
@@ -124,7 +110,7 @@ void DisparityNoise::distort_row(int v, int worker, float* matched) {
   Scratch& scratch = scratch_[static_cast<std::size_t>(worker)];
   if (options_.sigma_d > 0) add_noise(v, scratch, matched);
   if (options_.locking > 0) lock(matched);
-  if (options_.spike_fraction > 0) add_blobs(v, matched);
+  if (!spikes_.empty()) add_spikes(v, matched);
   if (options_.dropout_fraction > 0) drop(v, matched);
   quantize(matched);
 }
@@ -183,20 +169,9 @@ void DisparityNoise::lock(float* matched) const {
   }
 }
 
-void DisparityNoise::add_blobs(int v, float* matched) const {
-  const auto row = static_cast<std::size_t>(v);
-  for (std::size_t entry = row_start_[row]; entry < row_start_[row + 1]; ++entry) {
-    const Blob& blob = blobs_[row_blob_[entry]];
-    const RandomStream random(seed_, frame_, kBlob, blob.index);
-    const int dv = v - blob.v;
-    for (int du = -blob.radius; du <= blob.radius; ++du) {
-      const int u = blob.u + du;
-      if (u < 0 || u >= options_.width || du * du + dv * dv > blob.radius * blob.radius) continue;
-      if (matched[u] <= 0) continue;
-      const int pixel = (dv + kLargestRadius) * (2 * kLargestRadius + 1) + du + kLargestRadius;
-      matched[u] += blob.error * (0.7F + 0.6F * random.uniform(8 + static_cast<std::uint64_t>(pixel)));
-    }
-  }
+void DisparityNoise::add_spikes(int v, float* matched) const {
+  for (const WrongMatch& spike : spikes_[static_cast<std::size_t>(v)])
+    if (matched[spike.u] > 0) matched[spike.u] += spike.error;
 }
 
 void DisparityNoise::drop(int v, float* matched) const {

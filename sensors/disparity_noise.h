@@ -1,7 +1,7 @@
 #pragma once
 
-#include <cstddef>
 #include <cstdint>
+#include <span>
 #include <vector>
 
 #include "sensors/correlated_field.h"
@@ -12,16 +12,16 @@
 namespace walkman::sensors {
 
 /// Errors of a block matcher in a row of disparities: correlated and white noise, locking to whole
-/// disparities, blobs of wrong matches, patches without a match, the lattice of the wire format, the limits
+/// disparities, patches of wrong matches, patches without a match, the lattice of the wire format, the limits
 /// of the search.
 ///
 /// Errors caused by the surfaces are fixed to them and persist from frame to frame (MatchTexture): the
-/// correlated part of the noise, and the patches without texture. Where a surface is seen at an angle, the
+/// correlated part of the noise, the patches without texture, and those where texture of little contrast
+/// makes a wrong match the best one, in most frames. Where a surface is seen at an angle, the
 /// window contains several disparities, and each piece of texture contributes its own; no match is found
 /// where they change by a pixel from one pixel to the next (gradient limit of Burt and Julesz, Science 208,
-/// 1980; in matchers Pollard, Mayhew, Frisby, Perception 14, 1985). White noise and blobs are drawn from
-/// separate sequences, keyed by (seed, frame, term, row or blob), so switching one off leaves the others
-/// unchanged.
+/// 1980; in matchers Pollard, Mayhew, Frisby, Perception 14, 1985). Each kind of error is drawn from a
+/// sequence of its own, so switching one off leaves the others unchanged.
 class DisparityNoise {
  public:
   DisparityNoise(const StereoOptions& options, int workers);
@@ -30,7 +30,9 @@ class DisparityNoise {
   /// `stride` apart; it is referenced until the next frame.
   void begin(std::uint64_t seed, std::uint64_t frame, const std::vector<float>& disparity, int stride);
   /// Whether any of the errors are caused by the surfaces.
-  [[nodiscard]] bool of_surfaces() const { return options_.sigma_d > 0 || options_.dropout_fraction > 0; }
+  [[nodiscard]] bool of_surfaces() const {
+    return options_.sigma_d > 0 || options_.dropout_fraction > 0 || options_.spike_fraction > 0;
+  }
   /// Determines the errors caused by the surfaces in row `v`, from the points that it shows. Call for every
   /// row before any is distorted; rows are independent.
   void take_surfaces(int v, int worker, const SurfacePoints& points, const SurfacePattern& pattern);
@@ -40,33 +42,32 @@ class DisparityNoise {
   void distort_row(int v, int worker, float* matched);
 
  private:
-  struct Blob {
-    int u, v, radius;
+  struct WrongMatch {
+    int u;
     float error;  // px
-    std::uint64_t index;
   };
   struct Scratch {
     std::vector<float> a, b, gradient;
+    std::vector<std::uint32_t> patch;
   };
 
   /// Stream for the part of the white noise's row `index`, counted from above the image, beyond its borders.
   [[nodiscard]] RandomStream beyond(int index) const;
-  void draw_blobs();
+  /// Finds the wrong matches of row `v`: `error`, `rank` and `patch` as MatchTexture gives them.
+  void find_spikes(int v, std::span<const float> error, std::span<const float> rank,
+                   std::span<const std::uint32_t> patch);
   /// Squared gradients of the true disparity along row `v`, px per px.
   void find_gradients(int v, std::vector<float>& gradient) const;
   void add_noise(int v, Scratch& scratch, float* matched) const;
   void lock(float* matched) const;
-  void add_blobs(int v, float* matched) const;
+  void add_spikes(int v, float* matched) const;
   void drop(int v, float* matched) const;
   void quantize(float* matched) const;
 
   StereoOptions options_;
   std::uint64_t seed_ = 0, frame_ = 0;
   CorrelatedField noise_;
-  std::vector<Blob> blobs_;
-  std::vector<std::size_t> row_start_;  // start of each row's entries in row_blob_, and the end
-  std::vector<std::size_t> row_blob_;
-
+  std::vector<std::vector<WrongMatch>> spikes_;  // of each row
   MatchTexture texture_;
   std::vector<std::uint8_t> blank_;  // of each pixel: nothing to match
   const float* disparity_ = nullptr;

@@ -31,6 +31,14 @@ constexpr int kBins = 1 << 16;
 // Makes coordinates positive, so that rounding towards zero rounds down.
 constexpr float kCells = 1 << 17;
 
+/// Probability that the grain at a random place of a random body has less contrast than `grain`: the product
+/// of the body's contrast, log-uniform, and the strength in the blotch, uniform in 0..1.
+float share_below(float grain) {
+  const float span = std::log(kMostContrast / kLeastContrast);
+  if (grain < kLeastContrast) return grain * (1 / kLeastContrast - 1 / kMostContrast) / span;
+  return (std::log(grain / kLeastContrast) + 1 - grain / kMostContrast) / span;
+}
+
 }  // namespace
 
 /// Normal noise, blurred along x, y and z in turn, given as the share of the distribution below each value.
@@ -98,6 +106,8 @@ SurfacePattern::SurfacePattern(std::uint64_t seed, std::size_t bodies)
     look.contrast = kLeastContrast * std::pow(kMostContrast / kLeastContrast, random.uniform(1));
     for (int i = 0; i < 3; ++i)
       look.shift[i] = kMostShift * random.uniform(2 + static_cast<std::uint64_t>(i));
+    for (std::size_t tone = 0; tone <= kTones; ++tone)
+      look.rank.at(tone) = share_below(look.contrast * static_cast<float>(tone) / kTones);
     looks_.push_back(look);
   }
 }
@@ -121,16 +131,17 @@ void SurfacePattern::find(const Noise& noise, const Look& look, const Points& po
 
 void SurfacePattern::ranks(std::size_t body, const Points& points, std::span<float> out) const {
   constexpr std::size_t kPart = 64;
-  constexpr float kBetween = 1.0F / 4096;  // of a step between the 256 ranks of cells
+  constexpr float kBetween = 1.0F / 4096;  // of a step between the tones of cells
+  const float* const rank = looks_[body].rank.data();
   std::array<int, kPart> blotch;
   for (std::size_t first = 0; first < out.size(); first += kPart) {
     const std::size_t count = std::min(kPart, out.size() - first);
     find(blotches_, looks_[body], points, first, std::span(blotch).first(count));
     for (std::size_t i = 0; i < count; ++i) {
       const auto cell = static_cast<std::uint32_t>(blotch[i]);
-      const auto between = static_cast<float>(cell * 0x9E3779B1U >> 20);
-      out[first + i] =
-          (static_cast<float>(*(blotches_.cells.data() + cell)) + kBetween * between) * (1.0F / 256);
+      const float between = kBetween * static_cast<float>(cell * 0x9E3779B1U >> 20);
+      const float* const at = rank + *(blotches_.cells.data() + cell);
+      out[first + i] = at[0] + between * (at[1] - at[0]);
     }
   }
 }

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <span>
@@ -11,8 +12,9 @@ namespace walkman::sensors {
 
 /// Pattern printed on the surfaces of the world: a seeded procedural albedo, fixed to each body.
 ///
-/// Every body has a base tone, coarse blotches and a fine grain; the grain is strong in bright blotches and
-/// fades in dark ones, so that there are patches without texture everywhere, more of them on some bodies.
+/// Every body has a base tone, a contrast, coarse blotches and a fine grain; the grain is strong in bright
+/// blotches and fades in dark ones, so that there are patches without texture everywhere, more of them on
+/// bodies of little contrast.
 class SurfacePattern {
  public:
   static constexpr float kGrain = 0.0025F;  ///< m, size of the fine grain
@@ -28,12 +30,15 @@ class SurfacePattern {
   /// Writes the share of light that the body reflects at each point, within 0.02 and 0.98. Grain finer than a
   /// footprint averages out.
   void albedos(std::size_t body, const Points& points, std::span<float> out) const;
-  /// Writes the share of all surfaces that have less grain than there is at each point, 0 to 1.
+  /// Writes the share of all surfaces, of all bodies that there may be, whose grain has less contrast than at
+  /// each point, 0 to 1.
   void ranks(std::size_t body, const Points& points, std::span<float> out) const;
 
  private:
+  static constexpr std::size_t kTones = 256;
   struct Look {
     float base = 0, contrast = 0;
+    std::array<float, kTones + 1> rank{};             // of grain in a blotch of each tone, and the highest
     Eigen::Vector3f shift = Eigen::Vector3f::Zero();  // of the pattern, m
   };
   /// Noise in a cube that repeats in all directions: equally likely values, 0 to 255.

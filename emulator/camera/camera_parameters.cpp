@@ -25,7 +25,7 @@ sensors::StereoOptions read_stereo(const YamlMap& map) {
   o.correlation_px = map.number("correlation_px", 0, 64);
   o.locking = map.number("locking_px", 0, 0.15);
   o.fattening_px = static_cast<int>(map.integer("fattening_px", 0, 64));
-  o.spike_fraction = map.number("spike_fraction", 0, 0.9);
+  o.spike_fraction = map.number("spike_fraction", 0, 0.2);
   o.dropout_fraction = map.number("dropout_fraction", 0, 0.9);
   o.disparity_step = map.number("disparity_step_px", 0, 1);
   return o;
