@@ -9,12 +9,12 @@
 namespace walkman::sensors {
 namespace {
 
-enum MatchTerm : std::uint64_t { kCorrelated = 1, kWhite, kSpike, kFlicker };
+enum MatchTerm : std::uint64_t { kCorrelated = 1, kWhite, kMismatch, kFlicker };
 
 constexpr double kCorrelatedPart = 0.8;
 constexpr double kWhitePart = 0.6;
 
-// Wrong matches are off by 1 to 9 px, each pixel of a patch by about its error. Of all surfaces, those of
+// Mismatches are off by 1 to 9 px, each pixel of a patch by about its error. Of all surfaces, those of
 // rank r have 3 (1 − r)² times the mean share of them. A patch has one in kCorrelatedPart² of all frames: the
 // share of the noise's variance that persists.
 constexpr float kLeastError = 1;
@@ -35,7 +35,7 @@ DisparityNoise::DisparityNoise(const StereoOptions& options, int workers)
       noise_(options.width, options.sigma_d > 0 ? options.height : 0, options.correlation_px),
       texture_(options.width, workers),
       scratch_(static_cast<std::size_t>(workers)) {
-  if (options.spike_fraction > 0) spikes_.resize(static_cast<std::size_t>(options.height));
+  if (options.spike_fraction > 0) mismatches_.resize(static_cast<std::size_t>(options.height));
   if (options.dropout_fraction > 0)
     blank_.resize(static_cast<std::size_t>(options.width) * static_cast<std::size_t>(options.height));
 }
@@ -85,24 +85,24 @@ void DisparityNoise::take_surfaces(int v, int worker, const SurfacePoints& point
     std::uint8_t* const blank = blank_.data() + static_cast<std::ptrdiff_t>(v) * options_.width;
     for (std::size_t u = 0; u < width; ++u) blank[u] = rank[u] < fraction ? 1 : 0;
   }
-  if (!spikes_.empty()) find_spikes(v, error, rank, scratch.patch);
+  if (!mismatches_.empty()) find_mismatches(v, error, rank, scratch.patch);
   if (options_.sigma_d > 0) noise_.prepare_row(index, white);
 }
 
-void DisparityNoise::find_spikes(int v, std::span<const float> error, std::span<const float> rank,
-                                 std::span<const std::uint32_t> patch) {
+void DisparityNoise::find_mismatches(int v, std::span<const float> error, std::span<const float> rank,
+                                     std::span<const std::uint32_t> patch) {
   constexpr auto kPersistence = static_cast<float>(kCorrelatedPart * kCorrelatedPart);
-  std::vector<WrongMatch>& spikes = spikes_[static_cast<std::size_t>(v)];
-  spikes.clear();
+  std::vector<Mismatch>& mismatches = mismatches_[static_cast<std::size_t>(v)];
+  mismatches.clear();
   const float most = 3 * static_cast<float>(options_.spike_fraction) / kPersistence;
   for (std::size_t u = 0; u < patch.size(); ++u) {
     const float weak = 1 - rank[u];
     if (static_cast<float>(patch[u]) * 0x1p-32F >= most * weak * weak) continue;
     if (RandomStream(seed_, frame_, kFlicker, patch[u]).uniform(0) >= kPersistence) continue;
-    const RandomStream random(seed_, 0, kSpike, patch[u]);
+    const RandomStream random(seed_, 0, kMismatch, patch[u]);
     const float magnitude = kLeastError + kErrorSpan * random.uniform(0);
     const float spread = 1 + kErrorSpread * std::clamp(error[u], -kMostSpread, kMostSpread);
-    spikes.push_back({static_cast<int>(u), (random.uniform(1) < 0.5F ? -magnitude : magnitude) * spread});
+    mismatches.push_back({static_cast<int>(u), (random.uniform(1) < 0.5F ? -magnitude : magnitude) * spread});
   }
 }
 
@@ -110,7 +110,7 @@ void DisparityNoise::distort_row(int v, int worker, float* matched) {
   Scratch& scratch = scratch_[static_cast<std::size_t>(worker)];
   if (options_.sigma_d > 0) add_noise(v, scratch, matched);
   if (options_.locking > 0) lock(matched);
-  if (!spikes_.empty()) add_spikes(v, matched);
+  if (!mismatches_.empty()) add_mismatches(v, matched);
   if (options_.dropout_fraction > 0) drop(v, matched);
   quantize(matched);
 }
@@ -169,9 +169,9 @@ void DisparityNoise::lock(float* matched) const {
   }
 }
 
-void DisparityNoise::add_spikes(int v, float* matched) const {
-  for (const WrongMatch& spike : spikes_[static_cast<std::size_t>(v)])
-    if (matched[spike.u] > 0) matched[spike.u] += spike.error;
+void DisparityNoise::add_mismatches(int v, float* matched) const {
+  for (const Mismatch& mismatch : mismatches_[static_cast<std::size_t>(v)])
+    if (matched[mismatch.u] > 0) matched[mismatch.u] += mismatch.error;
 }
 
 void DisparityNoise::drop(int v, float* matched) const {

@@ -12,16 +12,16 @@
 namespace walkman::sensors {
 
 /// Errors of a block matcher in a row of disparities: correlated and white noise, locking to whole
-/// disparities, patches of wrong matches, patches without a match, the lattice of the wire format, the limits
-/// of the search.
+/// disparities, patches of mismatches, patches without a match, the lattice of the wire format, the limits of
+/// the search.
 ///
 /// Errors caused by the surfaces are fixed to them and persist from frame to frame (MatchTexture): the
 /// correlated part of the noise, the patches without texture, and those where texture of little contrast
-/// makes a wrong match the best one, in most frames. Where a surface is seen at an angle, the
-/// window contains several disparities, and each piece of texture contributes its own; no match is found
-/// where they change by a pixel from one pixel to the next (gradient limit of Burt and Julesz, Science 208,
-/// 1980; in matchers Pollard, Mayhew, Frisby, Perception 14, 1985). Each kind of error is drawn from a
-/// sequence of its own, so switching one off leaves the others unchanged.
+/// makes a wrong match the best one, in most frames. Where a surface is seen at an angle, the window contains
+/// several disparities, and each piece of texture contributes its own; no match is found where they change by
+/// a pixel from one pixel to the next (gradient limit of Burt and Julesz, Science 208, 1980; in matchers
+/// Pollard, Mayhew, Frisby, Perception 14, 1985). Switching one kind of error off leaves the others
+/// unchanged; those caused by the surfaces share what MatchTexture says of them.
 class DisparityNoise {
  public:
   DisparityNoise(const StereoOptions& options, int workers);
@@ -42,7 +42,7 @@ class DisparityNoise {
   void distort_row(int v, int worker, float* matched);
 
  private:
-  struct WrongMatch {
+  struct Mismatch {
     int u;
     float error;  // px
   };
@@ -53,21 +53,21 @@ class DisparityNoise {
 
   /// Stream for the part of the white noise's row `index`, counted from above the image, beyond its borders.
   [[nodiscard]] RandomStream beyond(int index) const;
-  /// Finds the wrong matches of row `v`: `error`, `rank` and `patch` as MatchTexture gives them.
-  void find_spikes(int v, std::span<const float> error, std::span<const float> rank,
-                   std::span<const std::uint32_t> patch);
+  /// Finds the mismatches of row `v`: `error`, `rank` and `patch` as MatchTexture gives them.
+  void find_mismatches(int v, std::span<const float> error, std::span<const float> rank,
+                       std::span<const std::uint32_t> patch);
   /// Squared gradients of the true disparity along row `v`, px per px.
   void find_gradients(int v, std::vector<float>& gradient) const;
   void add_noise(int v, Scratch& scratch, float* matched) const;
   void lock(float* matched) const;
-  void add_spikes(int v, float* matched) const;
+  void add_mismatches(int v, float* matched) const;
   void drop(int v, float* matched) const;
   void quantize(float* matched) const;
 
   StereoOptions options_;
   std::uint64_t seed_ = 0, frame_ = 0;
   CorrelatedField noise_;
-  std::vector<std::vector<WrongMatch>> spikes_;  // of each row
+  std::vector<std::vector<Mismatch>> mismatches_;  // of each row
   MatchTexture texture_;
   std::vector<std::uint8_t> blank_;  // of each pixel: nothing to match
   const float* disparity_ = nullptr;

@@ -16,7 +16,7 @@ constexpr float kCells = 1 << 17;
 // Cells of a quarter to half a pixel, so that no two pixels share one; a power of two per metre, so that they
 // stay in place while the camera approaches.
 constexpr float kCellsPerPixel = 4;
-constexpr float kCellsPerPatch = 12;
+constexpr float kCellsPerPatch = 12;  // along each axis
 constexpr std::uint32_t kExponent = 0x7F800000;
 
 /// 32 bits of a cell. The mixing is lowbias32 (Wellons, hash-prospector).

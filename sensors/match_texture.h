@@ -19,9 +19,9 @@ class MatchTexture {
 
   /// Computes row `v` of pixels from the points that it shows, in the frames of their bodies. `error`:
   /// normally distributed with mean 0 and variance 1, belonging to the place on the surface that a pixel
-  /// shows, different for any two pixels. `rank`: the share of all surfaces that has less grain, 0 to 1; 1
-  /// where there is no surface. `patch`: random bits of the patch of surface, 3 to 6 px wide, that a pixel
-  /// shows; 0 where there is no surface. Rows are independent.
+  /// shows, different for any two pixels. `rank`: that of SurfacePattern; 1 where there is no surface.
+  /// `patch`: random bits of the patch of surface that a pixel shows, 3 to 6 px wide if it faces the camera;
+  /// 0 where there is no surface. Rows are independent.
   void row(int v, int worker, const SurfacePoints& points, const SurfacePattern& pattern,
            std::span<float> error, std::span<float> rank, std::span<std::uint32_t> patch);
 

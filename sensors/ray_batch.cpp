@@ -19,26 +19,31 @@ RTCIntersectContext coherent_context() {
   return context;
 }
 
+int native_lanes(RTCScene scene) {
+  RTCDevice device = rtcGetSceneDevice(scene);
+  const bool wide = rtcGetDeviceProperty(device, RTC_DEVICE_PROPERTY_NATIVE_RAY16_SUPPORTED) != 0;
+  rtcReleaseDevice(device);
+  return wide ? kMostLanes : RayBatch::kGroup;
+}
+
 RTCRayHitN* as_hits(std::byte* packet) { return reinterpret_cast<RTCRayHitN*>(packet); }
 RTCRayN* as_rays(std::byte* packet) { return reinterpret_cast<RTCRayN*>(packet); }
 
 }  // namespace
 
-RayBatch::RayBatch(int rays)
+RayBatch::RayBatch(int rays, int lanes)
     : rays_((rays + kMostLanes - 1) / kMostLanes * kMostLanes),
+      wanted_lanes_(lanes),
       lines_(static_cast<std::size_t>(rays_ / kMostLanes) * sizeof(RTCRayHit16) / sizeof(Line)) {}
 
 std::byte* RayBatch::packet(int number) {
   const auto bytes = static_cast<std::ptrdiff_t>(sizeof(RTCRayHit16)) / kMostLanes * lanes_;
-  return lines_.front().bytes.data() + number * bytes;
+  return reinterpret_cast<std::byte*>(lines_.data()) + number * bytes;
 }
 
 void RayBatch::begin(RTCSceneTy* scene) {
   scene_ = scene;
-  RTCDevice device = rtcGetSceneDevice(scene);
-  lanes_ =
-      rtcGetDeviceProperty(device, RTC_DEVICE_PROPERTY_NATIVE_RAY16_SUPPORTED) != 0 ? kMostLanes : kGroup;
-  rtcReleaseDevice(device);
+  lanes_ = wanted_lanes_ != 0 ? wanted_lanes_ : native_lanes(scene);
   const auto lanes = static_cast<unsigned>(lanes_);
   for (int number = 0; number < packets(rays_); ++number) {
     RTCRayN* const rays = as_rays(packet(number));

@@ -10,8 +10,8 @@ struct RTCSceneTy;
 
 namespace walkman::sensors {
 
-/// Rays that are cast together, in packets of as many as the processor intersects at once: 16 with AVX-512,
-/// otherwise 8. They should be close to each other in this order.
+/// Rays that are cast together, in packets of 16 where the processor intersects so many at once (AVX-512),
+/// otherwise of 8. Consecutive rays should be close to each other.
 class RayBatch {
  public:
   static constexpr int kGroup = 8;
@@ -23,21 +23,24 @@ class RayBatch {
     const unsigned *triangle, *geometry, *instance;
   };
 
-  /// `rays`: the most that it holds.
-  explicit RayBatch(int rays);
+  /// `rays`: the most that it holds, at least 1. `lanes`: 8 or 16 rays per packet, or 0 for the width of the
+  /// processor.
+  explicit RayBatch(int rays, int lanes = 0);
 
-  /// Chooses the width of packets for a scene, which must exist while rays are cast. All values of the rays
-  /// are lost.
+  /// Prepares casting through a scene, which must exist meanwhile. Origins, directions, `tnear` and `tfar`
+  /// must then be set.
   void begin(RTCSceneTy* scene);
-  /// Makes all rays begin from `p_WOo`, m.
+  /// Sets the origin of all rays, m.
   void set_origin(const Eigen::Vector3f& p_WOo);
   /// Group `number` of the rays.
   [[nodiscard]] Group group(int number);
 
-  /// Casts the first `rays` rays. Afterwards `tfar` of a ray that hits something is where; `geometry` of one
-  /// that does not is kNothing. The rays after them up to the end of a packet are switched off.
+  /// Casts the first `rays` rays. A ray that hits something has its end `tfar` there; one that does not keeps
+  /// it and has the geometry kNothing. In the last packet, `tnear` and `tfar` of rays not cast are
+  /// overwritten.
   void intersect(int rays);
-  /// Tests whether something is on the way of the first `rays` rays: `tfar` becomes less than 0.
+  /// Tests whether something is on the way of the first `rays` rays: if so, their `tfar` becomes less than 0.
+  /// Overwrites like `intersect`.
   void occlude(int rays);
 
   static constexpr unsigned kNothing = ~0U;  ///< Embree's RTC_INVALID_GEOMETRY_ID
@@ -51,7 +54,7 @@ class RayBatch {
   void switch_off(int first);
 
   RTCSceneTy* scene_ = nullptr;
-  int rays_, lanes_ = kGroup;
+  int rays_, wanted_lanes_, lanes_ = kGroup;
   std::vector<Line> lines_;
 };
 

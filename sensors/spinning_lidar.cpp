@@ -50,7 +50,7 @@ struct SpinningLidar::Impl {
 };
 
 SpinningLidar::SpinningLidar(const LidarOptions& options, std::uint64_t seed)
-    : options_(options), seed_(seed), impl_(nullptr) {
+    : options_(options), seed_(seed) {
   const LidarOptions& o = options;
   require(o.beams >= 1 && o.beams <= kMostBeams, "1 to 100000 beams");
   require(o.step > 0 && o.step * o.beams <= 2 * std::numbers::pi + o.step, "beams within a turn");
@@ -73,8 +73,7 @@ SpinningLidar::SpinningLidar(const LidarOptions& options, std::uint64_t seed)
     for (int k = 0; k < kLanes; ++k) {
       const double around = 2 * std::numbers::pi * k / (kRays - 1.0);
       Eigen::Vector3d off = Eigen::Vector3d::Zero();
-      if (k > 0 && k < static_cast<int>(kRays))
-        off = kRing * (std::cos(around) * across + std::sin(around) * up);
+      if (k > 0 && k < kRays) off = kRing * (std::cos(around) * across + std::sin(around) * up);
       impl_->off.back().col(k) = (options.beam_radius * off).cast<float>();
       impl_->along.back().col(k) = (along + options.beam_angle * off).normalized().cast<float>();
     }

@@ -21,7 +21,7 @@ constexpr int kMostPixels = 16384;
 constexpr int kMostThreads = 256;
 constexpr int kMostFattening = 64;
 constexpr double kMostCorrelation = 64;
-constexpr double kMostSpikes = 0.2;  // three times as many, in 0.64 of all frames, are where texture is weak
+constexpr double kMostSpikes = 0.2;    // so that 3 · 0.2 / 0.64, the share of patches at rank 0, is below 1
 constexpr double kMostLocking = 0.15;  // below 1 over 2π, so that the order is preserved
 constexpr double kLeastStep = 1e-4;
 

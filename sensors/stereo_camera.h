@@ -13,7 +13,7 @@ namespace walkman::sensors {
 /// Rectified stereo geometry of a MultiSense-SL and its noise. Zero disables a noise term.
 ///
 /// The terms act on the disparity, in this order: occlusion by the right camera and the edge of its view,
-/// foreground fattening, correlated and white noise, locking to whole pixels, mismatched blobs, dropout,
+/// foreground fattening, correlated and white noise, locking to whole pixels, patches of mismatches, dropout,
 /// rounding to the lattice, search range. x, y and z follow from the result by the rectified model, so their
 /// errors are correlated.
 struct StereoOptions {
@@ -27,7 +27,7 @@ struct StereoOptions {
   double correlation_px = 2.0;  ///< Gaussian filter of the 0.8 part of the noise, px; the other 0.6 is white
   double locking = 0.05;        ///< px, largest shift of a match towards a whole disparity
   int fattening_px = 3;         ///< half of the matching window, foreground leak at edges
-  double spike_fraction = 0.002;  ///< fraction of pixels in patches of wrong matches
+  double spike_fraction = 0.002;  ///< fraction of pixels with a mismatch, averaged over surfaces and frames
   double dropout_fraction =
       0.03;  ///< fraction of pixels without a match (low texture), averaged over surfaces
   double disparity_step = 1.0 / 16;  ///< px, lattice of the wire format

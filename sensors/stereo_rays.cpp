@@ -190,10 +190,10 @@ void StereoRays::scan_row(int v, Worker& worker, const float* disparity, float* 
 void StereoRays::test_hidden(Worker& worker, float* matched) const {
   if (worker.shadows == 0) return;
   worker.shadow.occlude(worker.shadows);
-  for (int k = 0; k < worker.shadows; ++k) {
-    if (worker.shadow.group(k / RayBatch::kGroup).tfar[k % RayBatch::kGroup] < 0) {
-      matched[worker.shadow_pixel[static_cast<std::size_t>(k)]] = 0;
-    }
+  for (int first = 0; first < worker.shadows; first += RayBatch::kGroup) {
+    const float* const end = worker.shadow.group(first / RayBatch::kGroup).tfar;
+    for (int k = first; k < std::min(first + RayBatch::kGroup, worker.shadows); ++k)
+      if (end[k - first] < 0) matched[worker.shadow_pixel[static_cast<std::size_t>(k)]] = 0;
   }
   worker.tests += static_cast<std::size_t>(worker.shadows);
   worker.shadows = 0;

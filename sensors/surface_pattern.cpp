@@ -106,8 +106,8 @@ SurfacePattern::SurfacePattern(std::uint64_t seed, std::size_t bodies)
     look.contrast = kLeastContrast * std::pow(kMostContrast / kLeastContrast, random.uniform(1));
     for (int i = 0; i < 3; ++i)
       look.shift[i] = kMostShift * random.uniform(2 + static_cast<std::uint64_t>(i));
-    for (std::size_t tone = 0; tone <= kTones; ++tone)
-      look.rank.at(tone) = share_below(look.contrast * static_cast<float>(tone) / kTones);
+    for (std::size_t level = 0; level <= kBlotchLevels; ++level)
+      look.rank.at(level) = share_below(look.contrast * static_cast<float>(level) / kBlotchLevels);
     looks_.push_back(look);
   }
 }
@@ -131,7 +131,7 @@ void SurfacePattern::find(const Noise& noise, const Look& look, const Points& po
 
 void SurfacePattern::ranks(std::size_t body, const Points& points, std::span<float> out) const {
   constexpr std::size_t kPart = 64;
-  constexpr float kBetween = 1.0F / 4096;  // of a step between the tones of cells
+  constexpr float kBetween = 1.0F / 4096;  // of a step between blotch levels
   const float* const rank = looks_[body].rank.data();
   std::array<int, kPart> blotch;
   for (std::size_t first = 0; first < out.size(); first += kPart) {

@@ -30,15 +30,16 @@ class SurfacePattern {
   /// Writes the share of light that the body reflects at each point, within 0.02 and 0.98. Grain finer than a
   /// footprint averages out.
   void albedos(std::size_t body, const Points& points, std::span<float> out) const;
-  /// Writes the share of all surfaces, of all bodies that there may be, whose grain has less contrast than at
-  /// each point, 0 to 1.
+  /// Writes each point's rank: the probability that a random point of a random body has grain of less
+  /// contrast, 0 to 1.
   void ranks(std::size_t body, const Points& points, std::span<float> out) const;
 
  private:
-  static constexpr std::size_t kTones = 256;
+  static constexpr std::size_t kBlotchLevels = 256;
   struct Look {
     float base = 0, contrast = 0;
-    std::array<float, kTones + 1> rank{};             // of grain in a blotch of each tone, and the highest
+    /// Of grain at the lower end of each blotch level, and at the end of the last.
+    std::array<float, kBlotchLevels + 1> rank{};
     Eigen::Vector3f shift = Eigen::Vector3f::Zero();  // of the pattern, m
   };
   /// Noise in a cube that repeats in all directions: equally likely values, 0 to 255.

@@ -26,8 +26,9 @@ class FaultConfinement {
   /// Counts a frame that it received.
   [[nodiscard]] bool received() noexcept {
     if (receive_ == 0) return false;
-    // When leaving error-passive, the standard allows any value from 119 to 127.
-    receive_ = receive_ > kPassiveAbove ? kPassiveAbove : receive_ - 1;
+    // The standard allows 119 to 127: from the lowest, the next error flag of another node does not make it
+    // error-passive again.
+    receive_ = receive_ > kPassiveAbove ? kBackToActive : receive_ - 1;
     return update();
   }
   /// Counts an error flag that it sent in its own frame.
@@ -47,6 +48,7 @@ class FaultConfinement {
  private:
   static constexpr int kWarning = 96;
   static constexpr int kPassiveAbove = 127;
+  static constexpr int kBackToActive = 119;
   static constexpr int kBusOffAbove = 255;
   static constexpr int kHighestReceive = 255;
 

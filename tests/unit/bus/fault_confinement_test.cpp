@@ -196,8 +196,8 @@ TEST_F(FaultTest, AnErrorPassiveReceiverMissesAFrameAndDoesNotDestroyIt) {
   can::StampedFrame frame;
   ASSERT_TRUE(bus.computer_port().receive(frame));
   EXPECT_EQ(frame.frame.id, 0x123U);
-  // Its REC was above 127 and is set back to that value.
-  EXPECT_EQ(of(b).receive, 127);
+  // Its REC was above 127 and is set to the lowest value that the standard allows.
+  EXPECT_EQ(of(b).receive, 119);
   EXPECT_EQ(of(b).state, LinkState::kWarning);
   EXPECT_EQ(of(a).transmit, 15 * 8 - 2);
 }

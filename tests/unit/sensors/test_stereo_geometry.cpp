@@ -181,7 +181,7 @@ TEST(StereoGeometry, RefusesOptionsOutOfRange) {
   refused([](StereoOptions& o) { o.max_disparity = 0; });
   refused([](StereoOptions& o) { o.sigma_d = -0.1; });
   refused([](StereoOptions& o) { o.fattening_px = -1; });
-  refused([](StereoOptions& o) { o.spike_fraction = 1; });
+  refused([](StereoOptions& o) { o.spike_fraction = 0.21; });
   refused([](StereoOptions& o) { o.dropout_fraction = std::nan(""); });
   refused([](StereoOptions& o) { o.disparity_step = -1; });
   refused([](StereoOptions& o) { o.threads = 0; });
