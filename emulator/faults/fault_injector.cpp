@@ -97,7 +97,8 @@ void FaultInjector::start(Entry& entry, Time now) {
   state.begins = std::min(state.begins, now);
   if (++state.times == 1) state.first = now;
   const auto& lasts = state.injection.lasts;
-  state.ends = lasts ? state.begins + time_of(*lasts) : Time::max();
+  const bool momentary = static_cast<bool>(entry.effect.once);
+  state.ends = lasts ? state.begins + time_of(*lasts) : momentary ? now : Time::max();
   begin(entry);
 }
 

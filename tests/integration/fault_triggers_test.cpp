@@ -91,6 +91,17 @@ TEST(InjectedFaults, ThatComeAgainBeginAnew) {
   EXPECT_EQ(rig.emulator->injections().front().touched, 40U);
 }
 
+TEST(InjectedFaults, ThatOnlyHappenAreOverAtOnce) {
+  BreakableRobot rig(false);
+  for (int times = 0; times < 2; ++times) {  // of the same name: refused while it is active
+    rig.emulator->inject(faults::parse_fault({"silent-reboot", "RElbj"}));
+    rig.emulator->advance(rig.emulator->now() + BreakableRobot::kCycle);
+    EXPECT_EQ(rig.emulator->injections().front().stage, faults::InjectionState::Stage::kOver);
+  }
+  rig.run(BreakableRobot::kCycle);
+  EXPECT_TRUE(rig.robot->fault());
+}
+
 TEST(InjectedFaults, OneMoreChangesNoOther) {
   const auto run = [](bool more) {
     BreakableRobot rig(false);
