@@ -19,6 +19,9 @@ constexpr int kImagerPixels = 2048;          // side length of a CMV4000
 constexpr int kCroppedRows = 1088;           // its middle ones, as many as a CMV2000 has
 constexpr std::array kDisparities = {64, 128, 256};
 constexpr double kSlowest = 1;  // frames per second
+// Of a resolution's mode: a CMV2000's rows of a CMV4000, at an offset of the client's choice, from
+// firmware 3.5 on.
+constexpr std::int32_t kCropped = 2000;
 // Maximum frames per second of the whole and the cropped imager, and the factor for half the pixels across
 // and down. carnegierobotics.com, "2 Megapixel or 4 Megapixel?"
 constexpr double kFastest = 3.75, kFastestCropped = 7.5, kHalfSizeGain = 4;
@@ -37,8 +40,6 @@ constexpr std::array kGroups = {kImages, source::kLidar, source::kImu};
 constexpr std::size_t kMostScans = Laser::kKept;          // messages, as above
 constexpr double kPerMinute = 2 * std::numbers::pi / 60;  // rad/s
 constexpr std::uint8_t kLights = 0x0F;
-
-bool at_least(float value, float least) { return std::isfinite(value) && value >= least; }
 
 bool all_finite(std::span<const float> values) {
   return std::all_of(values.begin(), values.end(), [](float value) { return std::isfinite(value); });
@@ -59,7 +60,8 @@ void shift_down(CameraCalibration& calibration, double rows) {
 
 }  // namespace
 
-MultiSenseDevice::MultiSenseDevice(MultiSense& camera) : camera_(camera) {
+MultiSenseDevice::MultiSenseDevice(MultiSense& camera, const std::string& address)
+    : camera_(camera), network_{1, address, address, "255.0.0.0"} {
   const MultiSense::Mode now = camera.mode();
   const int scale = std::max(1, kImagerPixels / now.width);
   imager_ = {now.width * scale, now.height * scale, now.disparities};
@@ -232,7 +234,7 @@ void MultiSenseDevice::handle(Client& client, std::span<const std::uint8_t> mess
       if ((client.sources & ~before & kGroups[group]) != 0) client.since[group] = now_;
     acknowledge(client, id, Ack::kOk);
   } else if (const auto test = decode<MtuTest>(message)) {
-    if (test->mtu < kMtuTestOverhead || test->mtu > kMostMtu) return;  // nothing that long gets through
+    if (test->mtu < kLeastMtu || test->mtu > kMostMtu) return;  // nothing that long gets through
     acknowledge(client, id, Ack::kOk);
     const std::size_t before = std::exchange(client.mtu, kMostMtu);
     MtuAnswer full;
@@ -282,6 +284,10 @@ bool MultiSenseDevice::handle_setting(Client& client, std::span<const std::uint8
 std::optional<bool> MultiSenseDevice::store(std::span<const std::uint8_t> message) {
   if (const auto external = decode<ExternalCalibration>(message)) {
     external_ = *external;
+    return true;
+  }
+  if (const auto network = decode<Network>(message)) {
+    network_ = *network;
     return true;
   }
   if (const auto delay = decode<TransmitDelay>(message)) {
@@ -350,7 +356,7 @@ bool MultiSenseDevice::handle_query(Client& client, std::uint16_t id) {
       if (camera_.laser_calibration() == nullptr) return false;
       return give(MotorPosition{microradians(spindle_angle_)});
     case Query::kNetwork:
-      return give(Network{1, "127.0.0.1", "127.0.0.1", "255.0.0.0"});
+      return give(network_);
     case Query::kExternalCalibration:
       return give(external_);
     case Query::kTransmitDelay:
@@ -363,13 +369,15 @@ bool MultiSenseDevice::handle_query(Client& client, std::uint16_t id) {
 
 std::int32_t MultiSenseDevice::set_resolution(const Resolution& wanted) {
   const DeviceModes all = modes();
+  // A request of the first version says nothing of disparities, and a client may send -1.
+  const int disparities = wanted.disparities > 0 ? wanted.disparities : camera_.mode().disparities;
   const bool offered = std::any_of(all.modes.begin(), all.modes.end(), [&](const DeviceModes::Mode& mode) {
     return mode.width == wanted.width && mode.height == wanted.height &&
-           static_cast<std::int32_t>(mode.disparities) == wanted.disparities;
+           static_cast<std::int32_t>(mode.disparities) == disparities;
   });
-  if (!offered) return Ack::kUnsupported;
+  if (!offered || wanted.mode == kCropped) return Ack::kUnsupported;
   const auto width = static_cast<int>(wanted.width), height = static_cast<int>(wanted.height);
-  camera_.set_mode({width, height, wanted.disparities});
+  camera_.set_mode({width, height, disparities});
   used_rows_ = height * imager_.width / width;
   if (control_.frames_per_second > fastest()) {
     control_.frames_per_second = static_cast<float>(fastest());
@@ -385,11 +393,13 @@ double MultiSenseDevice::fastest() const {
 
 std::int32_t MultiSenseDevice::control(const CameraControl& wanted) {
   // This camera has no other imagers to expose.
-  if (!at_least(wanted.frames_per_second, kSlowest) || wanted.frames_per_second > fastest() ||
-      wanted.exposure.secondary_count > 0)
-    return Ack::kUnsupported;
+  const float asked = wanted.frames_per_second;
+  if (!std::isfinite(asked) || asked <= 0 || wanted.exposure.secondary_count > 0) return Ack::kUnsupported;
   control_ = wanted;
-  camera_.set_rate(wanted.frames_per_second);
+  // The vendor's tools ask for 30 frames per second in every mode, and for what another mode allowed.
+  control_.frames_per_second =
+      static_cast<float>(std::clamp(static_cast<double>(asked), kSlowest, fastest()));
+  camera_.set_rate(control_.frames_per_second);
   return Ack::kOk;
 }
 
@@ -404,11 +414,13 @@ DeviceInfo MultiSenseDevice::info() const {
     return info;
   }
   info.name = "MultiSense-SL, emulated";
+  info.build_date = "emulated";
   info.serial_number = "walkman-hil";
   info.imager_name = "CMV4000";
   info.imager_type = kGreyCmv4000;
   info.imager_width = static_cast<std::uint32_t>(imager_.width);
   info.imager_height = static_cast<std::uint32_t>(used_rows_);
+  info.lens_name = "6.5 mm";
   info.lens_type = 1;
   info.baseline = static_cast<float>(camera_.optics().baseline);
   info.focal_length = kLensFocalLength;
@@ -417,6 +429,7 @@ DeviceInfo MultiSenseDevice::info() const {
   if (camera_.laser_calibration() == nullptr) return info;
   info.laser_name = "UTM-30LX-EW";
   info.laser_type = 1;
+  info.motor_name = "spindle";
   info.motor_type = 1;
   info.gear_reduction = 50;
   return info;

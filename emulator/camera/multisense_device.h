@@ -34,7 +34,8 @@ class MultiSenseDevice {
   /// A client silent for this long gets no more frames; the vendor's clients request the status every second.
   static constexpr Time kSilence = std::chrono::seconds(10);
 
-  explicit MultiSenseDevice(MultiSense& camera);
+  /// `address`: the one that it says is its own.
+  explicit MultiSenseDevice(MultiSense& camera, const std::string& address = "127.0.0.1");
 
   /// Casts what is new for the clients that stream it. `now`: the sensor's clock; `exposure`: the newest one;
   /// `turns`: the laser's, the newest last.
@@ -108,6 +109,7 @@ class MultiSenseDevice {
   Time now_{};
   multisense::CameraControl control_;
   multisense::ExternalCalibration external_;
+  multisense::Network network_;
   multisense::LightSettings lighting_;
   multisense::TransmitDelay transmit_delay_;
   // As set by a client, in place of the camera's own.

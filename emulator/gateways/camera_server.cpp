@@ -7,6 +7,7 @@
 
 #include <arpa/inet.h>
 #include <fmt/format.h>
+#include <linux/errqueue.h>
 #include <netinet/in.h>
 #include <poll.h>
 #include <sys/eventfd.h>
@@ -37,7 +38,9 @@ sockaddr_in address_of(MultiSenseDevice::Address key) {
 }  // namespace
 
 CameraServer::CameraServer(const std::string& address, MultiSense& camera)
-    : device_(camera), camera_(camera), wake_(eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK)) {
+    : device_(camera, address.substr(0, address.find(':'))),
+      camera_(camera),
+      wake_(eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK)) {
   const multisense::UdpAddress wanted = multisense::parse_udp_address(address);
   const sockaddr_in bound = address_of(std::uint64_t{wanted.host} << 16U | wanted.port);
   socket_ = Descriptor(socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0));
@@ -111,6 +114,12 @@ void CameraServer::forget_closed() {
     message.msg_control = control.data();
     message.msg_controllen = control.size();
     if (recvmsg(socket_.get(), &message, MSG_ERRQUEUE) < 0) return;
+    // Others, of a network on the way, do not say that the client is gone.
+    const cmsghdr* const header = CMSG_FIRSTHDR(&message);
+    if (header == nullptr || header->cmsg_type != IP_RECVERR) continue;
+    sock_extended_err error{};
+    std::memcpy(&error, CMSG_DATA(header), sizeof error);
+    if (error.ee_errno != ECONNREFUSED) continue;
     device_.forget(key_of(to));
     outbox_->drop(key_of(to));
   }

@@ -274,6 +274,8 @@ class Cluster:
         host = socket.gethostname().split(".")[0]
         (folder / "slurm.conf").write_text(SLURM.format(host=host, folder=folder, port=free_port(), other_port=free_port(),
                                                         cores=os.cpu_count()))
+        # Named, since slurmd cannot detect one where none is mounted; it is not used by the plugins above.
+        (folder / "cgroup.conf").write_text("CgroupPlugin=cgroup/v1\n")
         (folder / "munge.key").write_bytes(os.urandom(128))
         (folder / "munge.key").chmod(0o400)
         folder.chmod(0o755)

@@ -46,7 +46,8 @@ CASES = (
     ("fault: slip, targets: [bar], friction: 0.05, after_s: 3, phases: [{phase: lift}]", DONE | STOPPED, None, "watch"),
     ("fault: push, targets: [RSoftHand], y: 40, after_s: 2, lasts_s: 0.3, phases: [{phase: approach}]", DONE,
      "meets something that was not seen", "watch"),
-    ("fault: push, targets: [RForearm], z: -80, after_s: 2, lasts_s: 1, phases: [{phase: approach}]", STOPPED,
+    # At the end of the way, and in the arm's plane: one that meets the arm on its way leaves the waist swinging.
+    ("fault: push, targets: [RForearm], y: 0, z: -100, after_s: 4.2, lasts_s: 1, phases: [{phase: approach}]", STOPPED,
      "something touches the arm", 0.5),
     ("fault: push, targets: [RForearm], z: 80, after_s: 4, lasts_s: 0.6, phases: [{phase: lift}]", STOPPED,
      "something touches the arm.*the object is being lowered", "lower"),

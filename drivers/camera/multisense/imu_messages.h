@@ -33,10 +33,10 @@ struct ImuSample {
   ImuKind kind = ImuKind::kAccelerometer;
   std::int64_t nanoseconds = 0;  ///< on the sensor's clock
   std::array<float, 3> value{};
-  std::uint64_t ptp_nanoseconds = 0;
   static void fields(auto& self, auto& archive, std::uint16_t version) {
     archive(self.kind, self.nanoseconds, self.value);
-    if (version >= 2) archive(self.ptp_nanoseconds);
+    std::uint64_t ptp_nanoseconds = 0;
+    if (version >= 2) archive(ptp_nanoseconds);
   }
 };
 
@@ -47,7 +47,8 @@ struct ImuData {
   std::vector<ImuSample> samples;
   static void fields(auto& self, auto& archive) {
     archive(self.number);
-    list_field<ImuSample>(self.samples, archive, 2, kMostSamples);
+    // Firmware before 6.10 has no precision time, and clients of its age read samples of this version only.
+    list_field<ImuSample>(self.samples, archive, 1, kMostSamples);
   }
 };
 

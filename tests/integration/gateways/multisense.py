@@ -100,5 +100,5 @@ def histogram(metadata):
 def imu_samples(body):
     """Returns number and samples (kind, ns, x, y, z) of message 0x0114."""
     number, version, count = struct.unpack_from("<IHI", body)
-    assert version == 2 and len(body) == 10 + 30 * count
-    return number, [struct.unpack_from("<Hqfff", body, 10 + 30 * i) for i in range(count)]
+    assert version == 1 and len(body) == 10 + 22 * count
+    return number, [struct.unpack_from("<Hqfff", body, 10 + 22 * i) for i in range(count)]

@@ -103,13 +103,13 @@ TEST(HeadImu, IsSetToWhatItOffersAndNothingElse) {
   EXPECT_EQ(imu.config().samples_per_message, 10U);
 }
 
-// Sizes counted by hand: a sample has 30 bytes, the prefix of a list 6.
+// Sizes counted by hand: a sample of version 1 has 22 bytes, the prefix of a list 6.
 TEST(HeadImu, ItsMessagesAreThoseOfTheVendor) {
-  ImuData data{7, {{ImuKind::kGyroscope, 5, {1, 2, 3}, 0}, {}}};
+  ImuData data{7, {{ImuKind::kGyroscope, 5, {1, 2, 3}}, {}}};
   const std::vector<std::uint8_t> bytes = multisense::encode(data);
-  EXPECT_EQ(bytes.size(), 4U + 4 + 6 + 2 * 30);
+  EXPECT_EQ(bytes.size(), 4U + 4 + 6 + 2 * 22);
   EXPECT_THAT(std::vector(bytes.begin(), bytes.begin() + 16),
-              ElementsAre(0x14, 0x01, 1, 0, 7, 0, 0, 0, 2, 0, 2, 0, 0, 0, 2, 0));
+              ElementsAre(0x14, 0x01, 1, 0, 7, 0, 0, 0, 1, 0, 2, 0, 0, 0, 2, 0));
   const auto back = multisense::decode<ImuData>(bytes);
   ASSERT_TRUE(back);
   EXPECT_EQ(back->samples[0].value[2], 3);

@@ -98,7 +98,7 @@ TEST(MultiSenseDevice, TakesTheModesThatItListsAndKeepsWhatIsSet) {
   talk.ask(control);
   EXPECT_THAT(talk.answers(), testing::ElementsAre(0x0001, Ack::kUnsupported));
   control.exposure.secondary_count = 0;
-  for (const float rate : {0.0F, -1.0F, 1000.0F, std::nanf("")}) {
+  for (const float rate : {0.0F, -1.0F, std::nanf("")}) {
     control.frames_per_second = rate;
     talk.ask(control);
     EXPECT_THAT(talk.answers(), testing::ElementsAre(0x0001, Ack::kUnsupported));
@@ -123,13 +123,30 @@ TEST(MultiSenseDevice, ListsTheSizesOfBothImagersOfItsKind) {
     control.frames_per_second = size.fastest;
     talk.ask(control);
     EXPECT_THAT(talk.answers(), testing::ElementsAre(0x0001, 0)) << size.width << " by " << size.height;
-    control.frames_per_second = size.fastest * 1.01F;
+    // The vendor's SaveImageUtility asks for 30 in every mode and gives up if that is refused.
+    control.frames_per_second = 30;
     talk.ask(control);
-    EXPECT_THAT(talk.answers(), testing::ElementsAre(0x0001, Ack::kUnsupported));
+    EXPECT_THAT(talk.answers(), testing::ElementsAre(0x0001, 0));
+    EXPECT_NEAR(rig.eye.rate_hz(), size.fastest, 1e-6);
   }
+  talk.ask(Resolution{2048, 1088, 64, 2000, 480});  // cropped by the client
+  EXPECT_THAT(talk.answers(), testing::ElementsAre(0x0001, Ack::kUnsupported));
   // Slower by itself where the size allows no more.
   talk.ask(Resolution{2048, 2048, 64});
   EXPECT_NEAR(rig.eye.rate_hz(), 3.75, 1e-6);
+}
+
+TEST(MultiSenseDevice, KeepsTheNetworkThatItIsToldAndTheDisparitiesThatItIsNot) {
+  using namespace multisense;
+  CameraRig rig(1024, 1024);
+  Conversation talk(rig);
+  talk.ask(Network{1, "10.66.171.21", "10.66.171.1", "255.255.240.0"});
+  EXPECT_THAT(talk.answers(), testing::ElementsAre(0x0001, 0));
+  EXPECT_EQ(talk.answer_to<Network>(Query::kNetwork).address, "10.66.171.21");
+  talk.ask(Resolution{1024, 1024, 256});
+  talk.ask(Resolution{2048, 2048, -1});
+  EXPECT_THAT(talk.answers(), testing::ElementsAre(0x0001, 0, 0x0001, 0));
+  EXPECT_EQ(rig.eye.mode().disparities, 256);
 }
 
 TEST(MultiSenseDevice, AnswersNothingToJunkAndForgetsTheSilent) {
