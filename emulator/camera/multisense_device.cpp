@@ -4,6 +4,9 @@
 #include <array>
 #include <cmath>
 #include <numbers>
+#include <string>
+
+#include <arpa/inet.h>
 
 #include "emulator/plant/actuators/spindle.h"
 
@@ -40,6 +43,11 @@ constexpr std::array kGroups = {kImages, source::kLidar, source::kImu};
 constexpr std::size_t kMostScans = Laser::kKept;          // messages, as above
 constexpr double kPerMinute = 2 * std::numbers::pi / 60;  // rad/s
 constexpr std::uint8_t kLights = 0x0F;
+
+bool is_quad(const std::string& text) {
+  in_addr address{};
+  return text.size() < INET_ADDRSTRLEN && inet_pton(AF_INET, text.c_str(), &address) == 1;
+}
 
 bool all_finite(std::span<const float> values) {
   return std::all_of(values.begin(), values.end(), [](float value) { return std::isfinite(value); });
@@ -287,6 +295,7 @@ std::optional<bool> MultiSenseDevice::store(std::span<const std::uint8_t> messag
     return true;
   }
   if (const auto network = decode<Network>(message)) {
+    if (!is_quad(network->address) || !is_quad(network->gateway) || !is_quad(network->netmask)) return false;
     network_ = *network;
     return true;
   }

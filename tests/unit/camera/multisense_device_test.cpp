@@ -143,6 +143,8 @@ TEST(MultiSenseDevice, KeepsTheNetworkThatItIsToldAndTheDisparitiesThatItIsNot) 
   talk.ask(Network{1, "10.66.171.21", "10.66.171.1", "255.255.240.0"});
   EXPECT_THAT(talk.answers(), testing::ElementsAre(0x0001, 0));
   EXPECT_EQ(talk.answer_to<Network>(Query::kNetwork).address, "10.66.171.21");
+  talk.ask(Network{1, "10.66.171.256", "10.66.171.1", "255.255.240.0"});
+  EXPECT_THAT(talk.answers(), testing::ElementsAre(0x0001, Ack::kUnsupported));
   talk.ask(Resolution{1024, 1024, 256});
   talk.ask(Resolution{2048, 2048, -1});
   EXPECT_THAT(talk.answers(), testing::ElementsAre(0x0001, 0, 0x0001, 0));
