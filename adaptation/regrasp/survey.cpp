@@ -2,6 +2,7 @@
 
 #include <array>
 #include <cmath>
+#include <memory>
 
 namespace walkman::regrasp {
 namespace {
@@ -15,10 +16,18 @@ constexpr double kWait = 0.05;        // s
 
 camera::OrganizedCloud Survey::sweep() {
   camera::OrganizedCloud cloud;
-  if (!camera_.begin_sweep(kSpindleRate)) return cloud;
-  for (double waited = 0; !camera_.swept(cloud.points); waited += kWait) {
-    if (waited > kSweepTimeout) throw RunStopped("the camera's laser did not complete its sweep within 15 s");
-    manipulator_.hold(kWait);
+  // However this ends, the laser does not go on turning.
+  const std::unique_ptr<camera::RangeCamera, void (*)(camera::RangeCamera*)> stopped(
+      &camera_, [](camera::RangeCamera* camera) { camera->end_sweep(); });
+  try {
+    if (!camera_.begin_sweep(kSpindleRate)) return cloud;
+    for (double waited = 0; !camera_.swept(cloud.points); waited += kWait) {
+      if (waited > kSweepTimeout)
+        throw RunStopped("the camera's laser did not complete its sweep within 15 s");
+      manipulator_.hold(kWait);
+    }
+  } catch (const camera::Lost& lost) {
+    throw RunStopped(lost.what());
   }
   cloud.width = static_cast<int>(cloud.points.size());
   cloud.height = 1;

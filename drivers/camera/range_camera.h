@@ -47,6 +47,9 @@ class RangeCamera {
   /// Once the sweep is complete, returns its points in the frame of the clouds (m), in no particular order,
   /// and stops the laser; returns false until then. The head must not have moved. Throws Lost.
   [[nodiscard]] virtual bool swept(std::vector<Eigen::Vector3f>& points) = 0;
+  /// Abandons a sweep that is not complete: tells the laser to stop, without waiting for it. No effect
+  /// otherwise.
+  virtual void end_sweep() noexcept = 0;
 };
 
 }  // namespace walkman::camera

@@ -43,6 +43,10 @@ constexpr std::array kGroups = {kImages, source::kLidar, source::kImu};
 constexpr std::size_t kMostScans = Laser::kKept;          // messages, as above
 constexpr double kPerMinute = 2 * std::numbers::pi / 60;  // rad/s
 constexpr std::uint8_t kLights = 0x0F;
+// Of a device in a room; the vendor's tools only show them.
+constexpr float kCpuTemperature = 45, kFpgaTemperature = 55;  // °C
+// Bits of the status' health, by the vendor's protocol.
+constexpr std::uint32_t kLaserWell = 1U << 1, kMotorWell = 1U << 2, kImuWell = 1U << 4;
 
 bool is_quad(const std::string& text) {
   in_addr address{};
@@ -74,7 +78,8 @@ MultiSenseDevice::MultiSenseDevice(MultiSense& camera, const std::string& addres
   const int scale = std::max(1, kImagerPixels / now.width);
   imager_ = {now.width * scale, now.height * scale, now.disparities};
   used_rows_ = imager_.height;
-  control_.frames_per_second = static_cast<float>(camera.rate_hz());
+  wanted_rate_ = camera.rate_hz();
+  control_.frames_per_second = static_cast<float>(wanted_rate_);
 }
 
 std::size_t MultiSenseDevice::queued(const Client& client, Kind kind) {
@@ -257,7 +262,8 @@ void MultiSenseDevice::handle(Client& client, std::span<const std::uint8_t> mess
     acknowledge(client, id, set_resolution(*resolution));
   } else if (const auto wanted = decode<CameraControl>(message)) {
     acknowledge(client, id, control(*wanted));
-  } else if (!handle_setting(client, message)) {
+  } else if (!handle_setting(client, message) && id != Ack::kId) {
+    // An acknowledgement is not acknowledged: two devices that were told of each other would never stop.
     acknowledge(client, id, Ack::kUnknown);
   }
 }
@@ -340,6 +346,10 @@ bool MultiSenseDevice::handle_query(Client& client, std::uint16_t id) {
       Status status;
       status.uptime = sensor_time(now_);
       status.health = Status::kAllWell;
+      if (camera_.laser_calibration() == nullptr) status.health &= ~(kLaserWell | kMotorWell);
+      if (camera_.imu() == nullptr) status.health &= ~kImuWell;
+      status.cpu_temperature_c = kCpuTemperature;
+      status.fpga_temperature_c = kFpgaTemperature;
       return give(status);
     }
     case Query::kCameraConfig:
@@ -388,11 +398,16 @@ std::int32_t MultiSenseDevice::set_resolution(const Resolution& wanted) {
   const auto width = static_cast<int>(wanted.width), height = static_cast<int>(wanted.height);
   camera_.set_mode({width, height, disparities});
   used_rows_ = height * imager_.width / width;
-  if (control_.frames_per_second > fastest()) {
-    control_.frames_per_second = static_cast<float>(fastest());
-    camera_.set_rate(fastest());
-  }
+  set_rate();
   return Ack::kOk;
+}
+
+/// Sets the rate asked for, as near as the mode allows: the vendor's tools ask for 30 frames per second in
+/// every mode, and for what another mode allowed.
+void MultiSenseDevice::set_rate() {
+  const double rate = std::clamp(wanted_rate_, kSlowest, fastest());
+  control_.frames_per_second = static_cast<float>(rate);
+  camera_.set_rate(rate);
 }
 
 double MultiSenseDevice::fastest() const {
@@ -405,10 +420,8 @@ std::int32_t MultiSenseDevice::control(const CameraControl& wanted) {
   const float asked = wanted.frames_per_second;
   if (!std::isfinite(asked) || asked <= 0 || wanted.exposure.secondary_count > 0) return Ack::kUnsupported;
   control_ = wanted;
-  // The vendor's tools ask for 30 frames per second in every mode, and for what another mode allowed.
-  control_.frames_per_second =
-      static_cast<float>(std::clamp(static_cast<double>(asked), kSlowest, fastest()));
-  camera_.set_rate(control_.frames_per_second);
+  wanted_rate_ = asked;
+  set_rate();
   return Ack::kOk;
 }
 

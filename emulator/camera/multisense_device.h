@@ -96,6 +96,7 @@ class MultiSenseDevice {
   [[nodiscard]] std::optional<bool> store(std::span<const std::uint8_t> message);
   [[nodiscard]] std::int32_t set_resolution(const multisense::Resolution& wanted);
   [[nodiscard]] double fastest() const;  // in the present mode, frames per second
+  void set_rate();
   [[nodiscard]] std::int32_t control(const multisense::CameraControl& wanted);
   void note_streams();
   [[nodiscard]] double rows_above() const;
@@ -109,6 +110,7 @@ class MultiSenseDevice {
   int used_rows_ = 0;  // of the imager, in the present mode
   Time now_{};
   multisense::CameraControl control_;
+  double wanted_rate_ = 0;  // frames per second, before the mode's limit
   multisense::ExternalCalibration external_;
   multisense::Network network_;
   multisense::LightSettings lighting_;

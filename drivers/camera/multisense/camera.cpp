@@ -20,6 +20,7 @@ constexpr std::uint64_t kMostBefore = 100;
 constexpr std::size_t kMostPolled = 512 << 10;        // bytes processed per poll between two cycles
 constexpr Time kForgotten = std::chrono::seconds(5);  // an answer not received by then is no longer expected
 constexpr Time kStatusInterval = std::chrono::seconds(1);
+constexpr Time kLongestAnswer = std::chrono::seconds(2);  // an answer behind many frames takes a part of this
 constexpr std::size_t kKeptFrames = 4;
 constexpr std::size_t kMostScans = 4096;                  // not yet taken
 constexpr double kPerMinute = 2 * std::numbers::pi / 60;  // rad/s
@@ -54,6 +55,7 @@ Camera::Camera(DatagramPort& port, std::string name, std::function<Time()> now)
 }
 
 Camera::~Camera() {
+  end_sweep();
   try {
     send(encode(StreamControl{source::kEverything, 0}));
   } catch (const std::exception&) {
@@ -110,6 +112,7 @@ void Camera::open() {
   device_ = ask_for<DeviceInfo>(Query::kDeviceInfo);
   calibration_ = ask_for<CameraCalibration>(Query::kCameraCalibration);
   check_calibration();
+  if (!device_.laser_name.empty()) static_cast<void>(laser_calibration());
 }
 
 void Camera::check_calibration() const {
@@ -154,7 +157,7 @@ void Camera::take(std::span<const std::uint8_t> message) {
       if (const auto ack = decode<Ack>(message)) acks_[ack->request] = ack->status;
       return;
     case Status::kId:
-      // If an answer is lost, the next one is taken for it: the sensor's clock then appears older than it is.
+      // Of several requests the oldest: the sensor's clock then appears older than it is, never newer.
       if (const auto status = decode<Status>(message); status && !asked_status_.empty()) {
         offset_ = asked_status_.front() - time_of(status->uptime);
         asked_status_.pop_front();
@@ -215,6 +218,14 @@ void Camera::ask_status() {
   send(encode(Query::kStatus));
 }
 
+bool Camera::poll_status() {
+  const Time now = now_();
+  if (told_at_ && now - *told_at_ <= (asked_status_.empty() ? kStatusInterval : kLongestAnswer)) return false;
+  asked_status_.clear();
+  ask_status();
+  return true;
+}
+
 /// Waits for the answer to a status request: everything that the device sent before it has then arrived.
 void Camera::synchronise() {
   for (int attempt = 0; attempt < kAttempts; ++attempt) {
@@ -238,16 +249,37 @@ void Camera::stream(bool on) {
   send(encode(StreamControl{sources, on ? sources : 0}));
 }
 
+void Camera::request_spin(double rate) {
+  const int attempts = spin_request_ && spin_request_->rate == rate ? spin_request_->attempts : 0;
+  if (attempts == kAttempts)
+    fail(fmt::format("no answer from a MultiSense to message 0x{:04X} in {} s", SetMotor::kId,
+                     kAttempts * std::chrono::duration<double>(kAnswerLimit).count()));
+  spin_request_ = SpinRequest{rate, now_(), attempts + 1};
+  acks_.erase(SetMotor::kId);
+  acks_.erase(StreamControl::kId);
+  send(encode(SetMotor{static_cast<float>(rate / kPerMinute)}));
+  send(encode(StreamControl{source::kLidar, rate != 0 ? source::kLidar : 0}));
+}
+
+bool Camera::spins() {
+  if (!spin_request_) return true;
+  for (const auto& [id, what] : {std::pair(SetMotor::kId, "to turn its laser"),
+                                 std::pair(StreamControl::kId, "to stream its laser")}) {
+    const auto ack = acks_.find(id);
+    if (ack == acks_.end()) {
+      if (now_() - spin_request_->sent > kAnswerLimit) request_spin(spin_request_->rate);
+      return false;
+    }
+    if (ack->second != Ack::kOk) fail(fmt::format("the device refuses {} with status {}", what, ack->second));
+  }
+  if (spin_request_->rate == 0) scans_.clear();
+  spin_request_.reset();
+  return true;
+}
+
 void Camera::spin(double rate) {
-  const auto set = [this](const auto& message, std::uint16_t id, const char* what) {
-    acks_.erase(id);
-    ask(encode(message), [&] { return acks_.contains(id); });
-    if (acks_[id] != Ack::kOk) fail(fmt::format("the device refuses {} with status {}", what, acks_[id]));
-  };
-  set(SetMotor{static_cast<float>(rate / kPerMinute)}, SetMotor::kId, "to turn its laser");
-  const bool on = rate != 0;
-  set(StreamControl{source::kLidar, on ? source::kLidar : 0}, StreamControl::kId, "to stream its laser");
-  if (!on) scans_.clear();
+  request_spin(rate);
+  while (!came([this] { return spins(); }, kAnswerLimit)) request_spin(rate);
 }
 
 std::vector<LidarData> Camera::take_scans() {
@@ -255,12 +287,15 @@ std::vector<LidarData> Camera::take_scans() {
     synchronise();
   } else {
     take_in(kMostPolled);
-    if (!told_at_ || now_() - *told_at_ > kStatusInterval) ask_status();
+    static_cast<void>(poll_status());
   }
   return std::exchange(scans_, {});
 }
 
-LidarCalibration Camera::laser_calibration() { return ask_for<LidarCalibration>(Query::kLidarCalibration); }
+const LidarCalibration& Camera::laser_calibration() {
+  if (!laser_) laser_ = ask_for<LidarCalibration>(Query::kLidarCalibration);
+  return *laser_;
+}
 
 bool Camera::begin_sweep(double rate) {
   if (device_.laser_name.empty()) return false;
@@ -269,20 +304,39 @@ bool Camera::begin_sweep(double rate) {
   } catch (const std::runtime_error& e) {
     fail(e.what());
   }
-  spin(rate);
+  sweep_ends_ = false;
+  request_spin(rate);
   return true;
 }
 
 bool Camera::swept(std::vector<Eigen::Vector3f>& points) {
   if (!sweep_) return false;
-  for (const LidarData& scan : take_scans())
-    sweep_->add(scan, [](Time) { return Eigen::Isometry3d::Identity(); });
-  if (sweep_->turned() < std::numbers::pi) return false;
-  spin(0);
+  const std::vector<LidarData> scans = take_scans();
+  if (!spins()) return false;
+  if (!sweep_ends_) {
+    for (const LidarData& scan : scans) sweep_->add(scan, [](Time) { return Eigen::Isometry3d::Identity(); });
+    if (sweep_->turned() < std::numbers::pi) return false;
+    sweep_ends_ = true;
+    request_spin(0);
+    if (waiting_ == Waiting::kBlock) synchronise();
+    if (!spins()) return false;
+  }
   points.clear();
   for (const Sweep::Point& point : sweep_->points()) points.push_back(point.p_F);
   sweep_.reset();
   return true;
+}
+
+void Camera::end_sweep() noexcept {
+  if (!sweep_) return;
+  sweep_.reset();
+  spin_request_.reset();
+  try {
+    send(encode(SetMotor{0}));
+    send(encode(StreamControl{source::kLidar, 0}));
+  } catch (const std::exception&) {
+    // A device that is gone cannot be told.
+  }
 }
 
 const Image* Camera::image(std::uint64_t source) const {
@@ -302,11 +356,9 @@ bool Camera::latest(Time not_before, camera::OrganizedCloud& out) {
     if (!acks_.contains(StreamControl::kId)) stream(true);
   } else {
     take_in(kMostPolled);
-    if (!told_at_ || now_() - *told_at_ > kStatusInterval) {
-      // A device that has heard nothing for a long time stops streaming, and a single request may be lost.
-      if (told_at_) stream(true);
-      ask_status();
-    }
+    const bool again = told_at_.has_value();
+    // A device that has heard nothing for a long time stops streaming, and a single request may be lost.
+    if (poll_status() && again) stream(true);
   }
   if (!cloud(not_before, out)) return false;
   stream(false);

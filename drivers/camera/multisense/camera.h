@@ -44,12 +44,12 @@ class Camera final : public camera::RangeCamera {
   Camera& operator=(const Camera&) = delete;
 
   void set_waiting(Waiting waiting) { waiting_ = waiting; }
-  /// Turns the laser's spindle at `rate` (rad/s) and streams its scans until called with 0. Throws Lost if
-  /// the device refuses.
+  /// Turns the laser's spindle at `rate` (rad/s) and streams its scans until called with 0; waits until the
+  /// device does so. Throws Lost if it refuses, or does not answer.
   void spin(double rate);
   /// Scans received since the last call, in order, on the sensor's clock; and their calibration.
   [[nodiscard]] std::vector<LidarData> take_scans();
-  [[nodiscard]] LidarCalibration laser_calibration();
+  [[nodiscard]] const LidarCalibration& laser_calibration();
 
   /// Selects images to be streamed along with the disparity, by their bits in `source`.
   void also_stream(std::uint64_t sources) { images_wanted_ = sources; }
@@ -57,6 +57,7 @@ class Camera final : public camera::RangeCamera {
   [[nodiscard]] bool latest(Time not_before, camera::OrganizedCloud& out) override;
   [[nodiscard]] bool begin_sweep(double rate) override;
   [[nodiscard]] bool swept(std::vector<Eigen::Vector3f>& points) override;
+  void end_sweep() noexcept override;
 
   /// The disparity image from which the last cloud was computed.
   [[nodiscard]] const Disparity& disparity() const { return disparity_; }
@@ -92,7 +93,14 @@ class Camera final : public camera::RangeCamera {
   void take_disparity(std::span<const std::uint8_t> message);
   [[nodiscard]] const Captured* captured(std::int64_t frame) const;
   void ask_status();
+  /// When polling: asks again once the last status is old. One request at a time: whose answer came is then
+  /// certain. Returns whether it has asked.
+  bool poll_status();
   void synchronise();
+  void request_spin(double rate);
+  /// Whether the device has done what `request_spin` asked; repeats the request when that is overdue. Throws
+  /// Lost.
+  [[nodiscard]] bool spins();
   [[nodiscard]] bool cloud(Time not_before, camera::OrganizedCloud& out);
   [[noreturn]] void fail(const std::string& what) const;
 
@@ -124,7 +132,16 @@ class Camera final : public camera::RangeCamera {
   std::uint64_t images_wanted_ = 0;
   std::map<std::uint64_t, Image> images_;  // newest image of each source
   std::vector<LidarData> scans_;
-  std::optional<Sweep> sweep_;  // started and not yet complete
+  /// A rate of the spindle that was requested and is not yet acknowledged.
+  struct SpinRequest {
+    double rate = 0;
+    Time sent{};  // on the caller's clock
+    int attempts = 0;
+  };
+  std::optional<SpinRequest> spin_request_;
+  std::optional<LidarCalibration> laser_;  // once known
+  std::optional<Sweep> sweep_;             // started and not yet complete
+  bool sweep_ends_ = false;                // it is complete, and the spindle has yet to stop
 };
 
 }  // namespace walkman::multisense

@@ -66,12 +66,17 @@ std::span<const std::uint8_t> Assembler::take(std::span<const std::uint8_t> data
   const auto same = std::find_if(unfinished_.begin(), unfinished_.end(), [&](const Unfinished& message) {
     return message.sequence == head->sequence;
   });
+  const bool single = head->offset == 0 && payload.size() == head->message_bytes;
+  if (!single && std::find(finished_.begin(), finished_.end(), head->sequence) != finished_.end()) return {};
   if (head->offset == 0) {
     if (same != unfinished_.end()) {
+      if (same->message_bytes == head->message_bytes && same->bytes.size() >= payload.size() &&
+          std::equal(payload.begin(), payload.end(), same->bytes.begin()))
+        return {};  // the same datagram once more
       ++lost_;
       unfinished_.erase(same);
     }
-    if (payload.size() == head->message_bytes) return payload;
+    if (single) return payload;
     if (unfinished_.size() == kMostUnfinished) {
       ++lost_;
       unfinished_.pop_front();
@@ -89,6 +94,8 @@ std::span<const std::uint8_t> Assembler::take(std::span<const std::uint8_t> data
     given_up_ = head->sequence;
     return {};
   }
+  if (head->message_bytes == same->message_bytes && head->offset + payload.size() <= same->bytes.size())
+    return {};  // a datagram that has arrived before
   if (head->offset != same->bytes.size() || head->message_bytes != same->message_bytes) {
     ++lost_;
     given_up_ = head->sequence;
@@ -98,6 +105,7 @@ std::span<const std::uint8_t> Assembler::take(std::span<const std::uint8_t> data
   same->bytes.insert(same->bytes.end(), payload.begin(), payload.end());
   if (same->bytes.size() < same->message_bytes) return {};
   complete_.swap(same->bytes);
+  finished_[next_finished_++ % finished_.size()] = head->sequence;
   unfinished_.erase(same);
   return complete_;
 }

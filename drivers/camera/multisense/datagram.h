@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <list>
@@ -50,7 +51,8 @@ class Fragments {
 };
 
 /// Assembles messages from datagrams in order of arrival. A message whose beginning is missing, or whose
-/// datagrams are not consecutive, is lost.
+/// datagrams are not consecutive, is lost. A datagram that the network delivers twice has no effect the
+/// second time, unless it is a whole message.
 class Assembler {
  public:
   /// Returns the message that this datagram completes, valid until the next call; empty if it completes none.
@@ -71,6 +73,8 @@ class Assembler {
 
   std::list<Unfinished> unfinished_;  // oldest first
   std::vector<std::uint8_t> complete_;
+  std::array<std::optional<std::uint16_t>, kMostUnfinished> finished_;  // sequence ids of the newest
+  std::size_t next_finished_ = 0;
   std::optional<std::uint16_t> given_up_;  // sequence id of the last message that was lost
   std::uint64_t lost_ = 0, strange_ = 0;
 };

@@ -215,6 +215,20 @@ TEST(MultiSenseDatagrams, ThatAreMissingLoseTheirMessageAlone) {
   EXPECT_EQ(assembler.lost(), pieces - 1);
 }
 
+TEST(MultiSenseDatagrams, ThatComeTwiceHaveNoEffectTheSecondTime) {
+  const Bytes message = long_message(10000);
+  const std::vector<Bytes> pieces = cut(message, 7, 1500);
+  Assembler assembler;
+  std::size_t whole = 0;
+  for (std::size_t i = 0; i < pieces.size(); ++i) {
+    whole += assembler.take(pieces[i]).size();
+    EXPECT_TRUE(assembler.take(pieces[i]).empty());
+    EXPECT_TRUE(assembler.take(pieces[i > 0 ? i - 1 : 0]).empty());
+  }
+  EXPECT_EQ(whole, message.size());
+  EXPECT_EQ(assembler.lost(), 0U);
+}
+
 TEST(MultiSenseDatagrams, ThatMakeNoSenseAreRefused) {
   const Bytes good = cut(encode(Mtu{1500}), 1, 1500)[0];
   const auto changed = [&](std::size_t at, std::uint8_t value) {

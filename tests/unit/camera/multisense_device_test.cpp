@@ -131,9 +131,11 @@ TEST(MultiSenseDevice, ListsTheSizesOfBothImagersOfItsKind) {
   }
   talk.ask(Resolution{2048, 1088, 64, 2000, 480});  // cropped by the client
   EXPECT_THAT(talk.answers(), testing::ElementsAre(0x0001, Ack::kUnsupported));
-  // Slower by itself where the size allows no more.
+  // Slower by itself where the size allows no more, and as fast as before where it does.
   talk.ask(Resolution{2048, 2048, 64});
   EXPECT_NEAR(rig.eye.rate_hz(), 3.75, 1e-6);
+  talk.ask(Resolution{1024, 1024, 64});
+  EXPECT_NEAR(rig.eye.rate_hz(), 15, 1e-6);
 }
 
 TEST(MultiSenseDevice, KeepsTheNetworkThatItIsToldAndTheDisparitiesThatItIsNot) {
@@ -229,6 +231,8 @@ TEST(MultiSenseDevice, AcknowledgesAQueryWithABodyAndSendsNoAnswer) {
   EXPECT_THAT(talk.answers(), testing::ElementsAre(0x0001, 0, 0x0117));
   talk.send({0x21, 0, 1, 0, 0x28, 0x23, 0});
   EXPECT_THAT(talk.answers(), testing::ElementsAre(0x0001, Ack::kUnknown));
+  talk.ask(Ack{0x17, 0});
+  EXPECT_THAT(talk.answers(), testing::IsEmpty()) << "two devices would acknowledge each other for ever";
 }
 
 TEST(MultiSenseDevice, ReturnsTheDeviceInformationThatIsSet) {
