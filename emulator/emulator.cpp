@@ -47,6 +47,7 @@ struct Emulator::Impl {
   std::vector<faults::Breakable> breakable;              // in the order of the device table
   std::vector<std::string> objects;                      // names of the scene's objects
   std::map<std::string, int> weights;                    // index of the object each weight is attached to
+  std::set<std::string> absent;                          // devices, and buses all of whose devices are
   std::vector<faults::KnownTarget> targets;              // possible targets of faults
   std::optional<faults::FaultInjector> injector;         // exists from the start because it counts the phases
   Time now{};
@@ -87,6 +88,13 @@ Emulator::Impl::Impl(const RobotModel& robot, const DeviceTable& table, const Sc
     objects.push_back(object.name);
   }
   targets = faults::known_targets(robot, table, scene);
+  for (const Bus& wiring : table.buses) {
+    const bool none = std::all_of(wiring.devices.begin(), wiring.devices.end(),
+                                  [&](const Device& device) { return options.absent.contains(device.name); });
+    if (none) absent.insert(wiring.name);
+  }
+  absent.insert(options.absent.begin(), options.absent.end());
+  std::erase_if(targets, [&](const faults::KnownTarget& target) { return absent.contains(target.name); });
   const DeviceSurroundings surroundings{table, robot, options, actuators, hash_of(scene.robot.urdf), plant};
   for (const Bus& wiring : table.buses) {
     buses.push_back(std::make_unique<bus::CanBus>(
@@ -145,7 +153,13 @@ Emulator::Emulator(const RobotModel& robot, const DeviceTable& devices, const Sc
 
 Emulator::~Emulator() = default;
 
-void Emulator::inject(const faults::Injection& injection) { impl_->injector->add(injection, impl_->now); }
+void Emulator::inject(const faults::Injection& injection) {
+  if (impl_->absent.contains(injection.target))
+    throw std::runtime_error(fmt::format("{}{}{}: {} is not emulated here, expected a target that is",
+                                         injection.where, injection.where.empty() ? "" : ": ",
+                                         injection.kind->name, injection.target));
+  impl_->injector->add(injection, impl_->now);
+}
 
 bool Emulator::clear_fault(const std::string& name) { return impl_->injector->clear(name); }
 

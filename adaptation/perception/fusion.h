@@ -16,7 +16,7 @@ class Fusion {
 
   /// Adds the points of another view, given in its frame V: aligned with the first view by kinematics, then
   /// by iterative closest points. Returns false and adds nothing if the two views do not coincide.
-  bool add(std::span<const Eigen::Vector3f> points_V, const Eigen::Isometry3d& X_FV);
+  [[nodiscard]] bool add(std::span<const Eigen::Vector3f> points_V, const Eigen::Isometry3d& X_FV);
 
   /// Returns the points of the added views.
   [[nodiscard]] std::vector<Eigen::Vector3f> points() const;

@@ -425,6 +425,7 @@ void Manipulator::lift() {
         fmt::format("the wrist sensor weighs {:.2f} N after the lift: the object is not in the hand", force));
   }
   if (std::abs(force - payload_.mass * motion::kGravity) > parameters_.lift_force_change) carry(load);
+  scale_.begin_weighing(load);
 }
 
 void Manipulator::carry(const Wrench& F_Ho_T) {
@@ -487,6 +488,7 @@ void Manipulator::turn() {
   lifting_ = false;
   carry_to(X_TH);
   settle();
+  turned_back_ = true;
 }
 
 /// The camera does not see an object's far underside, so one end may rest on something when the hand is
@@ -528,10 +530,18 @@ WristScale::MeanReading Manipulator::add_empty(double seconds) {
 
 WristScale::Load Manipulator::weigh() {
   const WristScale::MeanReading level = mean_reading(parameters_.average_time);
+  if (std::exchange(turned_back_, false)) scale_.compare(level);
   scale_.add_loaded(level);
   weighed_So_S_ = level.reading;
+  weighed_load_ = scale_.object_load(level);
   weighed_ = scale_.weigh(level);
+  scale_.require_same_bar(weighed_);
   return weighed_;
+}
+
+void Manipulator::weigh_anew() {
+  scale_.change_load();
+  scale_.begin_weighing(weighed_load_);
 }
 
 void Manipulator::hang() {
@@ -573,8 +583,10 @@ bool Manipulator::watch() {
 void Manipulator::take_up() {
   lifting_ = true;
   settle();
-  carry(mean_object_load(parameters_.lift_window));
+  const Wrench load = mean_object_load(parameters_.lift_window);
+  carry(load);
   scale_.change_load();
+  scale_.begin_weighing(load);
 }
 
 void Manipulator::check_residual() {

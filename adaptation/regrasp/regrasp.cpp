@@ -291,6 +291,7 @@ void Regrasp::Impl::look_around() {
   outside = first_outside;
   X_TC = X_TC_first;
   posed = posed_first;
+  std::size_t left_out = 0;
   seen = await<perception::StageOneResult>([&] {
     self_filter.remove(posed, X_TC, found.sweep);
     Eigen::AlignedBox3f region;
@@ -298,11 +299,18 @@ void Regrasp::Impl::look_around() {
     region.min().array() -= kSeenAround;
     region.max().array() += kSeenAround;
     perception::Fusion fusion(outside.points, region, parameters.stage_one.outlier_voxel);
-    fusion.add(found.sweep.points, Eigen::Isometry3d::Identity());
-    for (const Survey::View& view : found.views) fusion.add(view.outside.points, X_TC.inverse() * view.X_TC);
+    const auto add = [&](const camera::OrganizedCloud& view, const Eigen::Isometry3d& X_CV) {
+      if (!view.points.empty() && !fusion.add(view.points, X_CV)) ++left_out;
+    };
+    add(found.sweep, Eigen::Isometry3d::Identity());
+    for (const Survey::View& view : found.views) add(view.outside, X_TC.inverse() * view.X_TC);
     const Eigen::Vector3d on_object_C = seen.object().surface_C.front().cast<double>();
     return perception::locate(outside, parameters.stage_one, on_object_C, fusion.points());
   });
+  if (left_out > 0)
+    observer.on_warning(fmt::format("{} of {} views from around do not lie on the first and are left out",
+                                    left_out, found.views.size() + 1),
+                        session.now());
 }
 
 PlannedGrasp Regrasp::Impl::plan(const GraspPlanner::Cost& cost, double nearer_than,
@@ -494,6 +502,13 @@ Weighing Regrasp::Impl::turn_and_hang(bool in_hand, const std::optional<double>&
   session.enter(Phase::kTurn);
   manipulator.turn();
   Weighing weighing = weigh();
+  if (!manipulator.scale().is_steady()) {
+    manipulator.weigh_anew();
+    session.enter(Phase::kTurn);
+    manipulator.turn();
+    weighing = weigh();
+    manipulator.scale().require_steady();
+  }
   // No place along the handle is much better; what remains across it vanishes when the object hangs straight.
   if ((std::abs(weighing.displacement) <= parameters.stage_two.displacement_threshold ||
        as_planned(weighing, best_cost)) &&

@@ -20,7 +20,11 @@ constexpr double kMountingOrigin = 0.0006;  // m
 // mass a third of that off the axis at its middle.
 constexpr double kBar = 2;
 constexpr double kRadiusError = 0.001;  // m
-constexpr double kBend = 0.002 / 3;     // of its length
+// m, by which the pads let an object settle when the hand turns to either side: with 12 N, 2.5 mm at most in
+// 220 lifts; 2.1 mm with 40 N.
+constexpr double kSettling = 0.0035;
+constexpr double kAxisError = 0.003;  // m, of a bar's axis in the hand: how it is seated, from grasp to grasp
+constexpr double kBend = 0.002 / 3;   // of its length
 // Cosine of the largest angle between a load and the vertical: an end that still rests on the table pulls
 // sideways by its friction, with a coefficient of 1 up to as much as the hand then carries.
 constexpr double kSteepest = 0.7071;
@@ -73,6 +77,8 @@ void WristScale::add_loaded(const MeanReading& reading) {
 
 void WristScale::tare(const MeanReading& empty) {
   residual_So_S_ = {empty.reading.torque - empty.hand.torque, empty.reading.force - empty.hand.force};
+  tared_at_ = session_.now();
+  drift_now_ = 0;
 }
 
 void WristScale::require_sound() const {
@@ -108,6 +114,32 @@ void WristScale::hold(double radius, const Eigen::AlignedBox3d& object_H) {
 
 void WristScale::release() { hand_weight_.hold(session_.hand().frame, {}); }
 
+void WristScale::begin_weighing(const Wrench& F_Ho_T) {
+  lifted_Ho_T_ = F_Ho_T;
+  lifted_at_ = session_.now();
+  change_.setZero();
+  drift_now_ = 0;
+}
+
+void WristScale::compare(const MeanReading& level) {
+  change_ = object_load(level).torque - lifted_Ho_T_.torque;
+  const std::chrono::duration<double> turned = session_.now() - lifted_at_,
+                                      since = session_.now() - tared_at_;
+  drift_now_ = change_.norm() * since / turned;
+}
+
+void WristScale::require_steady() const {
+  if (is_steady()) return;
+  throw Refused(fmt::format(
+      "back in the same pose, the wrist's torque differs by {:.3f} N·m from that before the hand turned, "
+      "twice, expected at most {:.3f}: the sensor drifts, or the object moves in the hand",
+      change_.norm(), most_change()));
+}
+
+double WristScale::most_change() const {
+  return std::max(parameters_.torque_drift, kSettling * lifted_Ho_T_.force.norm());
+}
+
 Wrench WristScale::object_load() const {
   MeanReading now;
   now.reading = session_.F_So_S();
@@ -127,7 +159,8 @@ wrench::LoadEstimator::Object WristScale::object() const {
   const Eigen::Isometry3d X_HS = session_.X_TH().inverse() * session_.X_TS();
   const double mounting = std::hypot(kMountingTurn * X_HS.translation().norm(), kMountingOrigin);
   object.covariance.diagonal().tail<3>().array() +=
-      std::pow(object.weight * mounting, 2) + drift_So_S_.torque.squaredNorm() / 3;
+      std::pow(object.weight * mounting, 2) +
+      (drift_So_S_.torque.squaredNorm() + drift_now_ * drift_now_) / 3;
   object.covariance(0, 0) += drift_So_S_.force.squaredNorm() / 3;
   const double along = X_HS.linear().row(0).dot(object.moment_S) / object.weight + X_HS.translation().x();
   if (!bar_radius_ || std::abs(along) > parameters_.displacement_threshold) return object;
@@ -182,6 +215,30 @@ WristScale::Load WristScale::weigh(const MeanReading& level) const {
   return {wrench::shift({(X_TS.linear() * object.moment_S).cross(down_T), object.weight * down_T}, p_SoHo_T),
           slope * object.covariance * slope.transpose(),
           X_TH.inverse() * (X_TS * Eigen::Vector3d(object.moment_S / object.weight))};
+}
+
+void WristScale::require_same_bar(const Load& load) {
+  if (!bar_radius_) {
+    weighed_bar_.reset();
+    return;
+  }
+  const double weight = load.F_Ho_T.force.norm();
+  const Eigen::Vector3d p_AxisCm = load.p_HCm - handle_axis(*bar_radius_, parameters_);
+  const double torque = std::sqrt(load.covariance.topLeftCorner<3, 3>().trace());
+  const WeighedBar now{weight, std::sqrt(load.covariance(3, 3)), p_AxisCm.tail<2>().norm(), torque / weight};
+  const std::optional<WeighedBar> before = std::exchange(weighed_bar_, now);
+  if (!before || std::abs(before->weight - weight) >
+                     kDeviations * std::hypot(before->weight_deviation, now.weight_deviation))
+    return;
+  const double bound = kAxisError + kDeviations * std::hypot(before->offset_deviation, now.offset_deviation);
+  if (std::abs(before->offset - now.offset) <= bound) return;
+  throw Refused(
+      fmt::format("by the wrist, the centre of mass is {:.0f} mm from the bar's axis, and was {:.0f} mm from "
+                  "it when the bar was "
+                  "weighed before, expected a difference of at most {:.0f} mm: the sensor's readings are "
+                  "off, or something on "
+                  "the bar has moved",
+                  1e3 * now.offset, 1e3 * before->offset, 1e3 * bound));
 }
 
 void WristScale::require_of_object(const Wrench& F_Ho_T) const {

@@ -73,6 +73,18 @@ class WristScale {
   /// Call when the hand is empty.
   void release();
 
+  /// Call with the object's load (about Ho in T) in the pose in which it will be weighed, before the hand
+  /// turns.
+  void begin_weighing(const Wrench& F_Ho_T);
+  /// Call back in that pose: compares with the load before. The change, extrapolated to the time since the
+  /// tare, counts as an uncertainty of this weighing.
+  void compare(const MeanReading& level);
+  /// Whether the torque has stayed the same: otherwise the object has moved in the hand, or the sensor
+  /// drifts.
+  [[nodiscard]] bool is_steady() const { return change_.norm() <= most_change(); }
+  /// Throws Refused unless it has.
+  void require_steady() const;
+
   /// Load of the object alone according to the sensor as is, about Ho in T: at present, or for a reading.
   [[nodiscard]] Wrench object_load() const;
   [[nodiscard]] Wrench object_load(const MeanReading& reading) const;
@@ -89,6 +101,9 @@ class WristScale {
   /// constant.
   [[nodiscard]] Load weigh(const MeanReading& level) const;
 
+  /// Call after `weigh` with its result: throws Refused if a bar of the same weight as before has its centre
+  /// of mass elsewhere across its axis, where no other grasp can have moved it.
+  void require_same_bar(const Load& load);
   /// Throws Refused if the sensor now reads more than its range, if the force (N) exceeds what the object
   /// seen would weigh in solid steel or is more than 45 degrees off the vertical, or if its line misses the
   /// object by more than the displacement threshold plus three of the torque's standard deviations (N·m).
@@ -106,6 +121,7 @@ class WristScale {
   /// on the bar's axis, and the axis to lie where the hand seats it, unless the readings contradict that.
   [[nodiscard]] wrench::LoadEstimator::Object object() const;
   void require_in_range(const Wrench& F_So_S, const Wrench& load) const;
+  [[nodiscard]] double most_change() const;  // N·m, for a steady load
 
   const KnownRobot& known_;
   const Session& session_;
@@ -113,9 +129,18 @@ class WristScale {
   wrench::HandWeight hand_weight_;
   wrench::LoadEstimator estimator_;
   Wrench residual_So_S_;
-  Wrench drift_So_S_;                 // of the residual from the last tare to the last release
-  Eigen::AlignedBox3d object_H_;      // box of the held object, as it stood
-  std::optional<double> bar_radius_;  // m, set if all that is seen of it lies around the handle's axis
+  Time tared_at_{}, lifted_at_{};
+  Wrench lifted_Ho_T_;                                // load before the hand turned
+  Eigen::Vector3d change_ = Eigen::Vector3d::Zero();  // of the torque since then, N·m in T
+  double drift_now_ = 0;                              // that change, extrapolated since the tare, N·m
+  Wrench drift_So_S_;             // of the residual from the last tare to the last release
+  Eigen::AlignedBox3d object_H_;  // box of the held object, as it stood
+  struct WeighedBar {
+    double weight = 0, weight_deviation = 0;  // N
+    double offset = 0, offset_deviation = 0;  // of its centre of mass from its axis, m
+  };
+  std::optional<WeighedBar> weighed_bar_;  // the last one
+  std::optional<double> bar_radius_;       // m, set if all that is seen of it lies around the handle's axis
 };
 
 }  // namespace walkman::regrasp

@@ -72,6 +72,7 @@ class ForkingWatch : public TruthWatch {
         world().emulator.inject(run->fault);
         return;
       }
+      if (end.how == How::kLacking) throw RunLacked();
       if (end.how == How::kEndedFrom) throw EnvironmentError("a run was ended from outside: " + end.text);
       write_end_(*run, end);
       waiting_.erase(found);
@@ -135,6 +136,7 @@ class ChunkRunner {
       });
     }
     if (end.how == How::kClean) return;
+    if (end.how == How::kLacking) throw RunLacked();
     const std::string what = fmt::format("the run of {} with seed {} and without a fault ended with {}",
                                          options_.scene.string(), options_.seed, end.text);
     if (end.how == How::kEndedFrom || end.how == How::kKilled) throw EnvironmentError(what);
@@ -146,6 +148,9 @@ class ChunkRunner {
   [[noreturn]] static void end_child(const Job& job) {
     try {
       job();
+    } catch (const EnvironmentError& e) {
+      say(e.what());
+      _exit(kEnvironment);
     } catch (const std::exception& e) {
       say(e.what());
       _exit(kInternal);
@@ -190,6 +195,10 @@ class ChunkRunner {
       static_cast<void>(run_repetition(options));
     } catch (const AllForked&) {
       return;
+    } catch (const EnvironmentError& e) {
+      if (watch.run() == nullptr) throw;
+      say(e.what());
+      _exit(kEnvironment);
     } catch (const std::exception& e) {
       if (watch.run() == nullptr) throw;
       const std::string what = e.what();

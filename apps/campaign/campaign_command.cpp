@@ -112,6 +112,8 @@ int run_campaign(const CampaignCommandLine& options) {
                     time_text(taken()), rate));
     if (!interrupted && folder.done() < folder.all()) {
       if (end.code == kEnvironment) throw EnvironmentError(end.said);
+      if (options.engine == "slurm" && end.said.starts_with("sbatch: "))
+        throw EnvironmentError("engine slurm: " + end.said);
       throw std::logic_error(fmt::format("{} runs have no result, {} says: {}", folder.all() - folder.done(),
                                          (folder.path() / "engine.log").string(), end.said));
     }
@@ -126,7 +128,11 @@ int exec_chunk(const CampaignCommandLine& options) {
   const std::vector<CampaignChunk>& chunks = folder.plan().chunks;
   if (static_cast<std::size_t>(options.chunk) >= chunks.size())
     throw std::runtime_error(fmt::format("--chunk {}: expected 0 to {}", options.chunk, chunks.size() - 1));
-  run_chunk(folder, chunks[static_cast<std::size_t>(options.chunk)]);
+  try {
+    run_chunk(folder, chunks[static_cast<std::size_t>(options.chunk)]);
+  } catch (const RunLacked&) {
+    return kEnvironment;
+  }
   return kOk;
 }
 

@@ -22,8 +22,9 @@ namespace {
 
 constexpr int kTick = 250;  // ms
 
-[[noreturn]] void become(const std::vector<std::string>& words, int log) {
+[[noreturn]] void become(const std::vector<std::string>& words, int log, pid_t parent) {
   prctl(PR_SET_PDEATHSIG, SIGTERM);
+  if (getppid() != parent) _exit(kTaskFailed);  // it ended before that
   setpgid(0, 0);
   sigset_t none;
   sigemptyset(&none);
@@ -42,7 +43,7 @@ std::string last_line(const std::filesystem::path& file) {
   std::ifstream in(file);
   std::string last;
   for (std::string line; std::getline(in, line);)
-    if (!line.empty()) last = line;
+    if (!line.empty() && !line.starts_with("xargs: ") && !line.starts_with("parallel: ")) last = line;
   return last;
 }
 
@@ -64,9 +65,10 @@ EngineEnd run_engine(const std::filesystem::path& folder, const std::string& eng
   const std::string program = std::filesystem::read_symlink("/proc/self/exe").string();
   const std::vector<std::string> words = {script.string(), engine, std::to_string(jobs), program,
                                           folder.string()};
+  const pid_t parent = getpid();
   const pid_t pid = fork();
   if (pid < 0) throw EnvironmentError(fmt::format("no process for the engine: {}", std::strerror(errno)));
-  if (pid == 0) become(words, log);
+  if (pid == 0) become(words, log, parent);
   close(log);
   setpgid(pid, pid);
   EngineEnd end;

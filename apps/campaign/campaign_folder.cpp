@@ -21,6 +21,7 @@ namespace fs = std::filesystem;
 
 constexpr const char* kPlanName = "plan.yaml";
 constexpr const char* kManifestName = "campaign.json";
+constexpr const char* kPartial = ".partial";
 
 std::string text_of(const fs::path& file) {
   std::ifstream in(file, std::ios::binary);
@@ -36,6 +37,18 @@ std::string inputs_of(const fs::path& plan_file, const CampaignPlan& plan, const
   return inputs_text(text_of(plan_file), places);
 }
 
+/// Whether a folder holds nothing but what a campaign that was killed at its start leaves: its plan, not yet
+/// its manifest, and files that were being written.
+bool is_beginning(const fs::path& folder, const std::string& plan) {
+  for (const fs::directory_entry& entry : fs::directory_iterator(folder)) {
+    const std::string name = entry.path().filename().string();
+    const bool own = name.starts_with(kPlanName) || name.starts_with(kManifestName);
+    const bool being_written = own && name.ends_with(kPartial);
+    if (!being_written && !(name == kPlanName && text_of(entry.path()) == plan)) return false;
+  }
+  return true;
+}
+
 nlohmann::json parse(const fs::path& file) {
   nlohmann::json out = nlohmann::json::parse(text_of(file), nullptr, false);
   if (out.is_discarded())
@@ -48,10 +61,13 @@ nlohmann::json parse(const fs::path& file) {
 void write_once(const fs::path& file, std::string_view text) {
   std::error_code error;
   fs::create_directories(file.parent_path(), error);
+  if (!fs::is_directory(file.parent_path()))
+    throw EnvironmentError(fmt::format("{}: the folder cannot be created ({})", file.parent_path().string(),
+                                       error ? error.message() : "something else has this name"));
   char host[256] = "";
   gethostname(host, sizeof host - 1);
   fs::path own = file;
-  own += fmt::format(".{}-{}.partial", host, getpid());
+  own += fmt::format(".{}-{}{}", host, getpid(), kPartial);
   write_whole(own, text);
   fs::rename(own, file, error);
   if (error)
@@ -71,8 +87,7 @@ CampaignFolder CampaignFolder::prepare(const fs::path& folder, const fs::path& p
                       "this campaign's own",
                       folder.string()));
   } else {
-    std::error_code error;
-    if (fs::exists(folder) && !fs::is_empty(folder, error))
+    if (fs::exists(folder) && !is_beginning(folder, text_of(plan_file)))
       throw std::runtime_error(fmt::format(
           "--out {}: holds something else, expected an empty folder or a campaign", folder.string()));
     write_once(folder / kPlanName, text_of(plan_file));
@@ -104,7 +119,15 @@ CampaignFolder CampaignFolder::open(const fs::path& folder, bool for_report) {
 fs::path CampaignFolder::of_run(int run) const { return folder_ / "runs" / fmt::format("{:06}", run); }
 
 std::string CampaignFolder::twin_name(std::size_t twin) const {
-  return fmt::format("{}-seed-{}", plan_.twins[twin].scene.stem().string(), plan_.twins[twin].seed);
+  const auto name = [this](const Twin& one) {
+    return fmt::format("{}-seed-{}", one.scene.stem().string(), one.seed);
+  };
+  const std::string own = name(plan_.twins[twin]);
+  // Scenes of different folders may have the same file name.
+  const auto before =
+      std::count_if(plan_.twins.begin(), plan_.twins.begin() + static_cast<std::ptrdiff_t>(twin),
+                    [&](const Twin& other) { return name(other) == own; });
+  return before == 0 ? own : fmt::format("{}-{}", own, before + 1);
 }
 
 fs::path CampaignFolder::golden(std::size_t twin) const {

@@ -1,6 +1,7 @@
 #include "apps/campaign/campaign_page.h"
 
 #include <algorithm>
+#include <cmath>
 
 #include <fmt/format.h>
 
@@ -109,7 +110,9 @@ std::string proportion_cell(const Proportion& share) {
                      100 * share.high);
 }
 
-std::string milliseconds(double seconds) { return fmt::format("{:.0f}", 1e3 * seconds); }
+std::string milliseconds(double seconds) {
+  return std::isfinite(seconds) ? fmt::format("{:.0f}", 1e3 * seconds) : "never";
+}
 
 std::string quantile_cells(const Quantiles& times) {
   if (times.n == 0) return "<td></td><td></td><td></td>";
@@ -123,6 +126,8 @@ std::string group_table(const std::vector<RunGroup>& groups, bool of_faults) {
                                        "activated",
                                        "shown",
                                        "95 %",
+                                       "on the device",
+                                       "95 %",
                                        "silent-wrong",
                                        "95 %",
                                        "shown after p50",
@@ -135,8 +140,8 @@ std::string group_table(const std::vector<RunGroup>& groups, bool of_faults) {
   for (const RunGroup& group : groups) {
     out += fmt::format("<tr><td>{}</td><td>{}</td><td>{}</td>", of_faults ? group.fault : group.phase,
                        group.runs, group.activated);
-    out += proportion_cell(group.coverage) + proportion_cell(group.silent_wrong) +
-           quantile_cells(group.detection);
+    out += proportion_cell(group.coverage) + proportion_cell(group.isolated) +
+           proportion_cell(group.silent_wrong) + quantile_cells(group.detection);
     out += fmt::format("<td>{}</td>", group.count(RunClass::kDetectedLate));
     if (of_faults)
       out += group.interval ? fmt::format("<td>{}</td>", milliseconds(*group.interval)) : "<td></td>";

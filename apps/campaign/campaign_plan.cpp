@@ -111,6 +111,9 @@ FaultEntry read_entry(const YamlMap& map, const std::vector<PhaseBegin>& of_all)
     out.values.push_back(map.has(key) ? numbers(map, key, parameter.least, parameter.most)
                                       : std::vector<double>{parameter.standard});
     if (out.values.back().empty()) map.fail(key, "is empty, expected at least one number");
+    for (const double value : out.values.back())
+      if (parameter.whole && value != std::round(value))
+        map.fail(key, fmt::format("found {}, expected whole numbers", value));
   }
   if (map.has("direction")) {
     const auto found = std::find(kDirections.begin(), kDirections.end(), map.text("direction"));
@@ -234,7 +237,7 @@ void require_layout(const YamlMap& root, const std::string& layout, const KnownR
   if (std::find(names.begin(), names.end(), layout) == names.end())
     root.fail("layout", fmt::format("found \"{}\", expected {}", layout, fmt::join(names, ", ")));
   try {
-    require_fit(load_robot_options({layout, std::nullopt}, robot.description), robot.devices);
+    require_fit(load_robot_options({layout, std::nullopt}, robot.description).layout, robot.devices);
   } catch (const std::runtime_error& error) {
     root.fail("layout", error.what());
   }

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include <boost/math/distributions/binomial.hpp>
 #include <fmt/format.h>
@@ -28,7 +29,7 @@ std::size_t rank(const RunRecord& record) {
 
 RunGroup group_of(const std::vector<const RunRecord*>& records) {
   RunGroup out;
-  std::size_t shown = 0, masked = 0, silent = 0;
+  std::size_t shown = 0, masked = 0, silent = 0, isolated = 0, never_still = 0;
   std::vector<double> detection, reaction;
   for (const RunRecord* record : records) {
     const CheckedRun& run = record->checked;
@@ -40,14 +41,17 @@ RunGroup group_of(const std::vector<const RunRecord*>& records) {
     if (run.run_class == RunClass::kSilentWrong) ++silent;
     if (!run.shown) continue;
     ++shown;
+    isolated += run.blames_target ? 1 : 0;
     detection.push_back(*run.detection);
     // A method that lowers the object before it stops does not react by standing still.
-    if (run.reaction && run.shown->by == ShownEvent::By::kDriver) reaction.push_back(*run.reaction);
+    if (run.stopped_by_driver && !run.reaction) ++never_still;
+    if (run.reaction) reaction.push_back(*run.reaction);
   }
   out.coverage = Proportion::of(shown, out.activated - masked);
+  out.isolated = Proportion::of(isolated, shown);
   out.silent_wrong = Proportion::of(silent, out.activated);
-  out.detection = Quantiles::of(std::move(detection));
-  out.reaction = Quantiles::of(std::move(reaction));
+  out.detection = Quantiles::of(std::move(detection), out.coverage.n - out.coverage.k);
+  out.reaction = Quantiles::of(std::move(reaction), never_still);
   return out;
 }
 
@@ -132,16 +136,21 @@ nlohmann::json proportion_json(const Proportion& share) {
 
 nlohmann::json quantiles_json(const Quantiles& times) {
   if (times.n == 0) return nullptr;
+  const auto finite = [](double time) {
+    return std::isfinite(time) ? nlohmann::json(to_micro(time)) : nlohmann::json(nullptr);
+  };
   return {{"n", times.n},
-          {"p50", to_micro(times.p50)},
-          {"p95", to_micro(times.p95)},
-          {"max", to_micro(times.most)}};
+          {"never", times.never},
+          {"p50", finite(times.p50)},
+          {"p95", finite(times.p95)},
+          {"max", finite(times.most)}};
 }
 
 nlohmann::json group_json(const RunGroup& group) {
   nlohmann::json json = {{"runs", group.runs},
                          {"activated", group.activated},
                          {"coverage", proportion_json(group.coverage)},
+                         {"isolated", proportion_json(group.isolated)},
                          {"silent_wrong", proportion_json(group.silent_wrong)},
                          {"detection", quantiles_json(group.detection)},
                          {"reaction", quantiles_json(group.reaction)}};
@@ -155,8 +164,9 @@ nlohmann::json group_json(const RunGroup& group) {
   return json;
 }
 
-/// "15 ms", or "9.7 s" from one second on.
+/// "15 ms", "9.7 s" from one second on, or "never".
 std::string latency_text(double seconds) {
+  if (!std::isfinite(seconds)) return "never";
   return seconds < 1 ? fmt::format("{:.0f} ms", 1e3 * seconds) : fmt::format("{:.1f} s", seconds);
 }
 
@@ -175,10 +185,12 @@ Proportion Proportion::of(std::size_t k, std::size_t n) {
 
 double Proportion::value() const { return n == 0 ? 0 : static_cast<double>(k) / static_cast<double>(n); }
 
-Quantiles Quantiles::of(std::vector<double> times) {
+Quantiles Quantiles::of(std::vector<double> times, std::size_t never) {
   Quantiles out;
   out.n = times.size();
+  out.never = never;
   if (times.empty()) return out;
+  times.resize(times.size() + never, std::numeric_limits<double>::infinity());
   std::sort(times.begin(), times.end());
   const auto at = [&](double share) {
     const auto rank = static_cast<std::size_t>(std::ceil(share * static_cast<double>(times.size())));
@@ -274,6 +286,7 @@ std::string to_text(const CampaignReport& report) {
     if (report.all.classes[i] > 0)
       out += fmt::format("  {:<14} {:6d}\n", to_word(static_cast<RunClass>(i)), report.all.classes[i]);
   out += fmt::format("shown, of those not masked: {}\n", share_text(report.all.coverage));
+  out += fmt::format("shown on the faulty device or its bus: {}\n", share_text(report.all.isolated));
   out += fmt::format("silent-wrong: {}\n", share_text(report.all.silent_wrong));
   out += fmt::format("{} of {} golden runs, {:.2f} h; with a false alarm: {}\n", report.golden.done,
                      report.golden.wanted, report.golden.hours, share_text(report.golden.alarmed));
@@ -300,11 +313,14 @@ std::string to_markdown(const CampaignReport& report) {
   std::string out = fmt::format("| phase | runs |{}\n|{}|\n", head, rule);
   for (const RunGroup& phase : report.phases) out += row(phase.phase, phase) + "\n";
   out += row("all", report.all) + "\n\n";
-  out += fmt::format("| fault | runs |{} shown after (median, most) |\n|{}|---|\n", head, rule);
+  out += fmt::format(
+      "| fault | runs |{} shown after (median, most) | on that device or bus |\n|{}|---|---|\n", head, rule);
   for (const RunGroup& fault : report.faults) {
     const Quantiles& times = fault.detection;
     const std::string when = times.n == 0 ? "" : latency_text(times.p50) + ", " + latency_text(times.most);
-    out += row("`" + fault.fault + "`", fault) + " " + when + " |\n";
+    const std::string where = times.n == 0 ? "" : fmt::format("{} of {}", fault.isolated.k, fault.isolated.n);
+    out += row("`" + fault.fault + "`", fault);
+    out += fmt::format(" {} | {} |\n", when, where);
   }
   return out;
 }

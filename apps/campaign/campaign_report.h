@@ -23,13 +23,15 @@ struct Proportion {
   [[nodiscard]] double value() const;
 };
 
-/// Quantiles of times in s; all zero if there are none.
+/// Quantiles of times in s, infinite where what is timed never happened; all zero if it never happened at
+/// all.
 struct Quantiles {
-  std::size_t n = 0;
+  std::size_t n = 0;      ///< times
+  std::size_t never = 0;  ///< cases without one
   double p50 = 0, p95 = 0, most = 0;
 
-  /// The least values that the respective share of `times` does not exceed.
-  [[nodiscard]] static Quantiles of(std::vector<double> times);
+  /// The least values that the respective share of all cases does not exceed.
+  [[nodiscard]] static Quantiles of(std::vector<double> times, std::size_t never);
 };
 
 /// Runs with a common fault or phase.
@@ -39,6 +41,7 @@ struct RunGroup {
   std::size_t runs = 0;
   std::size_t activated = 0;
   Proportion coverage;      ///< shown, out of those activated and not masked
+  Proportion isolated;      ///< of those shown, the first event names the faulty device or its bus
   Proportion silent_wrong;  ///< out of those activated
   Quantiles detection, reaction;
   std::optional<double> interval;  ///< of the fault

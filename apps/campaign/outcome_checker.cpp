@@ -45,6 +45,15 @@ const PassedLimit* new_limit(const RunObservation& run, const RunObservation& go
   return nullptr;
 }
 
+/// The drivers' event that ended a run, the last one; null if the method ended it, or nothing did.
+const ShownEvent* cause_of_stop(const RunObservation& run) {
+  if (run.result.outcome != Outcome::kStopped) return nullptr;
+  const auto last = std::find_if(run.events.rbegin(), run.events.rend(), [&](const ShownEvent& event) {
+    return event.by == ShownEvent::By::kDriver && !event.recovered && event.time <= run.ended;
+  });
+  return last == run.events.rend() ? nullptr : &*last;
+}
+
 /// Returns why a task was done worse than by the golden twin; empty if it was not.
 std::string worse(const RunObservation& run, const RunObservation& golden) {
   const RepetitionResult &had = run.result, &should = golden.result;
@@ -89,6 +98,15 @@ void classify(const RunObservation& run, const RunObservation& golden, const fau
     return is(RunClass::kDetectedLate,
               fmt::format("shown {:.3f} s after the plant was off, limit {:.3f} s: {}",
                           out.shown->time - *run.off, *interval, shown));
+  for (const ShownEvent& event : run.events) {
+    const double within = regrasp::reacted_within(regrasp::Reaction::kRecover);
+    const double until = event.recovered.value_or(run.ended);
+    const bool answered = event.recovered || run.result.outcome == Outcome::kStopped;
+    if (event.by != ShownEvent::By::kDriver || !answered || until <= event.time + within) continue;
+    return is(RunClass::kDetectedLate,
+              fmt::format("{} after {:.3f} s, limit {:.3f} s: {}", event.recovered ? "recovered" : "stopped",
+                          until - event.time, within, event.text));
+  }
   if (run.result.outcome == Outcome::kStopped) {
     const double within = regrasp::reacted_within(regrasp::Reaction::kStop);
     if (!run.still || *run.still > run.ended + within)
@@ -96,12 +114,6 @@ void classify(const RunObservation& run, const RunObservation& golden, const fau
                 fmt::format("no standstill within {:.2f} s of the stop{}{}: {}", within,
                             run.moving.empty() ? "" : ", of ", run.moving, shown));
     return is(RunClass::kSafeStop, shown);
-  }
-  for (const ShownEvent& event : run.events) {
-    const double within = regrasp::reacted_within(regrasp::Reaction::kRecover);
-    if (event.recovered && *event.recovered > event.time + within)
-      return is(RunClass::kDetectedLate, fmt::format("recovered after {:.3f} s, limit {:.3f} s: {}",
-                                                     *event.recovered - event.time, within, event.text));
   }
   if (const std::string how = worse(run, golden); !how.empty())
     return is(RunClass::kDegraded, out.shown ? how + "; shown: " + shown : how + "; nothing was shown");
@@ -138,8 +150,10 @@ CheckedRun check_run(const RunObservation& run, const RunObservation& golden, co
     out.detection = out.shown->time - *out.begun;
     out.blames_target =
         !out.shown->device.empty() && (out.shown->device == fault.target || out.shown->device == bus);
-    if (run.result.outcome == Outcome::kStopped && run.still)
-      out.reaction = std::max(0.0, *run.still - out.shown->time);
+  }
+  if (const ShownEvent* cause = cause_of_stop(run); cause != nullptr) {
+    out.stopped_by_driver = true;
+    if (run.still) out.reaction = std::max(0.0, *run.still - cause->time);
   }
   classify(run, golden, fault, out);
   return out;

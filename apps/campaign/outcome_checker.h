@@ -15,7 +15,7 @@ enum class RunClass {
   kCrash,         ///< the process died or did not finish
   kDamage,        ///< the plant exceeded a hardware limit that its golden twin respected
   kSilentWrong,   ///< the method reports the task as done, but it is not
-  kDetectedLate,  ///< shown after the fault's interval, or stopped but not at a standstill in time
+  kDetectedLate,  ///< shown after the fault's interval, or not recovered or at a standstill in time
   kSafeStop,      ///< shown in time; the robot stands still, the task is not done
   kDegraded,      ///< the task is done, but worse than by the golden twin
   kRecovered,     ///< shown in time, and the task is done as well as by the golden twin
@@ -37,7 +37,8 @@ struct CheckedRun {
   std::optional<double> begun;      ///< start of the fault
   std::optional<ShownEvent> shown;  ///< the first event shown since then that the golden twin did not show
   std::optional<double> detection;  ///< latency of `shown`
-  std::optional<double> reaction;   ///< from `shown` until the robot stood still; only of runs that stopped
+  bool stopped_by_driver = false;   ///< an event of the drivers, not the method, ended the run
+  std::optional<double> reaction;   ///< from that event until the robot stood still
   bool blames_target = false;       ///< what was shown names the faulty device or bus
 };
 

@@ -33,6 +33,7 @@ nlohmann::json to_json(const RunRecord& record) {
                          {"activated", checked.activated},
                          {"begun", optional_json(checked.begun)},
                          {"detection", optional_json(checked.detection)},
+                         {"stopped_by_driver", checked.stopped_by_driver},
                          {"reaction", optional_json(checked.reaction)},
                          {"blames_target", checked.blames_target}};
   json["shown"] = checked.shown ? to_json(*checked.shown) : nlohmann::json(nullptr);
@@ -55,6 +56,7 @@ RunRecord record_from_json(const nlohmann::json& json) {
   checked.activated = json.at("activated").get<bool>();
   checked.begun = optional_number(json.at("begun"));
   checked.detection = optional_number(json.at("detection"));
+  checked.stopped_by_driver = json.at("stopped_by_driver").get<bool>();
   checked.reaction = optional_number(json.at("reaction"));
   checked.blames_target = json.at("blames_target").get<bool>();
   if (!json.at("shown").is_null()) checked.shown = event_from_json(json.at("shown"));

@@ -29,8 +29,9 @@ void require_one_thread() {
     throw std::logic_error(fmt::format("a run cannot be forked off a process of {} threads", threads));
 }
 
-void limit_child(const ChildLimits& limits) {
+void limit_child(const ChildLimits& limits, pid_t parent) {
   prctl(PR_SET_PDEATHSIG, SIGKILL);
+  if (getppid() != parent) _exit(kTaskFailed);  // it ended before that
   const auto seconds = static_cast<rlim_t>(std::ceil(limits.cpu));
   const rlimit cpu{seconds, seconds + 5};
   setrlimit(RLIMIT_CPU, &cpu);
@@ -41,7 +42,8 @@ void limit_child(const ChildLimits& limits) {
 ChildEnd end_of(int status, const ChildLimits& limits) {
   using How = ChildEnd::How;
   if (WIFEXITED(status)) {
-    if (WEXITSTATUS(status) == 0) return {How::kClean, ""};
+    if (WEXITSTATUS(status) == kOk) return {How::kClean, ""};
+    if (WEXITSTATUS(status) == kEnvironment) return {How::kLacking, ""};
     return {How::kCrashed, fmt::format("exit code {}", WEXITSTATUS(status))};
   }
   const int signal = WTERMSIG(status);
@@ -79,11 +81,12 @@ bool fork_and_wait(const ChildLimits& limits, ChildEnd& end) {
   require_one_thread();
   int ends[2];
   if (pipe(ends) != 0) throw EnvironmentError(fmt::format("no pipe for a run: {}", std::strerror(errno)));
+  const pid_t parent = getpid();
   const pid_t pid = fork();
   if (pid < 0) throw EnvironmentError(fmt::format("no process for a run: {}", std::strerror(errno)));
   if (pid == 0) {
     close(ends[0]);
-    limit_child(limits);
+    limit_child(limits, parent);
     return true;
   }
   close(ends[1]);

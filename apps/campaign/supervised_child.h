@@ -11,6 +11,7 @@ struct ChildEnd {
     kCrashed,    ///< another exit code or a signal
     kHung,       ///< it was killed at a limit
     kKilled,     ///< SIGKILL, but not at a limit: sent by somebody, or by the system when out of memory
+    kLacking,    ///< its machine lacked something (exit code 3); it has said what
     kEndedFrom,  ///< SIGTERM, SIGINT or SIGHUP: sent by whoever ends the campaign
   };
   How how = How::kClean;

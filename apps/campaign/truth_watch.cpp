@@ -182,6 +182,9 @@ void TruthWatch::over(const RepetitionResult& result, robot::Cycle& cycle) {
   if (result.outcome == Outcome::kRegraspLimit)
     show(ShownEvent::By::kMethod, observation_.ended, "", to_string(result.outcome));
   while (now() - observation_.ended < kWatched) cycle.next();
+  for (const UnwantedTouch& touch : judge_->touches())
+    observation_.result.touches.push_back(to_string(touch));
+  for (const PassedLimit& passed : limits_->passed()) observation_.result.limits.push_back(to_string(passed));
   observation_.limits.insert(observation_.limits.end(), limits_->passed().begin(), limits_->passed().end());
   std::stable_sort(observation_.limits.begin(), observation_.limits.end(),
                    [](const PassedLimit& a, const PassedLimit& b) { return a.time < b.time; });

@@ -189,7 +189,7 @@ int run_emulate(const EmulateArguments& options) {
   if (options.fault_socket) {
     socket.emplace(emulation, options.fault_socket->empty() ? default_fault_socket()
                                                             : std::filesystem::path(*options.fault_socket));
-    say("faults are accepted from anyone who may write to the fault socket");
+    say("faults are accepted over the fault socket, from the user who runs this emulator");
   }
   {
     ProgressLine line;

@@ -257,6 +257,7 @@ EmulationSummary Emulation::summary() const {
     out.behind_seconds = seconds(self.real_time->behind(wall));
   }
   if (self.camera) out.clouds = self.camera->served();
+  out.faults = self.world.emulator.injections();
   for (bus::CanBus* bus : self.world.emulator.buses()) {
     BusSummary summary;
     summary.name = bus->name();

@@ -49,7 +49,8 @@ struct EmulationSummary {
   double behind_seconds = 0;  ///< real time: delay of the emulated clock at the end
   std::uint64_t clouds = 0;
   std::vector<BusSummary> buses;
-  std::string model_error;  ///< of the emulated robot, as requested
+  std::vector<faults::InjectionState> faults;  ///< those not cleared
+  std::string model_error;                     ///< of the emulated robot, as requested
 };
 
 /// The emulated robot as one process on the kernel's CAN interfaces: all buses, bridges for those that are

@@ -51,6 +51,15 @@ std::string to_text(const EmulationSummary& s) {
                         bus.bus.sync_overruns, bus.bridge.entered, bus.bridge.handed, bus.bridge.refused,
                         bus.bridge.undelivered, bus.receive_overflows);
   }
+  for (const faults::InjectionState& fault : s.faults) {
+    text += fmt::format("fault {}{}{}: ", fault.injection.kind->name,
+                        fault.injection.target.empty() ? "" : " of ", fault.injection.target);
+    text += fault.times == 0
+                ? "did not begin\n"
+                : fmt::format("began {} time{}, first at {:.3f} s{}\n", fault.times,
+                              fault.times == 1 ? "" : "s", milliseconds(fault.first) * 1e-3,
+                              fault.touched == 0 ? "" : fmt::format(", {} frames affected", fault.touched));
+  }
   text += fmt::format("model error of the robot: {}\n", s.model_error);
   if (s.clouds > 0) text += fmt::format("clouds sent: {}\n", s.clouds);
   return text;
@@ -73,6 +82,13 @@ std::string to_json_text(const EmulationSummary& s) {
     json["behind_seconds"] = rounded(s.behind_seconds);
   }
   json["clouds"] = s.clouds;
+  for (const faults::InjectionState& fault : s.faults)
+    json["faults"].push_back({{"name", fault.injection.name},
+                              {"fault", fault.injection.kind->name},
+                              {"target", fault.injection.target},
+                              {"times", fault.times},
+                              {"frames", fault.touched},
+                              {"first", rounded(milliseconds(fault.first) * 1e-3)}});
   json["buses"] = nlohmann::json::array();
   for (const BusSummary& bus : s.buses) {
     json["buses"].push_back(

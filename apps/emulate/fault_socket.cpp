@@ -79,7 +79,8 @@ std::string interface_kind(const std::string& name) {
   return {kind.data(), strnlen(kind.data(), kind.size())};
 }
 
-constexpr std::size_t kLongest = 8192;  // bytes of a request or an answer
+constexpr std::size_t kLongest = 8192;           // bytes of a request
+constexpr std::size_t kLongestAnswer = 1 << 16;  // bytes
 constexpr int kAnswerMs = 2000;
 constexpr std::string_view kOkay = "ok\n", kError = "error\n";
 constexpr std::array<const char*, 3> kStages = {"waiting", "active", "over"};
@@ -130,6 +131,10 @@ FaultSocket::FaultSocket(Emulation& emulation, const std::filesystem::path& path
   const sockaddr_un address = address_of(path);
   socket_ = gateways::Descriptor(socket(AF_UNIX, SOCK_DGRAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0));
   const auto* const named = reinterpret_cast<const sockaddr*>(&address);
+  struct stat there {};
+  if (lstat(address.sun_path, &there) == 0 && !S_ISSOCK(there.st_mode))
+    throw EnvironmentError(
+        fmt::format("--fault-socket {}: exists and is not a socket, expected a new name", path.string()));
   // A socket left behind by an emulator that is gone refuses connections.
   if (connect(socket_.get(), named, sizeof address) != 0 && errno == ECONNREFUSED) unlink(address.sun_path);
   socket_ = gateways::Descriptor(socket(AF_UNIX, SOCK_DGRAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0));
@@ -155,12 +160,15 @@ void FaultSocket::service() {
     std::string text;
     try {
       text = std::string(kOkay) + answer(lines_of({request.data(), static_cast<std::size_t>(bytes)}));
+      if (text.size() > kLongestAnswer)
+        throw std::runtime_error(fmt::format("the answer has {} bytes, at most {} can be sent: clear faults",
+                                             text.size(), kLongestAnswer));
     } catch (const std::runtime_error& e) {
       text = std::string(kError) + e.what();
     }
     if (size <= sizeof from.sun_family) continue;  // nobody to answer to
-    static_cast<void>(sendto(socket_.get(), text.data(), std::min(text.size(), kLongest), 0,
-                             reinterpret_cast<const sockaddr*>(&from), size));
+    static_cast<void>(
+        sendto(socket_.get(), text.data(), text.size(), 0, reinterpret_cast<const sockaddr*>(&from), size));
   }
 }
 
@@ -210,7 +218,7 @@ std::string ask_emulator(const std::filesystem::path& path, const std::vector<st
     throw nobody(std::strerror(errno));
   pollfd ready{client.get(), POLLIN, 0};
   if (poll(&ready, 1, kAnswerMs) != 1) throw nobody("no answer in 2 s");
-  std::string answer(kLongest, '\0');
+  std::string answer(kLongestAnswer, '\0');
   const ssize_t bytes = recv(client.get(), answer.data(), answer.size(), 0);
   if (bytes < 0) throw nobody(std::strerror(errno));
   answer.resize(static_cast<std::size_t>(bytes));

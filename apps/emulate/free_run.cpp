@@ -140,7 +140,7 @@ class MeanPlace {
 
 robot::RobotOptions robot_options(const MasterOptions& master, const KnownRobot& robot) {
   robot::RobotOptions options = load_robot_options(master, robot.description);
-  require_fit(options, robot.devices);
+  require_fit(options.layout, robot.devices);
   return options;
 }
 

@@ -2,10 +2,12 @@
 #include <thread>
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <nlohmann/json.hpp>
 
 #include "apps/experiment/experiment_page.h"
 #include "apps/experiment/repetition_series.h"
+#include "apps/experiment/result_folder.h"
 #include "apps/experiment/result_report.h"
 #include "apps/shared/commands.h"
 #include "apps/shared/data_directory.h"
@@ -141,10 +143,8 @@ int run_experiment(const ExperimentArguments& options) {
     print(all ? fmt::format(
                     "written to {}: report.html, result.json, repetitions.csv, and a folder per experiment\n",
                     one_line(out.string()))
-              : fmt::format(
-                    "written to {}: result.json, can.log, dbc, cloud.pcd, seen.png, held.png, wrench.csv, "
-                    "model_error.yaml{}\n",
-                    one_line(out.string()), options.state_log ? ", state.csv" : ""));
+              : fmt::format("written to {}: {}\n", one_line(out.string()),
+                            fmt::join(complete_files(out), ", ")));
   }
   say_interrupted(results, options.repeat, out);
   bool succeeded = true;

@@ -62,6 +62,14 @@ std::optional<std::string> contradiction(const regrasp::Weighing& reported, cons
         "the true torque is {:.3f} N·m and {:.3f} N·m was reported, expected at most {:.3f} N·m between them",
         found, said, tolerance);
   }
+  // Torques of the same size may point in opposite directions.
+  const double about = truth.torque_about_handle, said_about = reported.torque_about_handle;
+  if (!(std::abs(about - said_about) <= tolerance)) {
+    return fmt::format(
+        "the true torque about the handle's axis is {:.3f} N·m and {:.3f} N·m was reported, expected at most "
+        "{:.3f} N·m between them",
+        about, said_about, tolerance);
+  }
   return std::nullopt;
 }
 
@@ -133,7 +141,6 @@ void Judge::on_cycle(Time now, const Wrench& F, const Eigen::Isometry3d& X_TH) {
     load_.add(newest_load_);
     newest_load_ = object_load();
   }
-  touch_watch_.look(emulator_.plant(), phase_);
   const Exposure& exposure = emulator_.camera().exposure();
   if (X_WC_.empty() || X_WC_.back().first != exposure.frame) {
     X_WC_.emplace_back(exposure.frame, exposure.X_WC);

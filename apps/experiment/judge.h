@@ -33,8 +33,9 @@ struct TrueWeighing {
 };
 
 /// Returns why a report is wrong, one sentence; nullopt if it is right: the centre of mass within
-/// `displacement_threshold` (m) of the reported one, the torque within 0.1 N·m, 10 % of the reported, or
-/// three of the standard deviations reported with it, whichever is largest.
+/// `displacement_threshold` (m) of the reported one, the torque, and its part about the handle, within 0.1
+/// N·m, 10 % of the reported torque, or three of the standard deviations reported with it, whichever is
+/// largest.
 [[nodiscard]] std::optional<std::string> contradiction(const regrasp::Weighing& reported,
                                                        const TrueWeighing& truth,
                                                        double displacement_threshold);
@@ -63,6 +64,9 @@ class Judge : public regrasp::Observer {
     cloud_file_ = std::move(pcd_file);
     picture_file_ = std::move(picture);
   }
+
+  /// Records contacts that the robot should not have now. To be called every cycle.
+  void watch_contacts() { touch_watch_.look(emulator_.plant(), phase_); }
 
   /// Writes the trace out to its file. Throws EnvironmentError if any part of it, or the cloud, could not be
   /// written.

@@ -45,7 +45,7 @@ LimitWatch::LimitWatch(EmulatedWorld& world, const std::filesystem::path& sensor
   }
 }
 
-void LimitWatch::cycle() {
+void LimitWatch::step() {
   now_ = std::chrono::duration<double>(world_.emulator.now()).count();
   watch_joints();
   watch_sensors();

@@ -32,8 +32,8 @@ class LimitWatch {
   /// stands upright now. Throws std::runtime_error for a sensor's file that cannot be read.
   LimitWatch(EmulatedWorld& world, const std::filesystem::path& sensors);
 
-  /// To be called once a cycle.
-  void cycle();
+  /// To be called after every step of the physics.
+  void step();
 
   /// Each limit once, as it was first passed.
   [[nodiscard]] const std::vector<PassedLimit>& passed() const { return passed_; }
@@ -43,7 +43,7 @@ class LimitWatch {
     int joint = -1;
     std::string name;
     double lower = 0, upper = 0, effort = 0;
-    double speed = 0;  // rad/s, in the previous cycle
+    double speed = 0;  // rad/s, in the previous step
   };
   struct WatchedSensor {
     std::string name;

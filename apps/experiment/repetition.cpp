@@ -96,22 +96,33 @@ class WireTap {
   std::unique_ptr<datasheets::StateLog> states_;
 };
 
-/// The emulated clock, with observers.
+/// The emulated clock, with observers who look whatever the control program does: boots, recovers or stalls.
 class WatchedCycle : public LockstepCycle {
  public:
   WatchedCycle(Emulator& emulator, const RepetitionOptions& options, LimitWatch& limits)
-      : LockstepCycle(emulator, options.robot.cycle), limits_(limits), watch_(options.watch) {}
+      : LockstepCycle(emulator, options.robot.cycle),
+        emulator_(emulator),
+        limits_(limits),
+        watch_(options.watch) {}
 
-  Time next() override {
-    const Time now = LockstepCycle::next();
-    limits_.cycle();
+  /// `judge` must outlive the cycle's use.
+  void observe(Judge& judge) { judge_ = &judge; }
+
+ protected:
+  void pass(Time time) override {
+    for (const Time end = emulator_.now() + time; emulator_.now() < end;) {
+      emulator_.advance(emulator_.now() + Emulator::kPhysicsStep);
+      limits_.step();
+    }
+    if (judge_ != nullptr) judge_->watch_contacts();
     if (watch_ != nullptr) watch_->cycle();
-    return now;
   }
 
  private:
+  Emulator& emulator_;
   LimitWatch& limits_;
   RepetitionWatch* watch_;
+  Judge* judge_ = nullptr;
 };
 
 /// Names the buses that may have caused a stop: at full load the lowest priorities never get through.
@@ -238,20 +249,31 @@ void settle_outcome(const Judge& judge, const LimitWatch& limits, double displac
   }
 }
 
-/// Completes every file; returns why one could not be completed.
-std::string finish_files(WireTap& tap, Judge& judge) {
-  std::string unwritten;
-  const auto attempt = [&](const std::function<void()>& finish) {
+/// Adds to a stop's reason the damage that it did not prevent.
+void tell_damage(const Judge& judge, const LimitWatch& limits, RepetitionResult& result) {
+  if (result.outcome != Outcome::kStopped) return;
+  if (!judge.touches().empty()) {
+    result.reason += "; " + to_string(judge.touches().front());
+  } else if (!limits.passed().empty()) {
+    result.reason += "; " + to_string(limits.passed().front());
+  }
+}
+
+/// Completes files, each regardless of the others; keeps the first reason why one could not be.
+class Files {
+ public:
+  void complete(const std::function<void()>& finish) {
     try {
       finish();
     } catch (const std::runtime_error& e) {
-      if (unwritten.empty()) unwritten = e.what();
+      if (unwritten_.empty()) unwritten_ = e.what();
     }
-  };
-  attempt([&] { judge.finish(); });
-  attempt([&] { tap.finish(); });
-  return unwritten;
-}
+  }
+  [[nodiscard]] const std::string& unwritten() const { return unwritten_; }
+
+ private:
+  std::string unwritten_;
+};
 
 /// Rejects phases that the method does not have: what waits for one would never happen.
 template <typename Waiting>
@@ -294,7 +316,7 @@ void require_valid(const RepetitionOptions& options) {
   require_phases(scene.events, "events");
   const KnownRobot robot(scene.robot, options.robot_choice);
   require_reach(scene, robot.model);
-  require_fit(options.robot, robot.devices);
+  require_fit(options.robot.layout, robot.devices);
   if (!options.faults.empty()) {
     const std::vector<faults::Injection> plan = faults::load_fault_plan(options.faults);
     require_phases(plan, "faults");
@@ -316,7 +338,7 @@ RepetitionResult run_repetition(const RepetitionOptions& options) {
   std::error_code folder_error;
   if (!options.out.empty()) std::filesystem::create_directories(options.out, folder_error);
   if (folder_error) throw EnvironmentError(options.out.string() + ": " + folder_error.message());
-  require_fit(options.robot, world.robot.devices);
+  require_fit(options.robot.layout, world.robot.devices);
   robot::RobotOptions robot_options = options.robot;
   robot_options.allow_overload = true;  // the emulated buses show the consequences
   robot::Robot robot(world.robot.model, world.robot.devices, world.emulator.interfaces(), robot_options);
@@ -351,12 +373,16 @@ RepetitionResult run_repetition(const RepetitionOptions& options) {
         if (options.watch != nullptr) options.watch->warned(sentence);
         if (options.warned) options.warned(sentence);
       });
+  cycle.observe(judge);
+  Files files;
   if (options.watch != nullptr) options.watch->begins(world, robot, judge, limits);
   if (!options.out.empty()) {
     judge.trace_to(options.out / "wrench.csv", faults::log_note(world.emulator.injections(), false));
     judge.keep_cloud(options.out / "cloud.pcd", options.out / "seen.png");
-    write_whole(options.out / "model_error.yaml",
-                to_yaml(world.truth, world.scene.model_error, world.scene.seed));
+    files.complete([&] {
+      write_whole(options.out / "model_error.yaml",
+                  to_yaml(world.truth, world.scene.model_error, world.scene.seed));
+    });
   }
 
   RepetitionResult result;
@@ -378,25 +404,26 @@ RepetitionResult run_repetition(const RepetitionOptions& options) {
   }
   if (!options.out.empty()) {
     // With the PDOs as the master configured them at boot.
-    try {
+    files.complete([&] {
       static_cast<void>(
           datasheets::write_dbc_files(datasheets::wired_buses(world.robot.devices, world.emulator.buses()),
                                       partial(options.out / "dbc")));
       publish_folder(options.out / "dbc");
-    } catch (const std::runtime_error& e) {
-      result.unwritten = e.what();
-    }
+    });
   }
   if (held) {
-    ScenePainting painting;
-    paint_scene(world, *held, painting);
-    write_png(portrait(painting, kHeldView), partial(options.out / "held.png"));
-    publish(options.out / "held.png");
+    files.complete([&] {
+      ScenePainting painting;
+      paint_scene(world, *held, painting);
+      write_png(portrait(painting, kHeldView), partial(options.out / "held.png"));
+      publish(options.out / "held.png");
+    });
   }
   robot.stop();
   cycle.next();  // the drives perform their quick stop, and their brakes hold
-  const std::string unwritten = finish_files(tap, judge);
-  if (result.unwritten.empty()) result.unwritten = unwritten;
+  files.complete([&] { judge.finish(); });
+  files.complete([&] { tap.finish(); });
+  result.unwritten = files.unwritten();
   report_progress(world.emulator.now());
   fill_rows(world.scene, judge, result);
   if (judge.always_held() && result.outcome != Outcome::kStopped) {
@@ -408,7 +435,6 @@ RepetitionResult run_repetition(const RepetitionOptions& options) {
                              state.injection.target, state.times, state.touched, seconds(state.first)});
   result.recoveries = static_cast<int>(judge.recovered_from().size());
   result.warnings = judge.warnings();
-  for (const UnwantedTouch& touch : judge.touches()) result.touches.push_back(to_string(touch));
   result.simulated_seconds = progress.simulated_seconds;
   if (options.watch != nullptr) {
     options.watch->over(result, cycle);
@@ -416,6 +442,8 @@ RepetitionResult run_repetition(const RepetitionOptions& options) {
     const Time end = world.emulator.now() + kWatchedAfterStop;
     while (world.emulator.now() < end) cycle.next();
   }
+  tell_damage(judge, limits, result);
+  for (const UnwantedTouch& touch : judge.touches()) result.touches.push_back(to_string(touch));
   for (const PassedLimit& passed : limits.passed()) result.limits.push_back(to_string(passed));
   return result;
 }

@@ -77,6 +77,7 @@ class Experiment {
     if (json.is_discarded() || !json.contains("repetitions")) return;
     for (const auto& repetition : json["repetitions"]) {
       const RepetitionResult result = repetition_from_json(repetition);
+      if (!result.unwritten.empty()) continue;  // its files are incomplete
       const std::uint64_t index = result.seed - plan_.repetition.seed;
       if (index < results_.size()) results_[index] = result;
     }

@@ -23,15 +23,17 @@ namespace fs = std::filesystem;
 constexpr const char* kLockName = ".lock";
 constexpr const char* kResultName = "result.json";
 constexpr const char* kRepetitionPrefix = "repetition-";
-constexpr std::array kFiles = {kResultName,        "can.log",  "cloud.pcd", "wrench.csv", "state.csv",
-                               "model_error.yaml", "seen.png", "held.png",  "inputs.txt"};
+constexpr const char* kSeriesInputs = "inputs.txt";
+constexpr const char* kSheetsName = "dbc";
+constexpr std::array kFiles = {kResultName,  "can.log",          "cloud.pcd", "seen.png",   "held.png",
+                               "wrench.csv", "model_error.yaml", "state.csv", kSeriesInputs};
 
 void remove_files(const fs::path& folder) {
   for (const char* name : kFiles) {
     fs::remove(folder / name);
     fs::remove(partial(folder / name));
   }
-  for (const fs::path& sheets : {folder / "dbc", partial(folder / "dbc")}) {
+  for (const fs::path& sheets : {folder / kSheetsName, partial(folder / kSheetsName)}) {
     std::error_code none;
     for (const auto& entry : fs::directory_iterator(sheets, none)) {
       if (entry.path().extension() == ".dbc") fs::remove(entry.path());
@@ -107,5 +109,13 @@ fs::path ResultFolder::of_repetition(int index) const {
 }
 
 void ResultFolder::write_result(std::string_view json) const { write_whole(folder_ / kResultName, json); }
+
+std::vector<std::string> complete_files(const fs::path& folder) {
+  std::vector<std::string> out;
+  for (const char* name : kFiles)
+    if (name != kSeriesInputs && fs::exists(folder / name)) out.emplace_back(name);
+  if (fs::exists(folder / kSheetsName)) out.emplace_back(kSheetsName);
+  return out;
+}
 
 }  // namespace walkman::apps

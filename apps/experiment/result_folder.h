@@ -1,7 +1,9 @@
 #pragma once
 
 #include <filesystem>
+#include <string>
 #include <string_view>
+#include <vector>
 
 namespace walkman::apps {
 
@@ -31,5 +33,8 @@ class ResultFolder {
   std::filesystem::path folder_;
   int lock_ = -1;  // inherited by the repetitions' processes: held until the last of them has ended
 };
+
+/// Names of the files of one repetition that are in the folder and complete, for users.
+[[nodiscard]] std::vector<std::string> complete_files(const std::filesystem::path& folder);
 
 }  // namespace walkman::apps

@@ -422,7 +422,8 @@ std::string to_text(const ExperimentResult& result) {
           "  fault     {}{}{}: {}\n", fault.kind, fault.target.empty() ? "" : " of ", fault.target,
           fault.times == 0
               ? "did not begin"
-              : fmt::format("began {} times, first at {:.3f} s{}", fault.times, fault.first,
+              : fmt::format("began {} time{}, first at {:.3f} s{}", fault.times, fault.times == 1 ? "" : "s",
+                            fault.first,
                             fault.frames == 0 ? "" : fmt::format(", {} frames affected", fault.frames)));
   }
   const Mean mean = result.mean();

@@ -144,7 +144,7 @@ GraspResult run_grasp(const KnownRobot& known, const GraspOptions& options, Stop
   const DeviceTable& devices = known.devices;
   const MethodParameters parameters = load_method_parameters(options.parameters);
   const robot::RobotOptions& robot_options = options.robot;
-  require_fit(robot_options, devices);
+  require_fit(robot_options.layout, devices);
   robot::MasterBuses buses = open_buses(options.can, devices);
 
   std::unique_ptr<robot::KernelLockstepCycle> lockstep;

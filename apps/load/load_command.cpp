@@ -57,6 +57,7 @@ nlohmann::json to_json(const std::vector<robot::BusLoad>& loads, const std::stri
 int run_load(const LoadArguments& options) {
   const KnownRobot known(described_robot(options.robot, data_directory()), options.choice.choice());
   const robot::PdoLayout layout = load_layout(options.layout, known.description);
+  require_fit(layout, known.devices);
   const std::string& name = options.layout.empty() ? known.description.pdo_layout : options.layout;
   const auto cycle = Time(std::llround(1e9 / options.rate_hz));
   const auto loads = robot::bus_loads(known.devices, layout, cycle, kHeartbeat);

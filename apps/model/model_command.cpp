@@ -24,7 +24,7 @@ void add_model_command(CLI::App& app, std::function<int()>& run) {
     run = [options] {
       const PackagePath packages(options->packages.begin(), options->packages.end());
       const ModelReport report = check_model(options->urdf, packages);
-      options->as_json ? print_json(to_json(report)) : print(to_text(report));
+      options->as_json ? print_json(to_json(report) + "\n") : print(to_text(report));
       return report.unusable.empty() ? kOk : kTaskFailed;
     };
   });

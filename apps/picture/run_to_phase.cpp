@@ -46,7 +46,7 @@ class PhaseWatch : public robot::Cycle, public regrasp::Observer {
 void run_to_phase(EmulatedWorld& world, const robot::RobotOptions& robot_options,
                   const std::filesystem::path& parameters, const std::string& phase, Time after) {
   const MethodParameters method_parameters = load_method_parameters(parameters);
-  require_fit(robot_options, world.robot.devices);
+  require_fit(robot_options.layout, world.robot.devices);
   robot::Robot robot(world.robot.model, world.robot.devices, world.emulator.interfaces(), robot_options);
   PhaseWatch watch(world.emulator, robot_options.cycle, phase, after);
   std::string ending;

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <deque>
 #include <queue>
+#include <set>
 #include <stdexcept>
 #include <vector>
 
@@ -23,6 +24,10 @@ namespace {
 constexpr Time kLookahead = std::chrono::milliseconds(20);
 // From the last frame of a log to the end of the replay, for the last answers.
 constexpr Time kEpilogue = std::chrono::milliseconds(5);
+// A log whose stamps are beyond this has them by the wall clock, as candump's, and the emulated clock starts
+// this much before its first frame.
+constexpr Time kLongestRun = std::chrono::hours(24 * 365);
+constexpr Time kBeforeFirst = std::chrono::milliseconds(1);
 
 struct Played {
   Time begins;
@@ -119,18 +124,28 @@ class BusNames {
                                              fmt::join(names_, ", "), did_you_mean(bus, names_)));
       }
       places_[interface] = static_cast<std::size_t>(found - names_.begin());
+      unused_.insert(interface);
     }
   }
 
-  [[nodiscard]] std::size_t place(const std::string& interface) const {
+  [[nodiscard]] std::size_t place(const std::string& interface) {
     const auto found = places_.find(interface);
+    unused_.erase(interface);
     if (found != places_.end()) return found->second;
     throw std::runtime_error(
         fmt::format("{}: interface {} is not one of the robot's buses ({}), expected --from BUS={}", file_,
                     interface, fmt::join(names_, ", "), interface));
   }
 
+  /// Throws std::runtime_error if an interface was mapped that the log does not have.
+  void require_used() const {
+    if (!unused_.empty())
+      throw std::runtime_error(
+          fmt::format("--from: interface {} is not in {}", fmt::join(unused_, ", "), file_));
+  }
+
  private:
+  std::set<std::string> unused_;  // of those mapped by the options
   std::string file_;
   std::vector<std::string> names_;
   std::map<std::string, std::size_t> places_;
@@ -142,7 +157,7 @@ ReplayResult replay_into_emulator(const ReplayOptions& options) {
   bus::CandumpReader reader(options.log);
   EmulatedWorld world(options.world);
   const std::vector<bus::CanBus*> buses = world.emulator.buses();
-  const BusNames names(options, buses);
+  BusNames names(options, buses);
   ReplayResult result;
   Comparison comparison(buses, result);
   for (std::size_t i = 0; i < buses.size(); ++i) {
@@ -172,10 +187,13 @@ ReplayResult replay_into_emulator(const ReplayOptions& options) {
   };
 
   bus::LoggedFrame logged;
-  Time last{};
-  for (std::uint64_t place = 0; reader.next(logged); ++place) {
+  Time last{}, origin{};
+  std::uint64_t place = 0;
+  for (; reader.next(logged); ++place) {
     const std::size_t bus = names.place(logged.interface_name);
-    const can::StampedFrame& frame = logged.stamped;
+    can::StampedFrame& frame = logged.stamped;
+    if (place == 0 && frame.time > kLongestRun) origin = frame.time - kBeforeFirst;
+    frame.time = std::max(frame.time - origin, Time(1));
     if (options.gap && frame.time - last > kLongGap) options.gap(last, frame.time);
     last = std::max(last, frame.time);
     if (frame.frame.error) continue;
@@ -188,6 +206,8 @@ ReplayResult replay_into_emulator(const ReplayOptions& options) {
     }
     play(frame.time - kLookahead);
   }
+  if (place == 0) throw std::runtime_error(options.log.string() + ": there is no frame in it");
+  names.require_used();
   play(Time::max());
   go_to(std::max(last, world.emulator.buses_now()) + kEpilogue);
   comparison.finish(last);

@@ -3,6 +3,11 @@
 #include <chrono>
 #include <memory>
 #include <optional>
+#include <set>
+#include <stdexcept>
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include "apps/replay/master_frames.h"
 #include "apps/shared/can_map.h"
@@ -36,10 +41,12 @@ KernelReplayResult replay_onto_kernel(const KernelReplayOptions& options, StopSi
   KernelReplayResult result;
   const Time began = pacing::host_now();
   std::optional<Time> first;
+  std::set<std::string> seen;  // interfaces of the log
   Time last{};
   bus::LoggedFrame logged;
   while (reader.next(logged) && !signals.arrived()) {
     const auto found = sockets.find(logged.interface_name);
+    seen.insert(logged.interface_name);
     const can::Frame& frame = logged.stamped.frame;
     if (found == sockets.end() || frame.error || (options.master_only && !is_from_master(frame))) {
       ++result.skipped;
@@ -72,6 +79,13 @@ KernelReplayResult replay_onto_kernel(const KernelReplayOptions& options, StopSi
     ++(sent == can::SendResult::kQueued ? result.sent : result.refused);
   }
   result.interrupted = signals.arrived();
+  if (!result.interrupted && !first) {
+    std::string given;
+    for (const auto& [name, interface] : options.interfaces) given += (given.empty() ? "" : ", ") + name;
+    throw std::runtime_error(
+        fmt::format("{}: there is no frame of {} to send in it{}", options.log.string(), given,
+                    seen.empty() ? "" : fmt::format("; it has frames of {}", fmt::join(seen, ", "))));
+  }
   for (const auto& [logged_name, socket] : sockets) {
     while (!result.interrupted && !socket->flush_all(kLongestSleep)) {
       watch_link(*socket);

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <filesystem>
 #include <optional>
 
@@ -55,10 +56,15 @@ class LockstepCycle : public robot::Cycle {
   LockstepCycle(Emulator& emulator, Time period) : emulator_(emulator), period_(period) {}
 
   Time next() override {
-    emulator_.advance(emulator_.now() + period_);
-    if (const Time stall = emulator_.take_stall(); stall > Time{}) emulator_.advance(emulator_.now() + stall);
+    pass(period_);
+    for (Time stall = emulator_.take_stall(); stall > Time{}; stall -= period_)
+      pass(std::min(stall, period_));
     return emulator_.now();
   }
+
+ protected:
+  /// Lets time pass for the emulator, at most a period: a cycle, or a part of a fault's stall.
+  virtual void pass(Time time) { emulator_.advance(emulator_.now() + time); }
 
  private:
   Emulator& emulator_;

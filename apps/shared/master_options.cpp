@@ -56,15 +56,15 @@ robot::RobotOptions load_robot_options(const MasterOptions& options, const Robot
   return out;
 }
 
-void require_fit(const robot::RobotOptions& options, const DeviceTable& devices) {
+void require_fit(const robot::PdoLayout& layout, const DeviceTable& devices) {
   for (const Bus& bus : devices.buses) {
-    if (bus.fd == options.layout.fd) continue;
+    if (bus.fd == layout.fd) continue;
     throw std::runtime_error(bus.fd ? fmt::format("bus {}: its PDOs travel in CAN FD frames, layout {} has "
                                                   "classical ones, expected a layout with can_fd: yes",
-                                                  bus.name, options.layout.name)
+                                                  bus.name, layout.name)
                                     : fmt::format("bus {}: classical CAN, layout {} needs CAN FD, expected "
                                                   "--fd, or fd: true in the device table",
-                                                  bus.name, options.layout.name));
+                                                  bus.name, layout.name));
   }
 }
 

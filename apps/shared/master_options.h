@@ -29,6 +29,6 @@ void add_master_options(CLI::App& command, MasterOptions& options);
 [[nodiscard]] robot::PdoLayout load_layout(const std::string& name, const RobotDescription& robot);
 
 /// Throws std::runtime_error if the layout's PDOs need another kind of frame than that of a bus of the table.
-void require_fit(const robot::RobotOptions& options, const DeviceTable& devices);
+void require_fit(const robot::PdoLayout& layout, const DeviceTable& devices);
 
 }  // namespace walkman::apps

@@ -12,6 +12,8 @@ constexpr std::uint64_t kLongestWait = 10;
 // Number of times a TPDO may be missing before it is no longer waited for.
 constexpr std::uint64_t kMissedTpdos = 3;
 
+double milliseconds(Time time) { return std::chrono::duration<double, std::milli>(time).count(); }
+
 }  // namespace
 
 RemoteNode::RemoteNode(NodeSettings settings)
@@ -54,6 +56,7 @@ bool RemoteNode::configure(Time now) {
     boot_up_ = false;
     stage_ = Stage::kConfiguring;
     configuration_.restart(sdo_);
+    quickest_answer_ = Time::max();
   }
   if (stage_ != Stage::kConfiguring) return stage_ == Stage::kConfigured;
   try {
@@ -61,7 +64,17 @@ bool RemoteNode::configure(Time now) {
   } catch (const std::runtime_error& error) {
     throw std::runtime_error(label() + ": " + error.what());
   }
+  if (stage_ == Stage::kConfigured) require_prompt_answers();
   return stage_ == Stage::kConfigured;
+}
+
+void RemoteNode::require_prompt_answers() const {
+  const Time limit = settings_.cycle * settings_.stale_after_cycles;
+  if (limit == Time{0} || quickest_answer_ == Time::max() || quickest_answer_ <= limit) return;
+  throw std::runtime_error(
+      fmt::format("{}: the quickest of its answers to SDO requests took {:.4g} ms, expected at most {:.4g} "
+                  "ms: its frames are late",
+                  label(), milliseconds(quickest_answer_), milliseconds(limit)));
 }
 
 void RemoteNode::reset_sent() noexcept {
@@ -181,6 +194,7 @@ bool RemoteNode::take(const can::StampedFrame& stamped, Time now) noexcept {
     }
     case 0x580:
       if (frame.length != 8) return false;
+      if (sdo_.awaiting()) quickest_answer_ = std::min(quickest_answer_, stamped.time - sdo_.asked_at());
       sdo_.receive(frame, now);
       return true;
     case 0x700:

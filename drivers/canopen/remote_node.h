@@ -57,7 +57,9 @@ class RemoteNode {
 
   /// Performs one step of the configuration over SDO; a boot-up message starts or restarts it. Returns true
   /// once configured.
-  /// Throws std::runtime_error with node, object, the value found and the one expected.
+  /// Throws std::runtime_error with node, object, the value found and the one expected. Also if even the
+  /// quickest answer took longer than cyclic data may be old: frames that are all late by the same time still
+  /// arrive once a cycle, and only a request and its answer show by how much.
   bool configure(Time now);
 
   /// Notes that NMT reset, NMT start or NMT stop was sent to the node.
@@ -192,6 +194,7 @@ class RemoteNode {
   [[nodiscard]] static std::size_t index_of(int number) noexcept {
     return static_cast<std::size_t>(number - 1);
   }
+  void require_prompt_answers() const;
   bool take(const can::StampedFrame& frame, Time now) noexcept;
   bool receive_tpdo(const can::StampedFrame& frame) noexcept;
   bool on_error_control(const can::StampedFrame& frame) noexcept;
@@ -214,6 +217,7 @@ class RemoteNode {
   std::uint64_t reset_at_ = 0, request_at_ = 0;  // SYNCs sent before it
   Time heartbeat_at_{};
   Time heard_at_ = Time::min();
+  Time quickest_answer_ = Time::max();  // to a request of the configuration
   int frames_since_sync_ = 0;
   int odd_heartbeats_ = 0;  // in a row, with a state other than operational
   std::uint64_t emergencies_ = 0;

@@ -55,6 +55,8 @@ class SdoClient {
   [[nodiscard]] bool awaiting() const noexcept { return state_ == State::kBusy && !has_pending_; }
   [[nodiscard]] ObjectAddress address() const noexcept { return address_; }
   [[nodiscard]] Time timeout() const noexcept { return timeout_; }
+  /// When the newest request was put into `pending`.
+  [[nodiscard]] Time asked_at() const noexcept { return asked_at_; }
 
   /// Data read by an upload; valid in state kDone.
   [[nodiscard]] std::span<const std::uint8_t> data() const noexcept { return {buffer_.data(), size_}; }

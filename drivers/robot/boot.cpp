@@ -182,7 +182,9 @@ void Boot::fail(Time now) const {
     }
     for (const auto& device : bus->devices()) {
       std::string missing = device->what_is_missing();
-      if (const auto stale = device->stale(now); missing.empty() && stale)
+      // A node that waits for the others to be configured sends none yet.
+      if (const auto stale = device->stale(now);
+          missing.empty() && stale && device->stage() == Stage::kStarted)
         missing = canopen::sentence(*stale);
       if (missing.empty()) continue;
       throw std::runtime_error(fmt::format("{}: {} within {} ms", device->label(), missing, limit));

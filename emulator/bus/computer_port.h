@@ -87,6 +87,8 @@ class ComputerPort final : public Participant, public can::Interface {
   /// long, or an error report; kInterfaceDown in bus-off, or when down.
   [[nodiscard]] can::SendResult send(const can::Frame& frame) noexcept override;
   [[nodiscard]] bool receive(can::StampedFrame& out) noexcept override;
+  /// Number of frames that wait to be sent.
+  [[nodiscard]] std::size_t queued() const noexcept { return transmit_.size(); }
   [[nodiscard]] can::LinkState link() const noexcept override {
     return host_ == HostSide::kDown ? can::LinkState::kDown : state_;
   }

@@ -275,6 +275,11 @@ FaultInjector::Effect FaultInjector::make_on_device(const Injection& injection) 
   effect.frames = faults_of(target.bus).make(injection, target.node_id, &node);
   const std::string_view name = injection.kind->name;
   if (name == "silent-reboot") effect.once = [&node] { node.restart(); };
+  if (name == "sdo-abort")
+    effect.switched = [&node, index = static_cast<std::uint16_t>(injection.value("index")),
+                       code = static_cast<canopen::SdoAbort>(injection.value("code"))](bool on) {
+      on ? node.sdo_server().refuse(index, code) : node.sdo_server().stop_refusing(index);
+    };
   if (name == "clock-drift") effect.ppm = injection.value("ppm");
   if (name == "nmt-preop-drop") effect.once = [&node] { node.leave_operational(); };
   if (name == "overcurrent-trip")

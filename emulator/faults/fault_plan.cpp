@@ -66,6 +66,14 @@ void read_begin(const YamlMap& map, Injection& out) {
   out.condition->value = when.number(out.condition->above ? "above" : "below");
 }
 
+double read_parameter(const YamlMap& map, const Parameter& parameter) {
+  const std::string key(parameter.name);
+  const double value = map.number(key, parameter.least, parameter.most);
+  if (parameter.whole && value != std::round(value))
+    map.fail(key, fmt::format("found {}, expected a whole number", value));
+  return value;
+}
+
 Injection read_fault(const YamlMap& map, std::size_t index) {
   Injection out;
   out.where = map.where();
@@ -76,7 +84,7 @@ Injection read_fault(const YamlMap& map, std::size_t index) {
   for (std::size_t i = 0; i < out.values.size(); ++i) {
     const Parameter& parameter = out.kind->parameters[i];
     const std::string key(parameter.name);
-    if (map.has(key)) out.values[i] = map.number(key, parameter.least, parameter.most);
+    if (map.has(key)) out.values[i] = read_parameter(map, parameter);
   }
   out.name = map.has("name") ? map.text("name") : fmt::format("{}-{}", out.kind->name, index + 1);
   if (is_single(out.kind->target)) {
@@ -107,13 +115,17 @@ Injection read_fault(const YamlMap& map, std::size_t index) {
 
 /// Applies one NAME=VALUE of the command line.
 void take_word(const std::string& key, const std::string& text, Injection& out) {
-  const auto number = [&](const std::string& name, double least, double most, std::string_view unit) {
+  const auto number = [&](const std::string& name, double least, double most, std::string_view unit,
+                          bool whole = false) {
     double value = 0;
     const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
     const bool good = error == std::errc{} && end == text.data() + text.size() && std::isfinite(value);
     if (!good || value < least || value > most)
       throw std::runtime_error(fmt::format("{}: {} is \"{}\", expected {:g} to {:g}{}{}", out.kind->name,
                                            name, text, least, most, unit.empty() ? "" : " ", unit));
+    if (whole && value != std::round(value))
+      throw std::runtime_error(
+          fmt::format("{}: {} is \"{}\", expected a whole number", out.kind->name, name, text));
     return value;
   };
   if (key == "direction" && out.kind->target == Target::kFrames) {
@@ -127,7 +139,7 @@ void take_word(const std::string& key, const std::string& text, Injection& out) 
   } else if (key == "every") {
     out.every = number(key, kShortest, kLongest, "s");
   } else if (key == "seed") {
-    out.seed = static_cast<std::uint64_t>(number(key, 0, 9e15, ""));
+    out.seed = static_cast<std::uint64_t>(number(key, 0, 9e15, "", true));
   } else {
     const auto& all = out.kind->parameters;
     const auto found =
@@ -135,7 +147,7 @@ void take_word(const std::string& key, const std::string& text, Injection& out) 
     if (found == all.end())
       throw std::runtime_error(fmt::format("{}: there is no parameter \"{}\"", out.kind->name, key));
     out.values[static_cast<std::size_t>(found - all.begin())] =
-        number(key, found->least, found->most, found->unit);
+        number(key, found->least, found->most, found->unit, found->whole);
   }
 }
 

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <bitset>
 #include <initializer_list>
 #include <optional>
 #include <utility>
@@ -9,6 +10,7 @@
 #include "drivers/canopen/cob_id.h"
 #include "drivers/canopen/little_endian.h"
 #include "drivers/canopen/objects.h"
+#include "drivers/canopen/sdo.h"
 
 namespace walkman::faults {
 namespace {
@@ -148,9 +150,14 @@ class BitFlip final : public FrameFault {
   [[nodiscard]] bool ends(can::Frame& frame, Time) noexcept override {
     if (frame.length == 0 || !draw_.one()) return true;
     touch();
-    for (int i = 0; i < bits_; ++i) {
-      const int bit = draw_.below(8 * frame.length);
-      frame.data[static_cast<std::size_t>(bit / 8)] ^= static_cast<std::uint8_t>(1U << (bit % 8));
+    // Different bits, since two flips of one cancel: Floyd's sampling without replacement.
+    std::bitset<8 * can::kMaxPayload> flipped;
+    const int all = 8 * frame.length;
+    for (int last = std::max(0, all - bits_); last < all; ++last) {
+      const int drawn = draw_.below(last + 1);
+      const auto bit = static_cast<std::size_t>(flipped[static_cast<std::size_t>(drawn)] ? last : drawn);
+      flipped.set(bit);
+      frame.data[bit / 8] ^= static_cast<std::uint8_t>(1U << (bit % 8));
     }
     return true;
   }
@@ -177,22 +184,32 @@ class WrongLength final : public FrameFault {
   Draw draw_;
 };
 
+/// A port of its own for one fault, until that is gone.
+using PortLease = std::unique_ptr<bus::ComputerPort, std::function<void(bus::ComputerPort*)>>;
+
 /// An unsolicited frame, sent repeatedly or once.
 class Babble final : public FrameFault {
  public:
   static constexpr double kOnce = 0;
+  /// Frames that wait for the bus at most: those that fit into a physics step at 1 Mbit/s, and one more.
+  static constexpr std::size_t kWaiting = 22;
 
-  Babble(const FrameFault& base, bus::ComputerPort& port, const can::Frame& frame, double rate)
-      : FrameFault(base), port_(port), frame_(frame), rate_(rate) {}
+  Babble(const FrameFault& base, PortLease port, const can::Frame& frame, double rate)
+      : FrameFault(base), port_(std::move(port)), frame_(frame), rate_(rate) {}
   void start() noexcept override { owed_ = 1; }
   void step(Time) noexcept override {
     for (; owed_ >= 1; owed_ -= 1)
-      if (port_.send(frame_) == can::SendResult::kQueued) touch();
+      if (port_->queued() < kWaiting && port_->send(frame_) == can::SendResult::kQueued) touch();
     owed_ += rate_ * 1e-3;  // a physics step is a millisecond
+  }
+  /// What still waits for the bus is not sent.
+  void finish() noexcept override {
+    port_->set_host_side(bus::HostSide::kDown);
+    port_->set_host_side(bus::HostSide::kSound);
   }
 
  private:
-  bus::ComputerPort& port_;
+  PortLease port_;
   can::Frame frame_;
   double rate_, owed_ = 0;
 };
@@ -228,34 +245,23 @@ can::Frame foreign_command(int command, std::uint8_t node) {
   }
 }
 
-/// Alters the answers of an SDO server about one object (CiA 301, 7.2.4.3).
+/// Changes the value that an SDO server answers with when one object is read (CiA 301, 7.2.4.3.5).
 class AlteredAnswer final : public FrameFault {
  public:
-  /// `abort`: answers with this abort code, whatever the request; without one, the value read is changed.
-  AlteredAnswer(const FrameFault& base, std::uint16_t index, std::optional<std::uint8_t> sub,
-                std::optional<std::uint32_t> abort)
-      : FrameFault(base), index_(index), sub_(sub), abort_(abort) {}
+  AlteredAnswer(const FrameFault& base, canopen::ObjectAddress object) : FrameFault(base), object_(object) {}
   [[nodiscard]] bool ends(can::Frame& frame, Time) noexcept override {
+    constexpr std::uint8_t kUploadExpedited = 0x43, kCommand = 0xE3;
     if (function_of(frame) != kSdoResponse || frame.length != 8) return true;
-    if (canopen::get<std::uint16_t>(frame.data.data() + 1) != index_) return true;
-    if (sub_ && frame.data[3] != *sub_) return true;
-    if (abort_) {
-      constexpr std::uint8_t kAbort = 0x80;
-      frame.data[0] = kAbort;
-      canopen::put(frame.data.data() + 4, *abort_);
-    } else {
-      constexpr std::uint8_t kUploadExpedited = 0x43, kCommand = 0xE3;
-      if ((frame.data[0] & kCommand) != kUploadExpedited) return true;
-      frame.data[4] = static_cast<std::uint8_t>(frame.data[4] + 1);
-    }
+    if ((frame.data[0] & kCommand) != kUploadExpedited) return true;
+    if (canopen::get<std::uint16_t>(frame.data.data() + 1) != object_.index) return true;
+    if (frame.data[3] != object_.sub) return true;
+    frame.data[4] = static_cast<std::uint8_t>(frame.data[4] + 1);
     touch();
     return true;
   }
 
  private:
-  std::uint16_t index_;
-  std::optional<std::uint8_t> sub_;
-  std::optional<std::uint32_t> abort_;
+  canopen::ObjectAddress object_;
 };
 
 /// Inverts the toggle bit in segments of an SDO server's answers (CiA 301, 7.2.4.3.4 and 7.2.4.3.7).
@@ -382,9 +388,11 @@ std::unique_ptr<FrameFault> BusFaults::make(const Injection& injection, std::uin
   const std::string_view name = injection.kind->name;
   const auto value = [&](std::string_view parameter) { return injection.value(parameter); };
   const auto seconds = [](double s) { return Time(static_cast<std::int64_t>(s * 1e9)); };
-  const auto port = [this]() -> bus::ComputerPort& {
-    if (port_ == nullptr) port_ = &bus_.add_port();
-    return *port_;
+  const auto port = [this] {
+    if (idle_ports_.empty()) idle_ports_.push_back(&bus_.add_port());
+    bus::ComputerPort* const idle = idle_ports_.back();
+    idle_ports_.pop_back();
+    return PortLease(idle, [this](bus::ComputerPort* used) { idle_ports_.push_back(used); });
   };
   const std::uint64_t stream = injection.stream_seed();
   const bool own_frames = injection.kind->target == Target::kDevice;
@@ -423,12 +431,9 @@ std::unique_ptr<FrameFault> BusFaults::make(const Injection& injection, std::uin
                  {static_cast<std::uint8_t>(code), static_cast<std::uint8_t>(code >> 8U), 1, 0, 0, 0, 0, 0}),
         value("rate"));
   }
-  if (name == "sdo-abort")
-    return std::make_unique<AlteredAnswer>(base, static_cast<std::uint16_t>(value("index")), std::nullopt,
-                                           static_cast<std::uint32_t>(value("code")));
   if (name == "wrong-identity")
-    return std::make_unique<AlteredAnswer>(base, canopen::object::kIdentity,
-                                           static_cast<std::uint8_t>(value("sub")), std::nullopt);
+    return std::make_unique<AlteredAnswer>(
+        base, canopen::ObjectAddress{canopen::object::kIdentity, static_cast<std::uint8_t>(value("sub"))});
   if (name == "no-acknowledge") return std::make_unique<NoAcknowledge>(base);
   if (name == "heartbeat-loss") return std::make_unique<LostFunction>(base, kErrorControl);
   if (name == "sdo-toggle-error") return std::make_unique<WrongToggle>(base);

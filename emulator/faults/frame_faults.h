@@ -74,7 +74,7 @@ class BusFaults {
 
   bus::CanBus& bus_;
   std::vector<Awaited> awaited_;
-  bus::ComputerPort* port_ = nullptr;  // for additional frames, once there are any
+  std::vector<bus::ComputerPort*> idle_ports_;  // for additional frames, at present of no fault
   std::vector<FrameFault*> active_;
 };
 

@@ -35,6 +35,7 @@ struct Parameter {
   double least = 0, most = 0;
   double standard = 0;  ///< default if not given
   std::string_view what;
+  bool whole = false;  ///< a whole number
 };
 
 /// One way in which the robot can fail.

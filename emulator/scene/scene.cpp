@@ -88,8 +88,8 @@ void read_rope(const YamlMap& map, HoistRope& rope) {
     rope.link = map.text("link");
     rope.p_LE.setZero();
   }
-  if (map.has("tied_at_m")) rope.p_LE = map.vector3("tied_at_m");
-  if (map.has("anchor_m")) rope.p_WA = map.vector3("anchor_m");
+  if (map.has("tied_at_m")) rope.p_LE = map.vector3("tied_at_m", YamlMap::kFarthest);
+  if (map.has("anchor_m")) rope.p_WA = map.vector3("anchor_m", YamlMap::kFarthest);
   if (!map.has("length_m")) return;
   rope.length = map.number("length_m");
   if (!(*rope.length > 0)) map.fail("length_m", fmt::format("{} m, expected more than 0 m", *rope.length));
@@ -116,7 +116,8 @@ void read_robot(const YamlMap& map, Scene& scene) {
 double read_spread(const YamlMap& map, const std::string& key) {
   if (!map.has(key)) return 0;
   const double value = map.number(key);
-  if (value < 0) map.fail(key, fmt::format("{} is negative, expected 0 or more", value));
+  if (value < 0 || value > YamlMap::kFarthest)
+    map.fail(key, fmt::format("found {}, expected 0 to {}", value, YamlMap::kFarthest));
   return value;
 }
 

@@ -44,8 +44,9 @@ void read_place(const YamlMap& map, const SceneObject& object, AttachedWeight& w
   }
   if (!map.has("xyz_m")) map.fail("", "expected from_left_end_m or xyz_m");
   weight.link = map.has("link") ? read_link(map, object.model) : 0;
-  weight.X_LA =
-      map.has("rpy_rad") ? map.pose() : Eigen::Isometry3d(Eigen::Translation3d(map.vector3("xyz_m")));
+  weight.X_LA = map.has("rpy_rad")
+                    ? map.pose()
+                    : Eigen::Isometry3d(Eigen::Translation3d(map.vector3("xyz_m", YamlMap::kFarthest)));
 }
 
 double SceneObject::mass() const {

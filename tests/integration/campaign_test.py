@@ -215,6 +215,43 @@ def limited(folder, whole):
     check(record["class"] == "crash/hang" and record["reason"] == "no end within 1 s of CPU time", f"{record}")
 
 
+def unwritable(plan, whole, folder):
+    """What a run cannot write is the machine's lack, said with the file's name, and no crash of the run."""
+    for engine in ("local", "parallel"):
+        out = folder / f"unwritable_{engine}"
+        begun(whole, out)
+        shutil.rmtree(out / "runs")
+        (out / "runs").write_text("")
+        done = campaign(plan, out, "--engine", engine)
+        check(done.returncode == 3 and f"{out}/runs/0" in done.stderr, f"{engine}: {done.returncode} {done.stderr}")
+
+
+def killed_at_the_start(plan, whole, out):
+    """A folder that holds no more than the beginning of a campaign is its own; one with anything else is not."""
+    begun(whole, out)
+    (out / "campaign.json").unlink()
+    for name in ("golden", "runs"):
+        (out.parent / f"{out.name}_{name}").mkdir()
+        shutil.move(out / name, out.parent / f"{out.name}_{name}")
+    (out / "campaign.json.host-1.partial").write_text("{")
+    (out / "mine.txt").write_text("")
+    done = campaign(plan, out)
+    check(done.returncode == 2 and "holds something else" in done.stderr, f"{done.returncode} {done.stderr}")
+    (out / "mine.txt").unlink()
+    other = out.parent / "other.yaml"
+    other.write_text(plan.read_text().replace("after_s: 0.5", "after_s: 0.6"))
+    done = campaign(other, out)
+    check(done.returncode == 2 and "holds something else" in done.stderr, f"{done.returncode} {done.stderr}")
+    process = subprocess.Popen([PROGRAM, "campaign", "run", str(plan), "--out", str(out)], stderr=subprocess.PIPE, text=True)
+    limit = time.monotonic() + 60
+    while not (out / "engine.log").exists() and time.monotonic() < limit and process.poll() is None:
+        time.sleep(0.02)
+    process.send_signal(signal.SIGINT)
+    _, errors = process.communicate(timeout=60)
+    check((out / "campaign.json").exists(), f"a campaign that was killed at its start goes on: {errors}")
+    nothing_left_of(out)
+
+
 def nothing_left_of(out):
     for _ in range(100):
         left = subprocess.run(["pgrep", "-f", f"campaign exec {out}"], capture_output=True, text=True, check=False)
@@ -334,6 +371,8 @@ def main():
         refusals(folder, plan, whole)
         limited(folder, whole)
         interrupted(plan, whole, folder / "interrupted")
+        unwritable(plan, whole, folder)
+        killed_at_the_start(plan, whole, folder / "started")
         killed_in_the_golden_run(plan, whole, folder / "begun", draw)
         for engine in ("local", "parallel"):
             killed_and_gone_on_with(engine, plan, whole, folder / engine, draw)

@@ -119,6 +119,7 @@ def plans(folder):
         "faults:\n  - {fault: joint-locked, target: RElbj, when: {device: RElbj}}\n": "either above or below",
         "faults:\n  - fault: joint-locked\n    target: RElbj\n    in_phase: {phase: lit}\n": "did you mean \"lift\"",
         "faults:\n  - fault: frame-drop\n    target: rarm\n    at_s: 1\n    share: 1.5\n": ":5: ",
+        "faults:\n  - fault: babbling-idiot\n    target: rarm\n    at_s: 1\n    id: 1.7\n": "expected a whole number",
         "faults:\n  - fault: frame-drop\n    target: rarm\n    at_s: 1\n    torque: 1\n": "no such parameter",
         "faults:\n  - fault: frame-drop\n    target: rarm\n    at_s: 1\n    every_s: 1\n": "lasts_s",
         "faults:\n  - fault: cloud-missing\n    target: RElbj\n    at_s: 1\n": "no target",
@@ -136,6 +137,24 @@ def plans(folder):
     plan = folder / "phase.yaml"
     plan.write_text("faults:\n  - {fault: cloud-missing, in_phase: {phase: lift}}\n")
     refused(run("emulate", "--duration", "1", "--faults", str(plan)), "an emulator knows no phases")
+
+    plan.write_text("faults:\n  - {fault: encoder-stuck, target: RShSag, at_s: 0}\n")
+    message = refused(run("emulate", "--duration", "1", "--only", "RElbj,r_arm_ft", "--faults", str(plan)),
+                      "a node that another program provides")
+    check("RShSag is not emulated here" in message, message)
+
+    plan.write_text("faults:\n  - {fault: frame-drop, target: RElbj, at_s: 0}\n")
+    done = run("emulate", "--duration", "1.2", "--faults", str(plan), "--json")
+    [fault] = json.loads(done.stdout)["faults"]
+    check(fault["times"] == 1 and fault["target"] == "RElbj" and fault["fault"] == "frame-drop", f"{fault}")
+    check("fault frame-drop of RElbj: began 1 time, first at 0.000 s" in run("emulate", "--duration", "1.2", "--faults",
+                                                                            str(plan)).stdout, "the summary tells of it, too")
+
+    mine = folder / "mine.yaml"
+    mine.write_text("mine")
+    done = run("emulate", "--duration", "1", "--fault-socket", str(mine))
+    check(done.returncode == 3 and "is not a socket" in done.stderr and mine.read_text() == "mine",
+          f"a file of the user's stays: {done.returncode} {done.stderr}")
 
     out = folder / "jammed"
     plan = TREE / "examples/faults/elbow_jams_in_the_lift.yaml"
@@ -189,7 +208,13 @@ def live(folder):
         check(done.returncode == 0, f"one that is over may come again: {done.stderr}")
         check("already exists" in refused(run("fault", "inject", "RElbj", "encoder-stuck", *at), "one that is not over"),
               "and why is told")
-        check(run("fault", "clear", "all", *at).stdout == "2 cleared\n", "all are cleared")
+        joints = ("ShSag", "ShLat", "ShYaw", "Elbj", "ForearmPlate", "Wrj1", "Wrj2")
+        for joint in [side + name for side in "RL" for name in joints]:
+            for kind in ("frame-drop", "frame-delay", "frame-duplicate", "frame-reorder", "payload-bitflip", "wrong-length"):
+                done = run("fault", "inject", joint, kind, "share=0", *at)
+                check(done.returncode == 0, f"{joint} {kind}: {done.stderr}")
+        check(len(json.loads(run("fault", "active", *at).stdout)["active"]) == 86, "all that are active are listed")
+        check(run("fault", "clear", "all", *at).stdout == "86 cleared\n", "all are cleared")
         refused(run("fault", "clear", "rarm-frame-drop", *at), "there is nothing to clear")
         refused(run("fault", "inject", "RElbj", "encoder-stuk", *at), "an unknown fault")
         refused(run("fault", "inject", "RElb", "encoder-stuck", *at), "an unknown device")

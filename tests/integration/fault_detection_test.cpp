@@ -305,6 +305,30 @@ INSTANTIATE_TEST_SUITE_P(
       return name;
     });
 
+/// Frames that are all late by the same time come once a cycle again, but are no younger for it.
+TEST(InjectedDelay, ThatStandsIsNotRecoveredFrom) {
+  BreakableRobot rig(false);
+  rig.emulator->inject(faults::parse_fault({"frame-delay", "RElbj", "delay=0.02"}));
+  rig.run(100ms);
+  ASSERT_TRUE(rig.robot->fault());
+  const auto recover = [&] {
+    for (int i = 0; i < 4000; ++i) {
+      rig.emulator->advance(rig.emulator->now() + BreakableRobot::kCycle);
+      if (rig.robot->recover(rig.emulator->now())) return std::string();
+    }
+    return std::string("it never ended");
+  };
+  try {
+    ADD_FAILURE() << "recovered: " << recover();
+  } catch (const std::runtime_error& e) {
+    EXPECT_THAT(e.what(),
+                testing::AllOf(testing::HasSubstr("RElbj"), testing::HasSubstr("its frames are late")));
+  }
+  rig.emulator->clear_fault("RElbj-frame-delay");
+  EXPECT_EQ(recover(), "");
+  EXPECT_FALSE(rig.robot->fault()) << rig.robot->fault()->text;
+}
+
 /// The nodes end their motion by themselves when nobody commands them any more.
 TEST(InjectedDriverKill, LeavesARobotThatStandsStill) {
   BreakableRobot rig(true);

@@ -2,6 +2,7 @@
 // they disappear with their cause.
 
 #include <algorithm>
+#include <bit>
 #include <chrono>
 #include <cmath>
 #include <cstdint>
@@ -11,6 +12,7 @@
 #include <utility>
 #include <vector>
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -53,6 +55,58 @@ TEST(InjectedClockDrift, IsInTheHeartbeatsPeriod) {
   rig.emulator->clear_fault("RElbj-clock-drift");
   EXPECT_NEAR(period(), sound, 1e-3);
   EXPECT_FALSE(rig.robot->fault()) << rig.robot->fault()->text;
+}
+
+/// Two flips of one bit would cancel.
+TEST(InjectedBitFlip, FlipsAsManyBitsAsItSays) {
+  BreakableRobot rig(false);
+  bus::ComputerPort* port = nullptr;
+  for (bus::CanBus* bus : rig.emulator->buses())
+    if (bus->name() == "rarm") port = &bus->add_port();
+  ASSERT_NE(port, nullptr);
+  // Without its master, the node is pre-operational before long, and stays so.
+  rig.emulator->advance(rig.emulator->now() + 2s);
+  constexpr unsigned kPreOperational = 0x7F;
+  for (const int bits : {1, 2, 4, 8, 64}) {
+    rig.emulator->inject(
+        faults::parse_fault({"payload-bitflip", "RElbj", "share=1", fmt::format("bits={}", bits)}));
+    can::StampedFrame stamped;
+    while (port->receive(stamped)) {
+    }
+    rig.emulator->advance(rig.emulator->now() + 1s);
+    int beats = 0;
+    while (port->receive(stamped)) {
+      if (stamped.frame.id != 0x70E) continue;
+      ++beats;
+      EXPECT_EQ(std::popcount(stamped.frame.data[0] ^ kPreOperational), std::min(bits, 8));
+    }
+    EXPECT_GE(beats, 9) << bits;
+    rig.emulator->clear_fault("RElbj-payload-bitflip");
+  }
+}
+
+/// Its frames do not wait in a queue that empties after its end.
+TEST(InjectedFlood, EndsWhenItIsOver) {
+  BreakableRobot rig(false);
+  bus::CanBus* rarm = nullptr;
+  for (bus::CanBus* bus : rig.emulator->buses())
+    if (bus->name() == "rarm") rarm = bus;
+  ASSERT_NE(rarm, nullptr);
+  Time last{};
+  std::uint64_t frames = 0;
+  rarm->set_observer([&](const can::StampedFrame& f) {
+    if (f.frame.id != 1 || f.frame.error) return;
+    last = f.time;
+    ++frames;
+  });
+  const Time began = rig.emulator->now();
+  rig.emulator->inject(faults::parse_fault({"babbling-idiot", "rarm", "for=0.1"}));
+  rig.emulator->advance(began + 500ms);
+  EXPECT_GT(last, began + 98ms);
+  EXPECT_LT(last, began + 103ms);
+  // A frame of 8 bytes has 111 bits and up to 24 for stuffing (ISO 11898-1) at 1 Mbit/s.
+  EXPECT_GT(frames, 0.099 / 135e-6);
+  EXPECT_LT(frames, 0.103 / 111e-6);
 }
 
 /// A client that reads a name of more than four bytes encounters it (CiA 301, 7.2.4.3.17: 0503 0000h).

@@ -47,7 +47,7 @@ class LayoutRun {
       : world_(world_options(frames)),
         options_(load_robot_options({layout, std::nullopt}, world_.scene.robot)),
         cycle_(world_.emulator, options_.cycle) {
-    require_fit(options_, world_.robot.devices);
+    require_fit(options_.layout, world_.robot.devices);
     build();
   }
   void build() {

@@ -53,8 +53,8 @@ def weighing_error(r):
 def verdict(case, r):
     """Returns "held", "short", "refused", "stopped" or "wrong", and the reason."""
     if r["outcome"] == "stopped":
-        if r.get("touches"):
-            return "wrong", f"touched before it stopped: {r['touches'][0]}"
+        for damage in r.get("touches", []) + r.get("limits", []):
+            return "wrong", f"before it stopped: {damage}"
         return ("refused" if re.search(case.refusal or "$^", r["reason"]) else "stopped"), r["reason"]
     if r["outcome"] not in ("minimum torque", "minimum displacement"):
         return "wrong", f"{r['outcome']}: {r.get('reason', '')}"

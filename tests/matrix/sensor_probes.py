@@ -25,7 +25,7 @@ FROM_BOOT = "at_s: 0.5"
 COM_ERROR = 0.02  # m, the method's d_thres
 DRIFTS = "drift|is not steady|contradict"
 EMPTY_HAND = "empty hand contradict"  # before anything is lifted
-LIES = "contradict|weighs|is not steady|drift|beside|to one side|holds nothing|object turns|outside of the object|off the vertical"
+LIES = "contradict|are off|weighs|is not steady|drift|beside|to one side|holds nothing|object turns|outside of the object|off the vertical"
 
 
 def event(text):
@@ -52,6 +52,8 @@ def lie(name, when, what, reasons):
 
 GRASP = "in_phase: {phase: grasp}"
 LIFT = "in_phase: {phase: lift}"
+LAST_GRASP = "in_phase: {phase: grasp, occurrence: 2}"
+LAST_LIFT = "in_phase: {phase: lift, occurrence: 2}"
 # Name, arguments of `experiment`, and what a stop may report.
 PROBES = [
     lie("drift 0.02 N·m/s, all torques", GRASP, "drift_per_s: [0, 0, 0, 0.02, 0.02, 0.02]", DRIFTS),
@@ -70,6 +72,11 @@ PROBES = [
     lie("bit 6 of Ty flips in 5 %", FROM_BOOT, "bit: {channel: Ty, number: 6, flipped_share: 0.05}", LIES),
     lie("bit 7 of Tx sticks in the lift", LIFT, "bit: {channel: Tx, number: 7, stuck_at: 1}", LIES),
     lie("bit 7 of Ty sticks in the lift", LIFT, "bit: {channel: Ty, number: 7, stuck_at: 1}", LIES),
+    # After the last lift nothing is released any more, which would show a drift or an offset.
+    *[lie(f"drift {rate} N·m/s in the last lift, {axes}", LAST_GRASP, f"drift_per_s: [0, 0, 0, {torques.format(rate)}]", DRIFTS)
+      for rate in (0.003, 0.008) for axes, torques in (("Tx", "{0}, 0, 0"), ("Ty", "0, {0}, 0"), ("all", "{0}, {0}, {0}"))],
+    *[lie(f"bit {bit} of {axis} sticks in the last lift", LAST_LIFT, f"bit: {{channel: {axis}, number: {bit}, stuck_at: 1}}", LIES)
+      for bit in (4, 5, 6, 7) for axis in ("Tx", "Ty")],
 ]
 PROBES += [(f"{side} weight off {after} s into the lift",  # while the hand takes up the load, and while it rises
             event(f"in_phase: {{phase: lift, after_s: {after}}}\n    remove_weight: {{object: bar, weight: {side}_weight}}"),
@@ -95,8 +102,8 @@ def run(program, urdf, probe, seed, folder):
 
 
 def verdict(probe, r):
-    if r.get("touches"):
-        return "WRONG", f"touched: {r['touches'][0]}"
+    for damage in r.get("touches", []) + r.get("limits", []):
+        return "WRONG", damage
     if r["outcome"] == "stopped":
         return ("stopped" if re.search(probe[2], r["reason"]) else "OTHER"), r["reason"]
     if r["outcome"] in ("minimum torque", "minimum displacement") and abs(r["d_after_true"]) <= COM_ERROR:

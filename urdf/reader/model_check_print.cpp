@@ -87,8 +87,7 @@ std::string to_text(const ModelReport& report) {
     fmt::format_to(out, "    {:12}  {} on {}\n", name_of(sensor.kind), sensor.frame,
                    sensor.parent.empty() ? "nothing" : sensor.parent);
 
-  fmt::format_to(out, "\n  cannot be used{}\n",
-                 report.unusable.empty() ? ": nothing, the whole file is used" : "");
+  fmt::format_to(out, "\n  cannot be used{}\n", report.unusable.empty() ? ": nothing" : "");
   for (const UrdfFinding& finding : report.unusable)
     fmt::format_to(out, "    {}\n", to_sentence(report.file.string(), finding));
   return text;

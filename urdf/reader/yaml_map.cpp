@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <charconv>
+#include <cmath>
 #include <optional>
 #include <set>
 #include <stdexcept>
@@ -186,16 +187,19 @@ std::array<double, 6> YamlMap::six_numbers(const std::string& key) const {
   return numbers;
 }
 
-Eigen::Vector3d YamlMap::vector3(const std::string& key) const {
+Eigen::Vector3d YamlMap::vector3(const std::string& key, double most) const {
   Eigen::Vector3d result;
   read_numbers(key, result.data(), 3);
+  for (const double number : result)
+    if (std::abs(number) > most)
+      fail(key, fmt::format("found {}, expected at most {} in size", number, most));
   return result;
 }
 
 Eigen::Isometry3d YamlMap::pose() const {
   const Eigen::Vector3d rpy = vector3("rpy_rad");
   Eigen::Isometry3d X = Eigen::Isometry3d::Identity();
-  X.translation() = vector3("xyz_m");
+  X.translation() = vector3("xyz_m", kFarthest);
   X.linear() = (Eigen::AngleAxisd(rpy.z(), Eigen::Vector3d::UnitZ()) *
                 Eigen::AngleAxisd(rpy.y(), Eigen::Vector3d::UnitY()) *
                 Eigen::AngleAxisd(rpy.x(), Eigen::Vector3d::UnitX()))

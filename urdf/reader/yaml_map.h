@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
+#include <limits>
 #include <memory>
 #include <string>
 #include <vector>
@@ -43,7 +44,12 @@ class YamlMap {
   [[nodiscard]] std::uint32_t hexadecimal(const std::string& key, std::uint32_t min, std::uint32_t max) const;
   [[nodiscard]] std::array<double, 2> number_pair(const std::string& key) const;  ///< finite
   [[nodiscard]] std::array<double, 6> six_numbers(const std::string& key) const;  ///< finite
-  [[nodiscard]] Eigen::Vector3d vector3(const std::string& key) const;            ///< finite
+  /// Finite, none of them larger in size than `most`.
+  [[nodiscard]] Eigen::Vector3d vector3(const std::string& key,
+                                        double most = std::numeric_limits<double>::max()) const;
+  /// Largest coordinate of a place, m: a world in which a ray's distances are still exact to a tenth of a
+  /// millimetre.
+  static constexpr double kFarthest = 1000;
   /// Pose from `xyz_m` and `rpy_rad` (roll, pitch, yaw about fixed axes, in this order).
   [[nodiscard]] Eigen::Isometry3d pose() const;
   /// `key` as a path relative to the YAML file. The file must exist.

@@ -67,6 +67,8 @@ class CanopenSlave : public bus::Participant {
   [[nodiscard]] canopen::NmtState nmt_state() const noexcept { return state_; }
   [[nodiscard]] const ObjectDictionary& dictionary() const noexcept { return dictionary_; }
 
+  [[nodiscard]] SdoServer& sdo_server() noexcept { return sdo_server_; }
+
   /// Calls `observer` with each object of a TPDO when it is sampled and of an RPDO when it has taken effect,
   /// for logs. `observer` must not throw.
   using PdoObserver = std::function<void(std::uint32_t cob_id, const Entry& entry, Time now)>;

@@ -111,29 +111,37 @@ void SdoServer::receive(const can::Frame& frame, Time now) noexcept {
   }
 }
 
-bool SdoServer::open_for_writing(Request request) noexcept {
+void SdoServer::stop_refusing(std::uint16_t index) {
+  const auto found = std::find_if(refused_.begin(), refused_.end(),
+                                  [&](const RefusedObject& one) { return one.index == index; });
+  if (found != refused_.end()) refused_.erase(found);
+}
+
+bool SdoServer::find_object(Request request) noexcept {
   reset();
   address_ = address_of(request);
-  entry_ = dictionary_.find(address_.index, address_.sub);
-  if (entry_ == nullptr) {
-    abort(address_, dictionary_.missing(address_.index));
-  } else if (!entry_->writable()) {
-    abort(address_, SdoAbort::kReadOnly);
-  } else {
-    size_ = 0;
-    return true;
+  for (const RefusedObject& one : refused_) {
+    if (one.index != address_.index) continue;
+    abort(address_, one.code);
+    return false;
   }
-  return false;
+  entry_ = dictionary_.find(address_.index, address_.sub);
+  if (entry_ == nullptr) abort(address_, dictionary_.missing(address_.index));
+  return entry_ != nullptr;
+}
+
+bool SdoServer::open_for_writing(Request request) noexcept {
+  if (!find_object(request)) return false;
+  if (!entry_->writable()) {
+    abort(address_, SdoAbort::kReadOnly);
+    return false;
+  }
+  size_ = 0;
+  return true;
 }
 
 bool SdoServer::open_for_reading(Request request) noexcept {
-  reset();
-  address_ = address_of(request);
-  entry_ = dictionary_.find(address_.index, address_.sub);
-  if (entry_ == nullptr) {
-    abort(address_, dictionary_.missing(address_.index));
-    return false;
-  }
+  if (!find_object(request)) return false;
   if (const Refusal refused = dictionary_.read(*entry_)) {
     abort(address_, *refused);
     return false;

@@ -3,6 +3,7 @@
 #include <array>
 #include <cstdint>
 #include <span>
+#include <vector>
 
 #include "drivers/can/frame.h"
 #include "drivers/time.h"
@@ -31,6 +32,10 @@ class SdoServer {
   [[nodiscard]] Time next_event() const noexcept { return deadline_; }
   /// Discards a transfer under way.
   void reset() noexcept;
+
+  /// Refuses every request for an object with this code from now on, or no longer. Allocates.
+  void refuse(std::uint16_t index, SdoAbort code) { refused_.push_back({index, code}); }
+  void stop_refusing(std::uint16_t index);
 
   /// Whether segments of a block upload wait for the outbox, which gets one at a time: `feed` adds the next.
   [[nodiscard]] bool feeding() const noexcept { return transfer_ == Transfer::kBlockUpload; }
@@ -68,6 +73,8 @@ class SdoServer {
   void block_upload_acknowledged(Request request, Time now) noexcept;
   [[nodiscard]] std::size_t segment_count() const noexcept;
 
+  /// Finds the request's object; aborts and returns false if there is none, or if its requests are refused.
+  [[nodiscard]] bool find_object(Request request) noexcept;
   [[nodiscard]] bool open_for_writing(Request request) noexcept;
   [[nodiscard]] bool open_for_reading(Request request) noexcept;
   [[nodiscard]] Refusal check_announced() const noexcept;
@@ -80,6 +87,12 @@ class SdoServer {
   ObjectDictionary& dictionary_;
   Outbox& outbox_;
   const std::uint8_t& node_id_;
+
+  struct RefusedObject {
+    std::uint16_t index = 0;
+    SdoAbort code{};
+  };
+  std::vector<RefusedObject> refused_;
 
   Transfer transfer_ = Transfer::kNone;
   Time deadline_ = Time::max();

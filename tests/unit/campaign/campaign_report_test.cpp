@@ -39,12 +39,17 @@ TEST(Proportion, IsClopperAndPearsonsInterval) {
 TEST(Quantiles, AreTheLeastThatSoManyDoNotExceed) {
   std::vector<double> times;
   for (int i = 100; i > 0; --i) times.push_back(i);
-  const Quantiles hundred = Quantiles::of(times);
+  const Quantiles hundred = Quantiles::of(times, 0);
   EXPECT_EQ(hundred.p50, 50);
   EXPECT_EQ(hundred.p95, 95);
   EXPECT_EQ(hundred.most, 100);
-  EXPECT_EQ(Quantiles::of({3}).p95, 3);
-  EXPECT_EQ(Quantiles::of({}).n, 0U);
+  EXPECT_EQ(Quantiles::of({3}, 0).p95, 3);
+  EXPECT_EQ(Quantiles::of({}, 0).n, 0U);
+  // What never happened is later than everything that did.
+  const Quantiles some = Quantiles::of(times, 100);
+  EXPECT_EQ(some.n, 100U);
+  EXPECT_EQ(some.p50, 100);
+  EXPECT_TRUE(std::isinf(some.p95));
 }
 
 TEST(ShareText, OfNoneInNSaysNoMoreThanThreeOverN) {
@@ -99,7 +104,10 @@ TEST_F(CampaignReportTest, CountsWhatTheRecordsSayAndListsTheWorstFirst) {
   EXPECT_EQ(report.all.coverage.n, 4U);  // one was masked
   EXPECT_EQ(report.all.silent_wrong.k, 1U);
   EXPECT_EQ(report.all.silent_wrong.n, 5U);
-  EXPECT_EQ(report.all.detection.most, 0.3);
+  EXPECT_EQ(report.all.detection.n, 3U);
+  EXPECT_EQ(report.all.detection.never, 1U);  // the silent one
+  EXPECT_EQ(report.all.detection.p50, 0.1);
+  EXPECT_TRUE(std::isinf(report.all.detection.most));
   ASSERT_EQ(report.faults.size(), 2U);
   EXPECT_EQ(report.faults[0].fault, "frame-drop");  // because the wire comes before the drives
   EXPECT_EQ(report.faults[1].runs, 4U);

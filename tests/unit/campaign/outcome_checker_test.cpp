@@ -129,6 +129,29 @@ TEST_F(OutcomeCheckerTest, ARecoveryThatTakesTooLongIsLate) {
   EXPECT_THAT(checked().reason, HasSubstr("recovered after 12.100 s, limit 12.000 s"));
 }
 
+TEST_F(OutcomeCheckerTest, AStopThatComesLongAfterItsCauseIsLate) {
+  shown(40.1);
+  stopped(52.0, 52.4);  // after attempts to recover
+  EXPECT_EQ(run_class(), RunClass::kSafeStop);
+  EXPECT_NEAR(*checked().reaction, 12.3, 1e-9);
+  stopped(52.2, 52.4);
+  EXPECT_EQ(run_class(), RunClass::kDetectedLate);
+  EXPECT_THAT(checked().reason, HasSubstr("stopped after 12.100 s, limit 12.000 s"));
+}
+
+TEST_F(OutcomeCheckerTest, AStopReactsToTheFaultThatWasNotRecoveredFrom) {
+  shown(40.1);
+  run_.events.front().recovered = 44.0;
+  shown(90.0);
+  stopped(90.0, 90.3);
+  EXPECT_EQ(run_class(), RunClass::kSafeStop);
+  EXPECT_NEAR(*checked().reaction, 0.3, 1e-9);
+  EXPECT_TRUE(checked().stopped_by_driver);
+  run_.events.back().by = By::kMethod;  // which lowers the object before it stops
+  EXPECT_FALSE(checked().stopped_by_driver);
+  EXPECT_FALSE(checked().reaction.has_value());
+}
+
 TEST_F(OutcomeCheckerTest, WithoutAnythingShownItIsMaskedOrWasNeverActive) {
   EXPECT_EQ(run_class(), RunClass::kMasked);
   EXPECT_TRUE(checked().activated);

@@ -45,9 +45,13 @@ TEST(SupervisedChild, ACrashIsToldByItsSignalOrExitCode) {
   EXPECT_THAT(signal.text, ::testing::HasSubstr("signal 11"));
   const ChildEnd aborted = end_of([] { die_by(SIGABRT); });
   EXPECT_EQ(aborted.how, How::kCrashed);
-  const ChildEnd code = end_of([] { _exit(3); });
+  const ChildEnd code = end_of([] { _exit(5); });
   EXPECT_EQ(code.how, How::kCrashed);
-  EXPECT_EQ(code.text, "exit code 3");
+  EXPECT_EQ(code.text, "exit code 5");
+}
+
+TEST(SupervisedChild, AMachineThatLacksSomethingIsNoCrash) {
+  EXPECT_EQ(end_of([] { _exit(3); }).how, How::kLacking);
 }
 
 TEST(SupervisedChild, ASignalThatEndsTheCampaignIsNoCrash) {

@@ -48,5 +48,18 @@ TEST(Contradiction, ASignIsThatOfTheDisplacementWhichHasABoundOfItsOwn) {
   EXPECT_FALSE(contradiction(reported(0.08), {-0.08, -0.007, 0.014}, kThreshold));
 }
 
+TEST(Contradiction, ATorqueAsLargeInTheOtherDirectionIsOne) {
+  regrasp::Weighing weighing = reported(-0.15);
+  weighing.torque_about_handle = -0.15;
+  TrueWeighing truth;
+  truth.torque = 0.17;
+  truth.torque_about_handle = 0.17;
+  const auto reason = contradiction(weighing, truth, kThreshold);
+  ASSERT_TRUE(reason);
+  EXPECT_THAT(*reason, HasSubstr("about the handle's axis is 0.170 N·m and -0.150 N·m was reported"));
+  truth.torque = truth.torque_about_handle = -0.17;
+  EXPECT_FALSE(contradiction(weighing, truth, kThreshold));
+}
+
 }  // namespace
 }  // namespace walkman::apps

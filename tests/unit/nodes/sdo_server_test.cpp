@@ -35,6 +35,15 @@ TEST_F(SdoServerTest, ExpeditedDownloadWithAndWithoutSize) {
   EXPECT_THAT(talk.ask("605#4010200100000000"), ElementsAre("585#4310200100350C00"));
 }
 
+TEST_F(SdoServerTest, WhatItIsMadeToRefuseHasNoEffect) {
+  node.sdo_server().refuse(0x1017, static_cast<SdoAbort>(0x08000022));
+  EXPECT_THAT(talk.ask("605#2B171000E8030000"), ElementsAre("585#8017100022000008"));
+  EXPECT_THAT(talk.ask("605#4017100000000000"), ElementsAre("585#8017100022000008"));
+  EXPECT_THAT(talk.ask("605#4018100400000000"), ElementsAre("585#4318100405100000"));
+  node.sdo_server().stop_refusing(0x1017);
+  EXPECT_THAT(talk.ask("605#4017100000000000"), ElementsAre("585#4B17100000000000"));  // as before
+}
+
 TEST_F(SdoServerTest, SegmentedUpload) {
   // 1008h "RShLat drive": 12 bytes = 7 + 5.
   EXPECT_THAT(talk.ask("605#4008100000000000"), ElementsAre("585#410810000C000000"));
