@@ -125,7 +125,7 @@ class LayoutRun {
 
 /// Expects the frame in every `every`-th SYNC of the move, except at its edges.
 void expect_each_sync(const LayoutRun& run, std::uint32_t id, int every) {
-  EXPECT_NEAR(run.count(id), 2 * kMoveCycles / every, 2) << std::hex << id;
+  EXPECT_NEAR(run.count(id), 2.0 * kMoveCycles / every, 2) << std::hex << id;
 }
 
 void expect_motion(LayoutRun& run) {

@@ -14,7 +14,6 @@
 namespace walkman::apps {
 namespace {
 
-using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::Not;
 
