@@ -232,13 +232,11 @@ void WristScale::require_same_bar(const Load& load) {
     return;
   const double bound = kAxisError + kDeviations * std::hypot(before->offset_deviation, now.offset_deviation);
   if (std::abs(before->offset - now.offset) <= bound) return;
-  throw Refused(
-      fmt::format("by the wrist, the centre of mass is {:.0f} mm from the bar's axis, and was {:.0f} mm from "
-                  "it when the bar was "
-                  "weighed before, expected a difference of at most {:.0f} mm: the sensor's readings are "
-                  "off, or something on "
-                  "the bar has moved",
-                  1e3 * now.offset, 1e3 * before->offset, 1e3 * bound));
+  throw Refused(fmt::format(
+      "by the wrist, the centre of mass is {:.0f} mm from the bar's axis, and was {:.0f} mm from it when the "
+      "bar was weighed before, expected a difference of at most {:.0f} mm: the sensor's readings are off, or "
+      "the bar slips in the hand, or something on it has moved",
+      1e3 * now.offset, 1e3 * before->offset, 1e3 * bound));
 }
 
 void WristScale::require_of_object(const Wrench& F_Ho_T) const {
