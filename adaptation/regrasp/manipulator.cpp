@@ -533,15 +533,9 @@ WristScale::Load Manipulator::weigh() {
   if (std::exchange(turned_back_, false)) scale_.compare(level);
   scale_.add_loaded(level);
   weighed_So_S_ = level.reading;
-  weighed_load_ = scale_.object_load(level);
   weighed_ = scale_.weigh(level);
   scale_.require_same_bar(weighed_);
   return weighed_;
-}
-
-void Manipulator::weigh_anew() {
-  scale_.change_load();
-  scale_.begin_weighing(weighed_load_);
 }
 
 void Manipulator::hang() {

@@ -64,9 +64,6 @@ class Manipulator {
   /// Reads the sensor with the hand level for the averaging time. Returns the load that fits these and the
   /// previous readings, see `WristScale::weigh`.
   [[nodiscard]] WristScale::Load weigh();
-  /// Call after `weigh` if the load was not steady, and `turn` and `weigh` again afterwards: an object that
-  /// has settled in the hand stays as it is now, a sensor that drifts goes on.
-  void weigh_anew();
   /// The wrist's measurement of the load in the hand.
   [[nodiscard]] const WristScale& scale() const { return scale_; }
   /// Call after HeldTooFar: readings with the object in the hand say nothing about the sensor, because the
@@ -167,7 +164,6 @@ class Manipulator {
   WristScale scale_;
   WristScale::Load weighed_;  // the last weighing
   Wrench weighed_So_S_;       // its mean reading
-  Wrench weighed_load_;       // the object's load in it, about Ho in T, as the sensor reads it
   bool turned_back_ = false;  // to the pose in which the load was lifted
   Eigen::Isometry3d X_TH_start_ = Eigen::Isometry3d::Identity();
   Eigen::VectorXd q_start_;

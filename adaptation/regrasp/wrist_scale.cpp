@@ -77,8 +77,6 @@ void WristScale::add_loaded(const MeanReading& reading) {
 
 void WristScale::tare(const MeanReading& empty) {
   residual_So_S_ = {empty.reading.torque - empty.hand.torque, empty.reading.force - empty.hand.force};
-  tared_at_ = session_.now();
-  drift_now_ = 0;
 }
 
 void WristScale::require_sound() const {
@@ -116,23 +114,18 @@ void WristScale::release() { hand_weight_.hold(session_.hand().frame, {}); }
 
 void WristScale::begin_weighing(const Wrench& F_Ho_T) {
   lifted_Ho_T_ = F_Ho_T;
-  lifted_at_ = session_.now();
   change_.setZero();
-  drift_now_ = 0;
 }
 
 void WristScale::compare(const MeanReading& level) {
   change_ = object_load(level).torque - lifted_Ho_T_.torque;
-  const std::chrono::duration<double> turned = session_.now() - lifted_at_,
-                                      since = session_.now() - tared_at_;
-  drift_now_ = change_.norm() * since / turned;
 }
 
 void WristScale::require_steady() const {
-  if (is_steady()) return;
+  if (change_.norm() <= most_change()) return;
   throw Refused(fmt::format(
       "back in the same pose, the wrist's torque differs by {:.3f} N·m from that before the hand turned, "
-      "twice, expected at most {:.3f}: the sensor drifts, or the object moves in the hand",
+      "expected at most {:.3f}: the sensor drifts, or the object moves in the hand",
       change_.norm(), most_change()));
 }
 
@@ -159,8 +152,7 @@ wrench::LoadEstimator::Object WristScale::object() const {
   const Eigen::Isometry3d X_HS = session_.X_TH().inverse() * session_.X_TS();
   const double mounting = std::hypot(kMountingTurn * X_HS.translation().norm(), kMountingOrigin);
   object.covariance.diagonal().tail<3>().array() +=
-      std::pow(object.weight * mounting, 2) +
-      (drift_So_S_.torque.squaredNorm() + drift_now_ * drift_now_) / 3;
+      std::pow(object.weight * mounting, 2) + drift_So_S_.torque.squaredNorm() / 3;
   object.covariance(0, 0) += drift_So_S_.force.squaredNorm() / 3;
   const double along = X_HS.linear().row(0).dot(object.moment_S) / object.weight + X_HS.translation().x();
   if (!bar_radius_ || std::abs(along) > parameters_.displacement_threshold) return object;

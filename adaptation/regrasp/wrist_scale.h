@@ -76,13 +76,10 @@ class WristScale {
   /// Call with the object's load (about Ho in T) in the pose in which it will be weighed, before the hand
   /// turns.
   void begin_weighing(const Wrench& F_Ho_T);
-  /// Call back in that pose: compares with the load before. The change, extrapolated to the time since the
-  /// tare, counts as an uncertainty of this weighing.
+  /// Call back in that pose: compares with the load before.
   void compare(const MeanReading& level);
-  /// Whether the torque has stayed the same: otherwise the object has moved in the hand, or the sensor
-  /// drifts.
-  [[nodiscard]] bool is_steady() const { return change_.norm() <= most_change(); }
-  /// Throws Refused unless it has.
+  /// Throws Refused unless the torque has stayed the same: otherwise the object has moved in the hand, or the
+  /// sensor drifts.
   void require_steady() const;
 
   /// Load of the object alone according to the sensor as is, about Ho in T: at present, or for a reading.
@@ -129,10 +126,8 @@ class WristScale {
   wrench::HandWeight hand_weight_;
   wrench::LoadEstimator estimator_;
   Wrench residual_So_S_;
-  Time tared_at_{}, lifted_at_{};
   Wrench lifted_Ho_T_;                                // load before the hand turned
   Eigen::Vector3d change_ = Eigen::Vector3d::Zero();  // of the torque since then, N·m in T
-  double drift_now_ = 0;                              // that change, extrapolated since the tare, N·m
   Wrench drift_So_S_;             // of the residual from the last tare to the last release
   Eigen::AlignedBox3d object_H_;  // box of the held object, as it stood
   struct WeighedBar {
