@@ -20,11 +20,11 @@ constexpr double kMountingOrigin = 0.0006;  // m
 // mass a third of that off the axis at its middle.
 constexpr double kBar = 2;
 constexpr double kRadiusError = 0.001;  // m
+constexpr double kBend = 0.002 / 3;     // of its length
+constexpr double kAxisError = 0.003;    // m, of its axis in the hand: how it is seated, from grasp to grasp
 // m, by which the pads let an object settle when the hand turns to either side: with 12 N, 2.5 mm at most in
 // 220 lifts; 2.1 mm with 40 N.
 constexpr double kSettling = 0.0035;
-constexpr double kAxisError = 0.003;  // m, of a bar's axis in the hand: how it is seated, from grasp to grasp
-constexpr double kBend = 0.002 / 3;   // of its length
 // Cosine of the largest angle between a load and the vertical: an end that still rests on the table pulls
 // sideways by its friction, with a coefficient of 1 up to as much as the hand then carries.
 constexpr double kSteepest = 0.7071;

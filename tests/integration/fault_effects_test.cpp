@@ -8,6 +8,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <optional>
+#include <stdexcept>
 #include <string>
 #include <utility>
 #include <vector>
@@ -27,15 +28,19 @@ namespace {
 using namespace std::chrono_literals;
 using rigs::BreakableRobot;
 
+bus::CanBus& right_arm(BreakableRobot& rig) {
+  for (bus::CanBus* bus : rig.emulator->buses())
+    if (bus->name() == "rarm") return *bus;
+  throw std::logic_error("the robot has no bus rarm");
+}
+
 /// The drive's heartbeats have the rate of its own clock, and the proper rate again once that is correct.
 TEST(InjectedClockDrift, IsInTheHeartbeatsPeriod) {
   BreakableRobot rig(false);
   std::vector<Time> beats;
-  for (bus::CanBus* bus : rig.emulator->buses())
-    if (bus->name() == "rarm")
-      bus->set_observer([&beats](const can::StampedFrame& f) {
-        if (f.frame.id == 0x70E) beats.push_back(f.time);
-      });
+  right_arm(rig).set_observer([&beats](const can::StampedFrame& f) {
+    if (f.frame.id == 0x70E) beats.push_back(f.time);
+  });
   const auto period = [&] {
     rig.run(500ms);  // lets the period under way end
     beats.clear();
@@ -60,10 +65,7 @@ TEST(InjectedClockDrift, IsInTheHeartbeatsPeriod) {
 /// Two flips of one bit would cancel.
 TEST(InjectedBitFlip, FlipsAsManyBitsAsItSays) {
   BreakableRobot rig(false);
-  bus::ComputerPort* port = nullptr;
-  for (bus::CanBus* bus : rig.emulator->buses())
-    if (bus->name() == "rarm") port = &bus->add_port();
-  ASSERT_NE(port, nullptr);
+  bus::ComputerPort* const port = &right_arm(rig).add_port();
   // Without its master, the node is pre-operational before long, and stays so.
   rig.emulator->advance(rig.emulator->now() + 2s);
   constexpr unsigned kPreOperational = 0x7F;
@@ -88,13 +90,9 @@ TEST(InjectedBitFlip, FlipsAsManyBitsAsItSays) {
 /// Its frames do not wait in a queue that empties after its end.
 TEST(InjectedFlood, EndsWhenItIsOver) {
   BreakableRobot rig(false);
-  bus::CanBus* rarm = nullptr;
-  for (bus::CanBus* bus : rig.emulator->buses())
-    if (bus->name() == "rarm") rarm = bus;
-  ASSERT_NE(rarm, nullptr);
   Time last{};
   std::uint64_t frames = 0;
-  rarm->set_observer([&](const can::StampedFrame& f) {
+  right_arm(rig).set_observer([&](const can::StampedFrame& f) {
     if (f.frame.id != 1 || f.frame.error) return;
     last = f.time;
     ++frames;
@@ -112,10 +110,7 @@ TEST(InjectedFlood, EndsWhenItIsOver) {
 /// A client that reads a name of more than four bytes encounters it (CiA 301, 7.2.4.3.17: 0503 0000h).
 TEST(InjectedToggleError, EndsASegmentedUpload) {
   BreakableRobot rig(false);
-  bus::ComputerPort* port = nullptr;
-  for (bus::CanBus* bus : rig.emulator->buses())
-    if (bus->name() == "rarm") port = &bus->add_port();
-  ASSERT_NE(port, nullptr);
+  bus::ComputerPort* const port = &right_arm(rig).add_port();
   const auto read_name = [&] {
     canopen::SdoClient client(14, 200ms);
     client.upload({0x1008, 0}, rig.emulator->now());
