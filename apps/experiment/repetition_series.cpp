@@ -13,6 +13,7 @@
 
 #include "apps/experiment/repetition_pool.h"
 #include "apps/experiment/result_folder.h"
+#include "apps/shared/exit_code.h"
 #include "apps/shared/progress_line.h"
 #include "apps/shared/result_files.h"
 #include "apps/shared/standard_streams.h"
@@ -55,8 +56,12 @@ class Experiment {
   }
   [[nodiscard]] bool done(int index) const { return results_[static_cast<std::size_t>(index)].has_value(); }
   void completed(int index, const RepetitionResult& result) {
-    results_[static_cast<std::size_t>(index)] = result;
-    write();
+    RepetitionResult& kept = results_[static_cast<std::size_t>(index)].emplace(result);
+    try {
+      write();
+    } catch (const EnvironmentError& e) {  // the figures can still be printed
+      if (kept.unwritten.empty()) kept.unwritten = e.what();
+    }
   }
   [[nodiscard]] ExperimentResult result() const {
     ExperimentResult out;
