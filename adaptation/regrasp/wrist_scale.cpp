@@ -125,7 +125,7 @@ void WristScale::require_steady() const {
   if (change_.norm() <= most_change()) return;
   throw Refused(fmt::format(
       "back in the same pose, the wrist's torque differs by {:.3f} N·m from that before the hand turned, "
-      "expected at most {:.3f}: the sensor drifts, or the object moves in the hand",
+      "expected at most {:.3f}: the sensor drifts, or the object slips in the hand",
       change_.norm(), most_change()));
 }
 

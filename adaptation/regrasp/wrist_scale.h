@@ -78,7 +78,7 @@ class WristScale {
   void begin_weighing(const Wrench& F_Ho_T);
   /// Call back in that pose: compares with the load before.
   void compare(const MeanReading& level);
-  /// Throws Refused unless the torque has stayed the same: otherwise the object has moved in the hand, or the
+  /// Throws Refused unless the torque has stayed the same: otherwise the object has slipped in the hand, or the
   /// sensor drifts.
   void require_steady() const;
 
