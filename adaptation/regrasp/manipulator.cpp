@@ -530,10 +530,12 @@ WristScale::MeanReading Manipulator::add_empty(double seconds) {
 
 WristScale::Load Manipulator::weigh() {
   const WristScale::MeanReading level = mean_reading(parameters_.average_time);
-  if (std::exchange(turned_back_, false)) scale_.compare(level);
+  const bool turned_back = std::exchange(turned_back_, false);
+  if (turned_back) scale_.compare(level);
   scale_.add_loaded(level);
   weighed_So_S_ = level.reading;
   weighed_ = scale_.weigh(level);
+  if (turned_back) scale_.require_steady();
   scale_.require_same_bar(weighed_);
   return weighed_;
 }

@@ -62,7 +62,8 @@ class Manipulator {
   /// returns to level.
   void turn();
   /// Reads the sensor with the hand level for the averaging time. Returns the load that fits these and the
-  /// previous readings, see `WristScale::weigh`.
+  /// previous readings, see `WristScale::weigh`. Throws HeldTooFar also if the torque after `turn` is not
+  /// what it was before.
   [[nodiscard]] WristScale::Load weigh();
   /// The wrist's measurement of the load in the hand.
   [[nodiscard]] const WristScale& scale() const { return scale_; }

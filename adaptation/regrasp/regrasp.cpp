@@ -502,7 +502,6 @@ Weighing Regrasp::Impl::turn_and_hang(bool in_hand, const std::optional<double>&
   session.enter(Phase::kTurn);
   manipulator.turn();
   Weighing weighing = weigh();
-  manipulator.scale().require_steady();
   // No place along the handle is much better; what remains across it vanishes when the object hangs straight.
   if ((std::abs(weighing.displacement) <= parameters.stage_two.displacement_threshold ||
        as_planned(weighing, best_cost)) &&

@@ -123,10 +123,12 @@ void WristScale::compare(const MeanReading& level) {
 
 void WristScale::require_steady() const {
   if (change_.norm() <= most_change()) return;
-  throw Refused(fmt::format(
-      "back in the same pose, the wrist's torque differs by {:.3f} N·m from that before the hand turned, "
-      "expected at most {:.3f}: the sensor drifts, or the object slips in the hand",
-      change_.norm(), most_change()));
+  throw HeldTooFar(
+      fmt::format(
+          "back in the same pose, the wrist's torque differs by {:.3f} N·m from that before the hand turned, "
+          "expected at most {:.3f}: the sensor drifts, or the object slips in the hand",
+          change_.norm(), most_change()),
+      lifted_Ho_T_);
 }
 
 double WristScale::most_change() const {

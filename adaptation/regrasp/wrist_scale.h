@@ -78,8 +78,8 @@ class WristScale {
   void begin_weighing(const Wrench& F_Ho_T);
   /// Call back in that pose: compares with the load before.
   void compare(const MeanReading& level);
-  /// Throws Refused unless the torque has stayed the same: otherwise the object has slipped in the hand, or
-  /// the sensor drifts.
+  /// Throws HeldTooFar unless the torque has stayed the same: otherwise the object has slipped in the hand,
+  /// or the sensor drifts.
   void require_steady() const;
 
   /// Load of the object alone according to the sensor as is, about Ho in T: at present, or for a reading.
