@@ -465,6 +465,11 @@ Weighing Regrasp::Impl::lift_and_weigh(const std::optional<double>& best_cost) {
 Weighing Regrasp::Impl::weigh_other_load() {
   try {
     manipulator.take_up();
+    // The object seats itself anew in the fingers while the hand turns, under a load that has changed: it is
+    // weighed in the next turn.
+    session.enter(Phase::kTurn);
+    manipulator.turn();
+    manipulator.take_up();
     return turn_and_hang(true, std::nullopt);
   } catch (const Refused& refusal) {
     lower_for(refusal);
