@@ -31,6 +31,8 @@ add_library(walkman_settings INTERFACE)
 target_include_directories(walkman_settings INTERFACE "${WALKMAN_ROOT}")
 target_compile_options(walkman_settings INTERFACE -Wall -Wextra -Wpedantic -Wshadow -Wnon-virtual-dtor
                                                   -Woverloaded-virtual -Wcast-qual)
+# Nobody reads errno after a square root, and with it loops that contain one cannot be vectorised.
+target_compile_options(walkman_settings INTERFACE -fno-math-errno)
 if(CMAKE_UNITY_BUILD)  # GCC treats the files of a batch as headers, whose types must not have members that are local to a file
   target_compile_options(walkman_settings INTERFACE $<$<CXX_COMPILER_ID:GNU>:-Wno-subobject-linkage>)
 endif()

@@ -4,9 +4,8 @@
 #include <span>
 #include <vector>
 
-#include "sensors/correlated_field.h"
+#include "sensors/disparity_slopes.h"
 #include "sensors/match_texture.h"
-#include "sensors/random_stream.h"
 #include "sensors/stereo_camera.h"
 
 namespace walkman::sensors {
@@ -26,53 +25,35 @@ class DisparityNoise {
  public:
   DisparityNoise(const StereoOptions& options, int workers);
 
-  /// Draws a frame, except for the errors caused by its surfaces. `disparity`: true disparity, px, in rows
-  /// `stride` apart; it is referenced until the next frame.
-  void begin(std::uint64_t seed, std::uint64_t frame, const std::vector<float>& disparity, int stride);
+  /// Draws a frame, except for the errors caused by its surfaces.
+  void begin(std::uint64_t seed, std::uint64_t frame);
   /// Whether any of the errors are caused by the surfaces.
   [[nodiscard]] bool of_surfaces() const {
     return options_.sigma_d > 0 || options_.dropout_fraction > 0 || options_.spike_fraction > 0;
   }
-  /// Determines the errors caused by the surfaces in row `v`, from the points that it shows. Call for every
-  /// row before any is distorted; rows are independent.
-  void take_surfaces(int v, int worker, const SurfacePoints& points, const SurfacePattern& pattern);
 
-  /// Distorts row `v` of `width` matched disparities (px, 0 = no match) in place. Afterwards a match has
-  /// 0 < d < max_disparity and u − d >= 0. Rows are independent.
-  void distort_row(int v, int worker, float* matched);
+  /// Distorts row `v` of `width` matched disparities (px, 0 = no match) in place. `slopes` of the row's true
+  /// disparities; `points` that it shows, needed if `of_surfaces`. Afterwards a match has 0 < d <
+  /// max_disparity and u − d >= 0. Rows may be distorted at the same time by different workers.
+  void distort_row(int v, int worker, const DisparitySlopes& slopes, const SurfacePoints& points,
+                   const SurfacePattern& pattern, float* matched);
 
  private:
-  struct Mismatch {
-    int u;
-    float error;  // px
-  };
   struct Scratch {
-    std::vector<float> a, b, gradient;
-    std::vector<std::uint32_t> patch;
+    std::vector<float> white;
+    MatchTexture::Row texture;
   };
 
-  /// Stream for the part of the white noise's row `index`, counted from above the image, beyond its borders.
-  [[nodiscard]] RandomStream beyond(int index) const;
-  /// Finds the mismatches of row `v`: `error`, `rank` and `patch` as MatchTexture gives them.
-  void find_mismatches(int v, std::span<const float> error, std::span<const float> rank,
-                       std::span<const std::uint32_t> patch);
-  /// Squared gradients of the true disparity along row `v`, px per px.
-  void find_gradients(int v, std::vector<float>& gradient) const;
-  void add_noise(int v, Scratch& scratch, float* matched) const;
+  void add_noise(int v, Scratch& scratch, const DisparitySlopes& slopes, float* matched) const;
   void lock(float* matched) const;
-  void add_mismatches(int v, float* matched) const;
-  void drop(int v, float* matched) const;
+  /// Finds the row's mismatches and adds them.
+  void add_mismatches(const MatchTexture::Row& texture, float* matched) const;
+  void drop(std::span<const float> rank, float* matched) const;
   void quantize(float* matched) const;
 
   StereoOptions options_;
   std::uint64_t seed_ = 0, frame_ = 0;
-  CorrelatedField noise_;
-  std::vector<std::vector<Mismatch>> mismatches_;  // of each row
   MatchTexture texture_;
-  std::vector<std::uint8_t> blank_;  // of each pixel: nothing to match
-  const float* disparity_ = nullptr;
-  int stride_ = 0;
-
   std::vector<Scratch> scratch_;
 };
 

@@ -25,7 +25,7 @@ void ForegroundFattening::widen_row(int v, const std::vector<float>& matched, st
 }
 
 void ForegroundFattening::row(int v, const std::vector<float>& disparity, const std::vector<float>& matched,
-                              float* out) const {
+                              const DisparitySlopes& slopes, float* out) const {
   const float* const m = matched.data() + start(v);
   if (radius_ == 0) {
     std::copy(m, m + width_, out);
@@ -39,7 +39,12 @@ void ForegroundFattening::row(int v, const std::vector<float>& disparity, const 
     for (int u = 0; u < width_; ++u) out[u] = out[u] > w[u] ? out[u] : w[u];
   }
   const float* const d = disparity.data() + start(v);
-  for (int u = 0; u < width_; ++u) out[u] = out[u] > d[u] + kJump ? out[u] : m[u];
+  const float *const along = slopes.along.data(), *const down = slopes.down.data();
+  const auto radius = static_cast<float>(radius_);
+  for (int u = 0; u < width_; ++u) {
+    const float rise = radius * (along[u] + down[u]);
+    out[u] = out[u] > d[u] + kJump + rise ? out[u] : m[u];
+  }
 }
 
 }  // namespace walkman::sensors

@@ -3,11 +3,14 @@
 #include <cstddef>
 #include <vector>
 
+#include "sensors/disparity_slopes.h"
+
 namespace walkman::sensors {
 
 /// A block matcher assigns pixels beside a near surface that surface's disparity, because its texture
 /// dominates their window. Each pixel more than 1 px below the largest matched disparity in the (2 radius +
-/// 1)² window around it takes that disparity; this includes pixels that have no match of their own.
+/// 1)² window around it takes that disparity, unless its own surface rises that far within the window; this
+/// includes pixels that have no match of their own.
 class ForegroundFattening {
  public:
   static constexpr float kJump = 1;  ///< px
@@ -19,7 +22,8 @@ class ForegroundFattening {
   /// independent.
   void widen_row(int v, const std::vector<float>& matched, std::vector<float>& scratch);
   /// Second step: writes row v as the matcher finds it, `width` values, from the true disparities.
-  void row(int v, const std::vector<float>& disparity, const std::vector<float>& matched, float* out) const;
+  void row(int v, const std::vector<float>& disparity, const std::vector<float>& matched,
+           const DisparitySlopes& slopes, float* out) const;
 
  private:
   [[nodiscard]] std::size_t start(int v) const {

@@ -22,7 +22,6 @@ constexpr float kFullWell = 13500, kDarkNoise = 13;
 constexpr int kHoleBatch = 256;
 constexpr float kHole = -1;
 constexpr float kMostGap = 2;  // px, between neighbours of one surface in the other image
-constexpr int kTrianglesPerJob = 4096;
 
 enum ImageTerm : std::uint64_t { kLeftNoise = 16, kRightNoise };
 
@@ -56,51 +55,31 @@ LumaImages::LumaImages(const StereoOptions& options, int workers) : options_(opt
 
 LumaImages::~LumaImages() = default;
 
-void LumaImages::begin(const RayScene& scene, const PaintedSurfaces& surfaces, const Eigen::Isometry3d& X_WC,
-                       std::uint64_t seed, std::uint64_t frame, tbb::task_arena& arena) {
+void LumaImages::begin(const PaintedSurfaces& surfaces, const Eigen::Isometry3d& X_WC, std::uint64_t seed,
+                       std::uint64_t frame) {
   surfaces_ = &surfaces;
   seed_ = seed;
   frame_ = frame;
   Eigen::Isometry3d X_LR = Eigen::Isometry3d::Identity();
   X_LR.translation().x() = options_.baseline;
-  X_BR_ = SurfacePoints::in_bodies(surfaces, X_WC * X_LR);
+  X_PR_ = SurfacePoints::in_patterns(surfaces, X_WC * X_LR);
   R_WC_ = X_WC.linear().cast<float>();
   const Eigen::Vector3f p_WRo = (X_WC * X_LR).translation().cast<float>();
+  p_LR_W_ = (X_WC.linear() * X_LR.translation()).cast<float>();
   for (auto& worker : workers_) {
     worker->rays.begin(surfaces.embree_scene());
     worker->rays.set_origin(p_WRo);
   }
-  light(scene, X_WC.translation().cast<float>(), arena);
-}
-
-/// Lights the side of each triangle that the camera sees.
-void LumaImages::light(const RayScene& scene, const Eigen::Vector3f& p_WCo, tbb::task_arena& arena) {
-  light_.resize(surfaces_->triangles());
-  std::size_t first = 0;
-  for (const TriangleView& view : RaySceneAccess::triangles(scene)) {
-    const auto vertex = [&](std::uint32_t i) {
-      return Eigen::Map<const Eigen::Vector3f>(view.vertices.data() + std::size_t{3} * i);
-    };
-    const int count = static_cast<int>(view.triangles.size());
-    run_jobs(arena, (count + kTrianglesPerJob - 1) / kTrianglesPerJob, [&](int job, int) {
-      const int end = std::min((job + 1) * kTrianglesPerJob, count);
-      for (int i = job * kTrianglesPerJob; i < end; ++i) {
-        const auto& corners = view.triangles[static_cast<std::size_t>(i)];
-        const Eigen::Vector3f a = vertex(corners[0]);
-        Eigen::Vector3f n = (vertex(corners[1]) - a).cross(vertex(corners[2]) - a);
-        if (n.dot(p_WCo - a) < 0) n = -n;
-        const float length = n.norm();
-        const float facing = length > 0 ? std::max(0.0F, n.dot(kToLamps) / length) : 0;
-        light_[first + static_cast<std::size_t>(i)] = kAmbient + (1 - kAmbient) * facing;
-      }
-    });
-    first += view.triangles.size();
+  light_.resize(surfaces.triangles());
+  for (std::size_t i = 0; i < light_.size(); ++i) {
+    const float facing = surfaces.side(static_cast<std::uint32_t>(i)).normal_W.dot(kToLamps);
+    light_[i] = kAmbient + (1 - kAmbient) * std::max(0.0F, facing);
   }
 }
 
 void LumaImages::shade(Worker& worker, const SurfacePoints& points) const {
   for (const SurfacePoints::Run& run : points.runs)
-    surfaces_->pattern().albedos(run.body, points.on_body(run),
+    surfaces_->pattern().albedos(run.body, points.in_pattern(run),
                                  std::span(worker.signal).subspan(run.first, run.end - run.first));
   for (std::size_t i = 0; i < points.count; ++i) worker.signal[i] *= light_[points.triangle[i]];
 }
@@ -216,12 +195,15 @@ void LumaImages::cast_holes(Worker& worker) const {
     points.x[points.count] = p_R.x();
     points.y[points.count] = p_R.y();
     points.z[points.count] = p_R.z();
-    points.footprint[points.count] = p_R.z() * per_focal;
-    points.triangle[points.count] =
+    const std::uint32_t triangle =
         surfaces_->triangle(rays.instance[lane], rays.geometry[lane], rays.triangle[lane]);
+    const PaintedSurfaces::Side& side = surfaces_->side(triangle);
+    points.footprint[points.count] =
+        SurfacePoints::footprint_at(p_R.z(), per_focal, std::abs(side.distance + side.normal_W.dot(p_LR_W_)));
+    points.triangle[points.count] = triangle;
     points.pixel[points.count++] = worker.at[hole];
   }
-  points.place(*surfaces_, X_BR_);
+  points.place(*surfaces_, X_PR_);
   shade(worker, points);
   for (std::size_t i = 0; i < points.count; ++i)
     worker.right[static_cast<std::size_t>(points.pixel[i])] = worker.signal[i];

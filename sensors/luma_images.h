@@ -7,7 +7,6 @@
 #include <Eigen/Geometry>
 
 #include "sensors/painted_surfaces.h"
-#include "sensors/parallel_jobs.h"
 #include "sensors/stereo_camera.h"
 #include "sensors/stereo_rays.h"
 #include "sensors/surface_points.h"
@@ -25,10 +24,10 @@ class LumaImages {
   LumaImages(const StereoOptions& options, int workers);
   ~LumaImages();
 
-  /// Prepares a frame: lights every triangle. `surfaces`: those of the scene; referenced until the next
-  /// frame.
-  void begin(const RayScene& scene, const PaintedSurfaces& surfaces, const Eigen::Isometry3d& X_WC,
-             std::uint64_t seed, std::uint64_t frame, tbb::task_arena& arena);
+  /// Prepares a frame: lights every triangle. `surfaces`: those of the scene, facing the left camera;
+  /// referenced until the next frame.
+  void begin(const PaintedSurfaces& surfaces, const Eigen::Isometry3d& X_WC, std::uint64_t seed,
+             std::uint64_t frame);
   /// Draws row `v` from its disparities by StereoRays and the points that it shows. Bands may be drawn at the
   /// same time by different workers.
   void draw_row(int v, int worker, const StereoRays& rays, const float* disparity,
@@ -38,7 +37,6 @@ class LumaImages {
 
  private:
   struct Worker;
-  void light(const RayScene& scene, const Eigen::Vector3f& p_WCo, tbb::task_arena& arena);
   /// Computes the signals of points; stores them in the worker.
   void shade(Worker& worker, const SurfacePoints& points) const;
   void warp(int v, Worker& worker, const float* disparity, float margin) const;
@@ -50,7 +48,8 @@ class LumaImages {
   const PaintedSurfaces* surfaces_ = nullptr;
   std::uint64_t seed_ = 0, frame_ = 0;
   std::vector<float> light_;                 // on each triangle
-  std::vector<SurfacePoints::Placed> X_BR_;  // right camera's pose in each body
+  std::vector<SurfacePoints::Placed> X_PR_;  // right camera's pose in each pattern
+  Eigen::Vector3f p_LR_W_;                   // of the right camera from the left one
   Eigen::Matrix3f R_WC_;
   std::vector<std::unique_ptr<Worker>> workers_;
 };

@@ -20,8 +20,9 @@ enum BeamTerm : std::uint64_t { kRange = 32, kBias };
 // that the seven have the mean square radius of the disc, 1/2.
 constexpr int kRays = 7;
 const double kRing = std::sqrt(7.0 / 12);
-constexpr int kLanes = RayBatch::kGroup;  // a group per beam, of which the last ray is off
-constexpr double kKnee = 10;              // m, up to which the noise is constant
+constexpr int kLanes = RayBatch::kGroup;   // a group per beam, of which the last ray is off
+constexpr double kKnee = 10;               // m, up to which the noise is constant
+constexpr double kLeastSquareness = 0.01;  // below, a footprint is as long as anything it could lie on
 constexpr int kMostBeams = 100000;
 constexpr float kNoReturn = std::numeric_limits<float>::infinity();
 
@@ -132,14 +133,16 @@ void SpinningLidar::read(std::size_t beam, std::uint64_t number, LidarScan& out)
         surfaces_.body_of(surfaces_.triangle(rays.instance[k], rays.geometry[k], rays.triangle[k]));
     // An instance's normal is in its body's frame.
     const bool placed = rays.instance[k] != RayBatch::kNothing;
-    const double squareness =
-        std::abs(n.normalized().dot(placed ? Eigen::Vector3d(surfaces_.X_BW(body).linear() * d) : d));
+    const Eigen::Isometry3d& X_PB = surfaces_.pattern().X_PB(body);
+    const Eigen::Vector3d n_P = X_PB.linear() * n.normalized();
+    const Eigen::Isometry3d& X_PW = surfaces_.X_PW(body);
+    const double squareness = std::abs(placed ? n_P.dot(X_PW.linear() * d) : n.normalized().dot(d));
     if (body != last_body) {  // the beam's rays lie within its footprint
-      const double footprint = 2 * (options_.beam_radius + range * options_.beam_angle);
-      const Eigen::Vector3f p_B = (surfaces_.X_BW(body) * (o + range * d)).cast<float>();
-      const auto size = static_cast<float>(footprint);
+      const double across = 2 * (options_.beam_radius + range * options_.beam_angle);
+      const Eigen::Vector3f p_P = (X_PW * (o + range * d)).cast<float>();
+      const auto size = static_cast<float>(across / std::sqrt(std::max(squareness, kLeastSquareness)));
       float share = 0;
-      surfaces_.pattern().albedos(body, {{&p_B[0], 1}, {&p_B[1], 1}, {&p_B[2], 1}, {&size, 1}}, {&share, 1});
+      surfaces_.pattern().albedos(body, {{&p_P[0], 1}, {&p_P[1], 1}, {&p_P[2], 1}, {&size, 1}}, {&share, 1});
       albedo = static_cast<double>(share);
       last_body = body;
     }

@@ -6,6 +6,7 @@
 #include <string>
 
 #include "sensors/disparity_noise.h"
+#include "sensors/disparity_slopes.h"
 #include "sensors/foreground_fattening.h"
 #include "sensors/luma_images.h"
 #include "sensors/painted_surfaces.h"
@@ -82,8 +83,10 @@ struct StereoCamera::Impl {
   LumaImages luma;
   std::vector<float> disparity, matched;
   std::vector<std::uint32_t> surface;
-  std::vector<std::vector<float>> scratch;  // per worker, like `points`
+  // For each worker:
+  std::vector<std::vector<float>> scratch;
   std::vector<SurfacePoints> points;
+  std::vector<DisparitySlopes> slopes;
 
   explicit Impl(const StereoOptions& o)
       // More threads than processors would only cause a warning by TBB.
@@ -93,7 +96,8 @@ struct StereoCamera::Impl {
         noise(o, o.threads),
         luma(o, o.threads),
         scratch(static_cast<std::size_t>(o.threads)),
-        points(static_cast<std::size_t>(o.threads), SurfacePoints(static_cast<std::size_t>(o.width))) {
+        points(static_cast<std::size_t>(o.threads), SurfacePoints(static_cast<std::size_t>(o.width))),
+        slopes(static_cast<std::size_t>(o.threads)) {
     const auto pixels = static_cast<std::size_t>(rays.stride()) *
                         static_cast<std::size_t>(rays.bands() * StereoRays::kBandRows);
     disparity.resize(pixels);
@@ -120,10 +124,12 @@ void StereoCamera::capture(const RayScene& scene, const Eigen::Isometry3d& X_WC,
   };
   impl.rays.begin(scene, X_WC, impl.arena);
   impl.surfaces.begin(scene, seed);
+  const bool shows_surfaces = impl.noise.of_surfaces() || images != nullptr;
+  if (shows_surfaces) impl.surfaces.face(scene, X_WC.translation().cast<float>(), impl.arena);
   if (images != nullptr) {
     images->left.resize(pixels);
     images->right.resize(pixels);
-    impl.luma.begin(scene, impl.surfaces, X_WC, seed, frame, impl.arena);
+    impl.luma.begin(impl.surfaces, X_WC, seed, frame);
   }
   run_jobs(impl.arena, impl.rays.bands(), [&](int band, int worker) {
     impl.rays.cast_band(band, worker, impl.disparity, impl.matched, &impl.surface);
@@ -132,29 +138,26 @@ void StereoCamera::capture(const RayScene& scene, const Eigen::Isometry3d& X_WC,
     });
   });
 
-  impl.noise.begin(seed, frame, impl.disparity, impl.rays.stride());
+  impl.noise.begin(seed, frame);
   // Separate from the casting, whose trees would be evicted from the cache.
-  const std::vector<SurfacePoints::Placed> X_BC = SurfacePoints::in_bodies(impl.surfaces, X_WC);
-  const int drawn = impl.noise.of_surfaces() || images != nullptr ? impl.rays.bands() : 0;
-  run_jobs(impl.arena, drawn, [&](int band, int worker) {
+  const std::vector<SurfacePoints::Placed> X_PC = SurfacePoints::in_patterns(impl.surfaces, X_WC);
+  run_jobs(impl.arena, impl.rays.bands(), [&](int band, int worker) {
     SurfacePoints& points = impl.points[static_cast<std::size_t>(worker)];
+    DisparitySlopes& slopes = impl.slopes[static_cast<std::size_t>(worker)];
     for_rows(band, [&](int v) {
-      const std::ptrdiff_t row = static_cast<std::ptrdiff_t>(v) * impl.rays.stride();
-      points.take_row(options_, v, impl.disparity.data() + row, impl.surface.data() + row);
-      points.place(impl.surfaces, X_BC);
-      if (impl.noise.of_surfaces()) impl.noise.take_surfaces(v, worker, points, impl.surfaces.pattern());
-      if (images != nullptr)
-        impl.luma.draw_row(v, worker, impl.rays, impl.disparity.data() + row, points, *images);
+      const std::ptrdiff_t first = static_cast<std::ptrdiff_t>(v) * impl.rays.stride();
+      const float* const truth = impl.disparity.data() + first;
+      if (shows_surfaces) {
+        points.take_row(options_, impl.surfaces, v, truth, impl.surface.data() + first);
+        points.place(impl.surfaces, X_PC);
+      }
+      if (images != nullptr) impl.luma.draw_row(v, worker, impl.rays, truth, points, *images);
+      slopes.find(impl.disparity, v, options_.width, options_.height, impl.rays.stride());
+      float* const row = disparity.data() + static_cast<std::ptrdiff_t>(v) * options_.width;
+      impl.fattening.row(v, impl.disparity, impl.matched, slopes, row);
+      impl.noise.distort_row(v, worker, slopes, points, impl.surfaces.pattern(), row);
     });
     if (images != nullptr) impl.luma.finish_band(band, worker, *images);
-  });
-
-  run_jobs(impl.arena, impl.rays.bands(), [&](int band, int worker) {
-    for_rows(band, [&](int v) {
-      float* const row = disparity.data() + static_cast<std::ptrdiff_t>(v) * options_.width;
-      impl.fattening.row(v, impl.disparity, impl.matched, row);
-      impl.noise.distort_row(v, worker, row);
-    });
   });
 }
 

@@ -185,5 +185,35 @@ TEST(SurfacePattern, IsTheSameForASeedAndHasPatchesWithoutTexture) {
   EXPECT_LT(contrast[20], 0.5 * contrast[200]);
 }
 
+/// Along a flat side of a body, no piece of the pattern occurs a second time within 3 m.
+TEST(SurfacePattern, DoesNotRepeat) {
+  const SurfacePattern pattern(1, 2);
+  constexpr std::size_t kSide = 48;
+  constexpr float kStep = 0.0025F;
+  const auto piece = [&](float x0, float y0) {
+    std::vector<float> x, y, z, out(kSide * kSide);
+    for (std::size_t i = 0; i < kSide * kSide; ++i) {
+      const std::size_t column = i % kSide, row = i / kSide;
+      const Eigen::Vector3f p_B(x0 + kStep * static_cast<float>(column), y0 + kStep * static_cast<float>(row),
+                                0.1F);
+      const Eigen::Vector3f p_P = pattern.X_PB(1).cast<float>() * p_B;
+      x.push_back(p_P.x());
+      y.push_back(p_P.y());
+      z.push_back(p_P.z());
+    }
+    pattern.albedos(1, {x, y, z, std::vector<float>(out.size(), 0.001F)}, out);
+    const Eigen::Map<Eigen::ArrayXf> values(out.data(), static_cast<Eigen::Index>(out.size()));
+    return Eigen::ArrayXf((values - values.mean()) / std::sqrt((values - values.mean()).square().sum()));
+  };
+  const Eigen::ArrayXf here = piece(0, 0);
+  float most = 0;
+  for (int step = 20; step < 1200; ++step) {
+    const float shift = kStep * static_cast<float>(step);
+    most = std::max({most, (here * piece(shift, 0)).sum(), (here * piece(0, shift)).sum()});
+  }
+  EXPECT_LT(most, 0.5F);
+  EXPECT_GT((here * piece(1e-4F, 0)).sum(), 0.9F);
+}
+
 }  // namespace
 }  // namespace walkman::sensors

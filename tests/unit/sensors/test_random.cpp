@@ -4,8 +4,8 @@
 
 #include <gtest/gtest.h>
 
-#include "sensors/correlated_field.h"
 #include "sensors/normal_distribution.h"
+#include "sensors/periodic_noise.h"
 #include "sensors/random_stream.h"
 
 namespace walkman::sensors {
@@ -30,6 +30,7 @@ TEST(RandomStream, IsAFunctionOfKeyAndIndex) {
 TEST(RandomStream, UniformFillsTheUnitIntervalEvenly) {
   constexpr int kBins = 64;
   constexpr int kDraws = 640'000;
+  constexpr double kExpected = 1.0 * kDraws / kBins;
   const RandomStream stream(7, 0, 1, 0);
   std::vector<int> count(kBins);
   for (int i = 0; i < kDraws; ++i) {
@@ -38,7 +39,7 @@ TEST(RandomStream, UniformFillsTheUnitIntervalEvenly) {
     ++count[static_cast<std::size_t>(x * kBins)];
   }
   double chi2 = 0;
-  for (const int n : count) chi2 += std::pow(n - kDraws / kBins, 2) / (kDraws / kBins);
+  for (const int n : count) chi2 += std::pow(n - kExpected, 2) / kExpected;
   EXPECT_LT(chi2, 110);  // 63 degrees of freedom: p = 2e-4
   EXPECT_GT(chi2, 30);
 }
@@ -77,41 +78,43 @@ TEST(NormalDistribution, DrawsFollowTheNormalLaw) {
   }
 }
 
-TEST(CorrelatedField, HasUnitVarianceToTheBorderAndTheStatedCorrelation) {
-  constexpr int kWidth = 96;
-  constexpr int kHeight = 80;
-  constexpr double kFilter = 2;
-  constexpr int kFrames = 300;
-  CorrelatedField field(kWidth, kHeight, kFilter);
-  std::vector<float> white(static_cast<std::size_t>(kWidth + 2 * field.margin()));
-  std::vector<std::vector<float>> image(kHeight, std::vector<float>(kWidth));
-  double border = 0, inside = 0;
-  std::vector<double> along(5), down(5);
-  for (std::uint64_t frame = 0; frame < kFrames; ++frame) {
-    for (int i = 0; i < kHeight + 2 * field.margin(); ++i) {
-      fill_normal(RandomStream(5, frame, 1, static_cast<std::uint64_t>(i)), white);
-      field.prepare_row(i, white);
-    }
-    for (int v = 0; v < kHeight; ++v) field.row(v, image[static_cast<std::size_t>(v)]);
-    for (std::size_t v = 0; v < kHeight; ++v) {
-      border += image[v].front() * image[v].front() + image[v].back() * image[v].back();
-      for (std::size_t u = 0; u < kWidth; ++u) {
-        inside += image[v][u] * image[v][u];
-        for (std::size_t k = 1; k < 5; ++k) {
-          if (u + k < kWidth) along[k] += image[v][u] * image[v][u + k];
-          if (v + k < kHeight) down[k] += image[v][u] * image[v + k][u];
+/// Values are equally likely; their normal scores have the correlation of white noise under a Gaussian of
+/// `blur` cells, in all three directions and across the borders.
+TEST(PeriodicNoise, HasEquallyLikelyValuesAndTheStatedCorrelation) {
+  constexpr int kBits = 6, kSide = 1 << kBits;
+  constexpr double kBlur = 2;
+  const PeriodicNoise noise(kBits, 1, kBlur);
+  ASSERT_EQ(noise.bits(), kBits);
+  const auto value = [&](int x, int y, int z) {
+    const auto at = [](int i) { return static_cast<std::size_t>(i & (kSide - 1)); };
+    return noise.values()[(at(z) << kBits | at(y)) << kBits | at(x)];
+  };
+  std::vector<int> count(256);
+  std::vector<double> along(5), down(5), deep(5);
+  double squares = 0;
+  const auto score = [&](int x, int y, int z) { return normal_quantile((value(x, y, z) + 0.5) / 256); };
+  for (int z = 0; z < kSide; ++z) {
+    for (int y = 0; y < kSide; ++y) {
+      for (int x = 0; x < kSide; ++x) {
+        ++count[value(x, y, z)];
+        const double here = score(x, y, z);
+        squares += here * here;
+        for (int k = 1; k < 5; ++k) {
+          const auto i = static_cast<std::size_t>(k);
+          along[i] += here * score(x + k, y, z);
+          down[i] += here * score(x, y + k, z);
+          deep[i] += here * score(x, y, z + k);
         }
       }
     }
   }
-  inside /= 1.0 * kFrames * kWidth * kHeight;
-  EXPECT_NEAR(inside, 1, 0.015);
-  EXPECT_NEAR(border / (2.0 * kFrames * kHeight), 1, 0.06);
+  for (const int n : count) EXPECT_NEAR(n, 1024, 4 * 32);
   for (int k = 1; k < 5; ++k) {
     const auto i = static_cast<std::size_t>(k);
-    const double expected = std::exp(-k * k / (4 * kFilter * kFilter));
-    EXPECT_NEAR(along[i] / (1.0 * kFrames * (kWidth - k) * kHeight), expected, 0.02) << k;
-    EXPECT_NEAR(down[i] / (1.0 * kFrames * kWidth * (kHeight - k)), expected, 0.02) << k;
+    const double expected = std::exp(-k * k / (4 * kBlur * kBlur));
+    EXPECT_NEAR(along[i] / squares, expected, 0.02) << k;
+    EXPECT_NEAR(down[i] / squares, expected, 0.02) << k;
+    EXPECT_NEAR(deep[i] / squares, expected, 0.02) << k;
   }
 }
 
