@@ -298,7 +298,7 @@ void Regrasp::Impl::look_around() {
     for (const Eigen::Vector3f& p_C : seen.object().surface_C) region.extend(p_C);
     region.min().array() -= kSeenAround;
     region.max().array() += kSeenAround;
-    perception::Fusion fusion(outside.points, region, parameters.stage_one.outlier_voxel);
+    perception::Fusion fusion(outside.points, region, seen.plane, parameters.stage_one.outlier_voxel);
     const auto add = [&](const camera::OrganizedCloud& view, const Eigen::Isometry3d& X_CV) {
       if (!view.points.empty() && !fusion.add(view.points, X_CV)) ++left_out;
     };

@@ -29,6 +29,13 @@ std::vector<Eigen::Vector3f> corner(unsigned seed) {
   return points;
 }
 
+/// Nothing lies below it.
+Plane floor_far_below() {
+  Plane plane;
+  plane.offset = 10;
+  return plane;
+}
+
 double off_the_walls(const std::vector<Eigen::Vector3f>& points) {
   double sum = 0;
   for (const Eigen::Vector3f& p : points) sum += std::pow(static_cast<double>(p.cwiseAbs().minCoeff()), 2);
@@ -40,16 +47,44 @@ TEST(Fusion, BringsAViewThatKinematicsHasAMissOntoTheFirst) {
   Eigen::Isometry3d off = Eigen::Isometry3d::Identity();
   off.rotate(Eigen::AngleAxisd(0.01, Eigen::Vector3d(1, 2, 2).normalized()));
   off.translation() = Eigen::Vector3d(0.008, -0.006, 0.007);
-  Fusion fusion(corner(1), region, 0.005);
+  Fusion fusion(corner(1), region, floor_far_below(), 0.005);
   EXPECT_TRUE(fusion.points().empty());
   ASSERT_TRUE(fusion.add(corner(2), off));
   EXPECT_GT(fusion.points().size(), 1000U);
   EXPECT_LT(off_the_walls(fusion.points()), 0.0015);
 }
 
+/// A box of 8 cm on a table, of which it covers a fiftieth.
+std::vector<Eigen::Vector3f> box_on_table(unsigned seed) {
+  std::mt19937 generator(seed);
+  std::uniform_real_distribution<float> along(-0.28F, 0.28F), beside(-0.04F, 0.04F), up(0, 0.08F);
+  std::normal_distribution<float> noise(0, 0.001F);
+  std::vector<Eigen::Vector3f> points;
+  for (int i = 0; i < 30000; ++i) points.emplace_back(along(generator), along(generator), noise(generator));
+  for (int i = 0; i < 800; ++i) {
+    points.emplace_back(beside(generator), -0.04F + noise(generator), up(generator));
+    points.emplace_back(-0.04F + noise(generator), beside(generator), up(generator));
+    points.emplace_back(beside(generator), beside(generator), 0.08F + noise(generator));
+  }
+  return points;
+}
+
+TEST(Fusion, IsNotMisledByTheManyPointsOfThePlane) {
+  const Eigen::AlignedBox3f region(Eigen::Vector3f::Constant(-0.3F), Eigen::Vector3f::Constant(0.3F));
+  const Eigen::Isometry3d off(Eigen::Translation3d(0.012, 0.01, 0.002));
+  Fusion fusion(box_on_table(1), region, Plane(), 0.005);
+  ASSERT_TRUE(fusion.add(box_on_table(2), off));
+  Eigen::AlignedBox3f box;
+  for (const Eigen::Vector3f& p : fusion.points())
+    if (p.z() > 0.02F) box.extend(p);
+  EXPECT_NEAR(box.center().x(), 0, 0.003);
+  EXPECT_NEAR(box.center().y(), 0, 0.003);
+  EXPECT_NEAR(box.max().z(), 0.08, 0.003);
+}
+
 TEST(Fusion, LeavesOutWhatDoesNotLieOnTheFirst) {
   const Eigen::AlignedBox3f region(Eigen::Vector3f::Constant(-0.5F), Eigen::Vector3f::Constant(0.5F));
-  Fusion fusion(corner(1), region, 0.005);
+  Fusion fusion(corner(1), region, floor_far_below(), 0.005);
   EXPECT_FALSE(fusion.add(corner(2), Eigen::Isometry3d(Eigen::Translation3d(0.2, 0.2, 0.2))));
   EXPECT_FALSE(fusion.add({}, Eigen::Isometry3d::Identity()));
   EXPECT_TRUE(fusion.points().empty());
