@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <numeric>
 #include <optional>
+#include <span>
 
 #include <Eigen/Eigenvalues>
 #include <Eigen/Geometry>
@@ -170,12 +171,19 @@ class Aligner {
     const auto middle = sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() / 2);
     std::nth_element(sorted.begin(), middle, sorted.end());
     const double enough = kSupport * static_cast<double>(*middle);
+    const auto along = [&](std::size_t i) {
+      return cylinder.from + (static_cast<double>(i) + 0.5) * kPlaceStep;
+    };
+    std::vector<char> blocked(surface.size());
+    for (std::size_t i = 0; i < surface.size(); ++i) blocked[i] = has_gap(cylinder, along(i)) ? 0 : 1;
+    // Neither the ends nor what is in a finger's way are known more precisely than smoothing permits.
+    const auto unsure = static_cast<std::size_t>(parameters_.smoothing_voxel / kPlaceStep);
     for (std::size_t i = 0; i < surface.size(); ++i) {
-      const double along = cylinder.from + (static_cast<double>(i) + 0.5) * kPlaceStep;
-      // The ends are known no more precisely than smoothing permits.
-      if (std::min(along - cylinder.from, cylinder.to - along) < parameters_.smoothing_voxel) continue;
-      if (static_cast<double>(surface[i]) >= enough && has_gap(cylinder, along))
-        handle.places.push_back(sense * along);
+      if (std::min(along(i) - cylinder.from, cylinder.to - along(i)) < parameters_.smoothing_voxel) continue;
+      const std::size_t first = i - std::min(i, unsure), last = std::min(i + unsure + 1, surface.size());
+      const auto around = std::span(blocked).subspan(first, last - first);
+      const bool in_the_way = std::any_of(around.begin(), around.end(), [](char one) { return one != 0; });
+      if (static_cast<double>(surface[i]) >= enough && !in_the_way) handle.places.push_back(sense * along(i));
     }
     if (handle.places.empty()) return std::nullopt;
     std::sort(handle.places.begin(), handle.places.end());
