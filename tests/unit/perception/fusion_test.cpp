@@ -60,8 +60,11 @@ std::vector<Eigen::Vector3f> box_on_table(unsigned seed) {
   std::uniform_real_distribution<float> along(-0.28F, 0.28F), beside(-0.04F, 0.04F), up(0, 0.08F);
   std::normal_distribution<float> noise(0, 0.001F);
   std::vector<Eigen::Vector3f> points;
-  for (int i = 0; i < 30000; ++i) points.emplace_back(along(generator), along(generator), noise(generator));
-  for (int i = 0; i < 800; ++i) {
+  constexpr std::size_t kOfTable = 30000, kOfSide = 800;
+  points.reserve(kOfTable + 3 * kOfSide);
+  for (std::size_t i = 0; i < kOfTable; ++i)
+    points.emplace_back(along(generator), along(generator), noise(generator));
+  for (std::size_t i = 0; i < kOfSide; ++i) {
     points.emplace_back(beside(generator), -0.04F + noise(generator), up(generator));
     points.emplace_back(-0.04F + noise(generator), beside(generator), up(generator));
     points.emplace_back(beside(generator), beside(generator), 0.08F + noise(generator));
