@@ -4,9 +4,9 @@
 #include <span>
 #include <vector>
 
-#include "sensors/disparity_slopes.h"
 #include "sensors/match_texture.h"
 #include "sensors/stereo_camera.h"
+#include "sensors/stereo_rays.h"
 
 namespace walkman::sensors {
 

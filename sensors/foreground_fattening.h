@@ -3,7 +3,7 @@
 #include <cstddef>
 #include <vector>
 
-#include "sensors/disparity_slopes.h"
+#include "sensors/stereo_rays.h"
 
 namespace walkman::sensors {
 

@@ -6,7 +6,6 @@
 #include <string>
 
 #include "sensors/disparity_noise.h"
-#include "sensors/disparity_slopes.h"
 #include "sensors/foreground_fattening.h"
 #include "sensors/luma_images.h"
 #include "sensors/painted_surfaces.h"

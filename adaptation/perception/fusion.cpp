@@ -13,7 +13,8 @@ namespace {
 // Largest offset between two views: errors of the neck's joints over a lever of 1 m. A smaller offset than
 // kStill is the noise of a surface at that distance.
 constexpr double kReach = 0.03, kStill = 0.004;  // m
-constexpr float kAbove = 0.01F;                  // m, twice what the noise of a plane leaves after averaging
+// m: 0.2 px of disparity are 4 mm of depth at 0.9 m, or 3 mm of height seen at 45 degrees.
+constexpr float kAbove = 0.01F;
 constexpr std::size_t kFewestAbove = 100;
 
 }  // namespace
